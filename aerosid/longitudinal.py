@@ -1,0 +1,536 @@
+"""Evaluate the longitudinal equations of motion (33)-(36) and what the sensors see, with exact partial derivatives.
+
+The aircraft is data: a `TermTable` (which terms stand in which coefficient), the vector of their values and a
+`Constants` tuple. One compiled kernel serves every aircraft and every set of terms.
+
+States are u, w, q, theta, h; the lateral motion (phi, p, r, beta) enters as measured input.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit
+from aerosid.terms import TermTable, term_partials, term_value
+
+GRAVITY = 9.80665
+STATES = ("u", "w", "q", "theta", "h")
+OUTPUTS = ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
+STATE_COUNT = 5
+OUTPUT_COUNT = 8
+FIXED_VARIABLES = 6
+FIXED_INPUTS = 8
+
+
+class Constants(NamedTuple):
+    """Geometry, inertia and reference speeds of one aircraft, as the kernel takes them (SI)."""
+
+    wing_area: float
+    mean_chord: float
+    I_yy: float
+    thrust_incidence: float
+    thrust_z_arm: float
+    airspeed_of_rates: float
+    """U0 of q_hat and alpha_dot_hat [m/s]; 0 where the current airspeed is meant."""
+    airspeed_of_V_hat: float
+    """U0 of V_hat [m/s]."""
+
+
+class Workspace(NamedTuple):
+    """Arrays that one evaluation writes: rates f, outputs y and their partial derivatives.
+
+    Shapes, with E extra inputs (those past the fixed columns) and T terms: `rates` (5), `rates_x` (5, 5), `rates_u`
+    (5, E), `rates_p` (5, T), `outputs` (8), `outputs_x` (8, 5), `outputs_u` (8, E), `outputs_p` (8, T).
+    """
+
+    rates: NDArray[np.float64]
+    rates_x: NDArray[np.float64]
+    rates_u: NDArray[np.float64]
+    rates_p: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+    outputs_x: NDArray[np.float64]
+    outputs_u: NDArray[np.float64]
+    outputs_p: NDArray[np.float64]
+    variables: NDArray[np.float64]
+    partials: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+    coefficients_v: NDArray[np.float64]
+    term_values: NDArray[np.float64]
+
+
+@njit
+def make_workspace(extra_inputs: int, terms: int) -> Workspace:
+    """A `Workspace` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
+    slots = FIXED_VARIABLES + FIXED_INPUTS + extra_inputs
+    return Workspace(
+        np.zeros(5),
+        np.zeros((5, 5)),
+        np.zeros((5, extra_inputs)),
+        np.zeros((5, terms)),
+        np.zeros(8),
+        np.zeros((8, 5)),
+        np.zeros((8, extra_inputs)),
+        np.zeros((8, terms)),
+        np.zeros(slots),
+        np.zeros(slots),
+        np.zeros(5),
+        np.zeros((5, slots)),
+        np.zeros(terms),
+    )
+
+
+@njit
+def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Workspace, differentiate: bool) -> None:
+    """Sum value * term into the five coefficients, and their partials with respect to every variable."""
+    work.coefficients[:] = 0.0
+    if differentiate:
+        work.coefficients_v[:, :] = 0.0
+    for t in range(table.coefficient.shape[0]):
+        row = table.coefficient[t]
+        work.term_values[t] = term_value(table, t, work.variables)
+        work.coefficients[row] += theta[t] * work.term_values[t]
+        if differentiate and theta[t] != 0.0:
+            first, last = table.first[t], table.first[t + 1]
+            for k in range(first, last):
+                work.partials[table.variable[k]] = 0.0
+            term_partials(table, t, work.variables, work.partials)
+            for k in range(first, last):
+                slot = table.variable[k]
+                work.coefficients_v[row, slot] += theta[t] * work.partials[slot]
+                work.partials[slot] = 0.0
+
+
+@njit
+def evaluate(
+    x: NDArray[np.float64],
+    u: NDArray[np.float64],
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    positions: NDArray[np.float64],
+    work: Workspace,
+    differentiate: bool,
+    observe: bool,
+) -> None:
+    """Write state rates, sensor outputs and their exact partial derivatives into `work`.
+
+    Parameters
+    ----------
+    x : (5,) u [m/s], w [m/s], q [rad/s], theta [rad], h [m].
+    u : (8 + E,) inputs in the order of `INPUT_COLUMNS`, then the extra ones.
+    theta : (T,) values of the terms of `table`.
+    positions : (8, 3) sensor positions from the centre of gravity, body axes [m], in the order of `OUTPUTS`.
+    differentiate : whether the partial derivatives are wanted.
+    observe : whether the outputs are wanted.
+
+    Notes
+    -----
+    Parameswaran & Raol 1994, eqs. (33)-(36), with thrust, and with the measured lateral motion in the inertial terms
+    (phi, p, r, beta zero: the paper's equations). Where alpha_dot_hat stands in a term the equations are implicit in
+    alphadot; it is solved by Newton's method, which is exact in one step where the term is linear in it.
+    """
+    alpha_dot_used = False
+    for k in range(table.variable.shape[0]):
+        if table.variable[k] == 3:
+            alpha_dot_used = True
+    u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
+    density, thrust, mass, sound = u[0], u[1], u[2], u[3]
+    phi, p, r, beta = u[4], u[5], u[6], u[7]
+    square = u_b * u_b + w_b * w_b
+    plane = np.sqrt(square)
+    cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    speed = plane / cos_beta
+    v_b = plane * tan_beta
+    sin_alpha, cos_alpha = w_b / plane, u_b / plane
+    chord = constants.mean_chord
+    rate_speed = constants.airspeed_of_rates
+    current = rate_speed <= 0.0
+    if current:
+        rate_speed = speed
+    half_chord = chord / (2.0 * rate_speed)
+    pressure_area = 0.5 * density * speed * speed * constants.wing_area
+
+    variables = work.variables
+    variables[0] = np.arctan2(w_b, u_b)
+    variables[1] = q * half_chord
+    variables[2] = speed / constants.airspeed_of_V_hat - 1.0
+    variables[3] = 0.0
+    variables[4] = thrust / pressure_area
+    variables[5] = speed / sound
+    for j in range(u.shape[0]):
+        variables[FIXED_VARIABLES + j] = u[j]
+
+    sin_pitch, cos_pitch, sin_phi, cos_phi = np.sin(pitch), np.cos(pitch), np.sin(phi), np.cos(phi)
+    force = pressure_area / mass
+    moment = pressure_area * chord / constants.I_yy
+    inertial_u = -GRAVITY * sin_pitch - q * w_b + r * v_b
+    inertial_w = GRAVITY * cos_pitch * cos_phi + q * u_b - p * v_b
+    thrust_x = thrust * np.cos(constants.thrust_incidence) / mass
+    thrust_z = -thrust * np.sin(constants.thrust_incidence) / mass
+    thrust_q = thrust * constants.thrust_z_arm / constants.I_yy
+    c = work.coefficients
+    c_v = work.coefficients_v
+    slope = 0.0
+    passes = 3 if alpha_dot_used else 1
+    f_u = 0.0
+    f_w = 0.0
+    for i in range(passes):
+        _sum_coefficients(theta, table, work, differentiate or alpha_dot_used)
+        f_u = force * (c[0] + c[3] * sin_alpha - c[4] * cos_alpha) + thrust_x + inertial_u
+        f_w = force * (c[1] - c[3] * cos_alpha - c[4] * sin_alpha) + thrust_z + inertial_w
+        if alpha_dot_used:
+            a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
+            a_w = force * (c_v[1, 3] - c_v[3, 3] * cos_alpha - c_v[4, 3] * sin_alpha)
+            slope = (u_b * a_w - w_b * a_u) / square * half_chord
+            if i < passes - 1:
+                target = (u_b * f_w - w_b * f_u) / square * half_chord
+                variables[3] += (target - variables[3]) / (1.0 - slope)
+    rates = work.rates
+    rates[0] = f_u
+    rates[1] = f_w
+    rates[2] = moment * c[2] + thrust_q
+    rates[3] = q * cos_phi - r * sin_phi
+    rates[4] = u_b * sin_pitch - v_b * sin_phi * cos_pitch - w_b * cos_phi * cos_pitch
+
+    if differentiate:
+        _differentiate_rates(
+            x, u, table, constants, work, speed, plane, half_chord, current, pressure_area, slope, alpha_dot_used
+        )
+    if observe:
+        _observe(x, u, positions, work, speed, plane, differentiate)
+
+
+@njit
+def _differentiate_rates(
+    x: NDArray[np.float64],
+    u: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    work: Workspace,
+    speed: float,
+    plane: float,
+    half_chord: float,
+    current: bool,
+    pressure_area: float,
+    slope: float,
+    alpha_dot_used: bool,
+) -> None:
+    """Partial derivatives of the rates with respect to states, extra inputs and term values, by the chain rule."""
+    u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
+    thrust, mass = u[1], u[2]
+    phi, p, r, beta = u[4], u[5], u[6], u[7]
+    square = plane * plane
+    cos_alpha, sin_alpha = u_b / plane, w_b / plane
+    cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    c, c_v = work.coefficients, work.coefficients_v
+    f_x, f_e, f_p = work.rates_x, work.rates_u, work.rates_p
+    force = pressure_area / mass
+    moment = pressure_area * constants.mean_chord / constants.I_yy
+    c_x = c[0] + c[3] * sin_alpha - c[4] * cos_alpha
+    c_z = c[1] - c[3] * cos_alpha - c[4] * sin_alpha
+    c_x_alpha = c[3] * cos_alpha + c[4] * sin_alpha
+    c_z_alpha = c[3] * sin_alpha - c[4] * cos_alpha
+    sin_pitch, cos_pitch, sin_phi, cos_phi = np.sin(pitch), np.cos(pitch), np.sin(phi), np.cos(phi)
+
+    for k in range(5):
+        # How the variables move with this state: alpha, q_hat, V_hat, C_T and mach.
+        d_alpha, d_speed, d_q = 0.0, 0.0, 0.0
+        if k == 0:
+            d_alpha, d_speed = -w_b / square, cos_alpha / cos_beta
+        elif k == 1:
+            d_alpha, d_speed = u_b / square, sin_alpha / cos_beta
+        elif k == 2:
+            d_q = 1.0
+        d_q_hat = d_q * half_chord
+        if current:
+            d_q_hat -= work.variables[1] * d_speed / speed
+        d_v_hat = d_speed / constants.airspeed_of_V_hat
+        d_c_t = -2.0 * work.variables[4] * d_speed / speed
+        d_mach = work.variables[5] * d_speed / speed
+        d_x = c_x_alpha * d_alpha
+        d_z = c_z_alpha * d_alpha
+        d_m = 0.0
+        for row in range(5):
+            d_c = (
+                c_v[row, 0] * d_alpha
+                + c_v[row, 1] * d_q_hat
+                + c_v[row, 2] * d_v_hat
+                + c_v[row, 4] * d_c_t
+                + c_v[row, 5] * d_mach
+            )
+            if row == 0:
+                d_x += d_c
+            elif row == 1:
+                d_z += d_c
+            elif row == 2:
+                d_m += d_c
+            elif row == 3:
+                d_x += d_c * sin_alpha
+                d_z -= d_c * cos_alpha
+            else:
+                d_x -= d_c * cos_alpha
+                d_z -= d_c * sin_alpha
+        d_pressure = 2.0 * d_speed / speed
+        f_x[0, k] = force * (d_x + c_x * d_pressure)
+        f_x[1, k] = force * (d_z + c_z * d_pressure)
+        f_x[2, k] = moment * (d_m + c[2] * d_pressure)
+        f_x[3, k] = 0.0
+        f_x[4, k] = 0.0
+    d_v_u, d_v_w = cos_alpha * tan_beta, sin_alpha * tan_beta
+    f_x[0, 0] += r * d_v_u
+    f_x[0, 1] += -q + r * d_v_w
+    f_x[0, 2] += -w_b
+    f_x[0, 3] += -GRAVITY * cos_pitch
+    f_x[1, 0] += q - p * d_v_u
+    f_x[1, 1] += -p * d_v_w
+    f_x[1, 2] += u_b
+    f_x[1, 3] += -GRAVITY * sin_pitch * cos_phi
+    f_x[3, 2] = cos_phi
+    v_b = plane * tan_beta
+    f_x[4, 0] = sin_pitch - d_v_u * sin_phi * cos_pitch
+    f_x[4, 1] = -cos_phi * cos_pitch - d_v_w * sin_phi * cos_pitch
+    f_x[4, 3] = u_b * cos_pitch + v_b * sin_phi * sin_pitch + w_b * cos_phi * sin_pitch
+
+    for j in range(f_e.shape[1]):
+        slot = FIXED_VARIABLES + FIXED_INPUTS + j
+        f_e[0, j] = force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
+        f_e[1, j] = force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
+        f_e[2, j] = moment * c_v[2, slot]
+        f_e[3, j] = 0.0
+        f_e[4, j] = 0.0
+    for t in range(f_p.shape[1]):
+        row, value = table.coefficient[t], work.term_values[t]
+        f_p[:, t] = 0.0
+        if row == 0:
+            f_p[0, t] = force * value
+        elif row == 1:
+            f_p[1, t] = force * value
+        elif row == 2:
+            f_p[2, t] = moment * value
+        elif row == 3:
+            f_p[0, t] = force * value * sin_alpha
+            f_p[1, t] = -force * value * cos_alpha
+        else:
+            f_p[0, t] = -force * value * cos_alpha
+            f_p[1, t] = -force * value * sin_alpha
+
+    if alpha_dot_used:
+        a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
+        a_w = force * (c_v[1, 3] - c_v[3, 3] * cos_alpha - c_v[4, 3] * sin_alpha)
+        a_q = moment * c_v[2, 3]
+        by_f_u, by_f_w = -w_b / square * half_chord, u_b / square * half_chord
+        inverse = 1.0 / (1.0 - slope)
+        hat = work.variables[3]
+        for k in range(5):
+            d_hat = by_f_u * f_x[0, k] + by_f_w * f_x[1, k]
+            if k == 0:
+                d_hat += work.rates[1] / square * half_chord - 2.0 * u_b / square * hat
+            elif k == 1:
+                d_hat += -work.rates[0] / square * half_chord - 2.0 * w_b / square * hat
+            if current and k == 0:
+                d_hat -= hat * u_b / square
+            elif current and k == 1:
+                d_hat -= hat * w_b / square
+            d_hat *= inverse
+            f_x[0, k] += a_u * d_hat
+            f_x[1, k] += a_w * d_hat
+            f_x[2, k] += a_q * d_hat
+        for j in range(f_e.shape[1]):
+            d_hat = (by_f_u * f_e[0, j] + by_f_w * f_e[1, j]) * inverse
+            f_e[0, j] += a_u * d_hat
+            f_e[1, j] += a_w * d_hat
+            f_e[2, j] += a_q * d_hat
+        for t in range(f_p.shape[1]):
+            d_hat = (by_f_u * f_p[0, t] + by_f_w * f_p[1, t]) * inverse
+            f_p[0, t] += a_u * d_hat
+            f_p[1, t] += a_w * d_hat
+            f_p[2, t] += a_q * d_hat
+
+
+@njit
+def _observe(
+    x: NDArray[np.float64],
+    u: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    work: Workspace,
+    speed: float,
+    plane: float,
+    differentiate: bool,
+) -> None:
+    """Sensor outputs at their positions; angular accelerations other than q_dot are taken as zero."""
+    u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
+    phi, p, r, beta = u[4], u[5], u[6], u[7]
+    v_b = plane * np.tan(beta)
+    y, rates = work.outputs, work.rates
+    sin_pitch, cos_pitch, cos_phi = np.sin(pitch), np.cos(pitch), np.cos(phi)
+    vane_u = u_b + q * positions[1, 2] - r * positions[1, 1]
+    vane_w = w_b + p * positions[1, 1] - q * positions[1, 0]
+    force_x = rates[0] + GRAVITY * sin_pitch + q * w_b - r * v_b
+    force_z = rates[1] - GRAVITY * cos_pitch * cos_phi - q * u_b + p * v_b
+    x_x, x_y, x_z = positions[4, 0], positions[4, 1], positions[4, 2]
+    z_x, z_y, z_z = positions[5, 0], positions[5, 1], positions[5, 2]
+    y[0] = speed
+    y[1] = np.arctan2(vane_w, vane_u)
+    y[2] = q
+    y[3] = pitch
+    y[4] = force_x - (q * q + r * r) * x_x + p * q * x_y + (rates[2] + p * r) * x_z
+    y[5] = force_z + (p * r - rates[2]) * z_x + q * r * z_y - (p * p + q * q) * z_z
+    y[6] = rates[2]
+    y[7] = x[4]
+    if not differentiate:
+        return
+    y_x, y_e, y_p = work.outputs_x, work.outputs_u, work.outputs_p
+    f_x, f_e, f_p = work.rates_x, work.rates_u, work.rates_p
+    cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    for k in range(5):
+        for i in range(4):
+            y_x[i, k] = 0.0
+        y_x[4, k] = f_x[0, k] + f_x[2, k] * x_z
+        y_x[5, k] = f_x[1, k] - f_x[2, k] * z_x
+        y_x[6, k] = f_x[2, k]
+        y_x[7, k] = 0.0
+    y_x[0, 0], y_x[0, 1] = u_b / plane / cos_beta, w_b / plane / cos_beta
+    vane_square = vane_u * vane_u + vane_w * vane_w
+    y_x[1, 0] = -vane_w / vane_square
+    y_x[1, 1] = vane_u / vane_square
+    y_x[1, 2] = (-positions[1, 0] * vane_u - positions[1, 2] * vane_w) / vane_square
+    y_x[2, 2] = 1.0
+    y_x[3, 3] = 1.0
+    y_x[7, 4] = 1.0
+    d_v_u, d_v_w = u_b / plane * tan_beta, w_b / plane * tan_beta
+    y_x[4, 0] += -r * d_v_u
+    y_x[4, 1] += q - r * d_v_w
+    y_x[4, 2] += w_b - 2.0 * q * x_x + p * x_y
+    y_x[4, 3] += GRAVITY * cos_pitch
+    y_x[5, 0] += -q + p * d_v_u
+    y_x[5, 1] += p * d_v_w
+    y_x[5, 2] += -u_b + r * z_y - 2.0 * q * z_z
+    y_x[5, 3] += GRAVITY * sin_pitch * cos_phi
+    for j in range(f_e.shape[1]):
+        y_e[4, j] = f_e[0, j] + f_e[2, j] * x_z
+        y_e[5, j] = f_e[1, j] - f_e[2, j] * z_x
+        y_e[6, j] = f_e[2, j]
+    for t in range(f_p.shape[1]):
+        y_p[4, t] = f_p[0, t] + f_p[2, t] * x_z
+        y_p[5, t] = f_p[1, t] - f_p[2, t] * z_x
+        y_p[6, t] = f_p[2, t]
+
+
+class Step(NamedTuple):
+    """The response over one sampling interval: end state and its partial derivatives.
+
+    `state` (5); `transition` (5, 5) d x1/d x0; `start` and `end` (5, E) d x1/d extra input at the start and at the end
+    (inputs are linear in between); `terms` (5, T) d x1/d term values.
+    """
+
+    state: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    terms: NDArray[np.float64]
+    stage_state: NDArray[np.float64]
+    stage_input: NDArray[np.float64]
+    stage: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    total: NDArray[np.float64]
+    state_total: NDArray[np.float64]
+
+
+@njit
+def make_step(extra_inputs: int, terms: int) -> Step:
+    """A `Step` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
+    width = 5 + 2 * extra_inputs + terms
+    return Step(
+        np.zeros(5),
+        np.zeros((5, 5)),
+        np.zeros((5, extra_inputs)),
+        np.zeros((5, extra_inputs)),
+        np.zeros((5, terms)),
+        np.zeros(5),
+        np.zeros(FIXED_INPUTS + extra_inputs),
+        np.zeros((5, width)),
+        np.zeros((5, width)),
+        np.zeros((5, width)),
+        np.zeros((5, width)),
+        np.zeros(5),
+    )
+
+
+@njit
+def advance(
+    x: NDArray[np.float64],
+    u0: NDArray[np.float64],
+    u1: NDArray[np.float64],
+    interval: float,
+    substeps: int,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    positions: NDArray[np.float64],
+    work: Workspace,
+    step: Step,
+    differentiate: bool,
+) -> None:
+    """Write the state after one sampling interval, and its sensitivities, into `step`.
+
+    Classical fourth-order Runge-Kutta with `substeps` equal steps; the variational equations are integrated by the
+    same scheme, so that the sensitivities are those of the discrete solution itself. Inputs are linear in time.
+    """
+    extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
+    width = 5 + 2 * extra + terms
+    columns, slope, total, stage = step.columns, step.slope, step.total, step.stage
+    step.state[:] = x
+    if differentiate:
+        columns[:, :] = 0.0
+        for i in range(5):
+            columns[i, i] = 1.0
+    h = interval / substeps
+    for s in range(substeps):
+        for n in range(4):
+            fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
+            for j in range(u0.shape[0]):
+                step.stage_input[j] = (1.0 - fraction) * u0[j] + fraction * u1[j]
+            reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
+            weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
+            for i in range(5):
+                step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
+            evaluate(
+                step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False
+            )
+            for i in range(5):
+                step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
+            if differentiate:
+                for i in range(5):
+                    for k in range(width):
+                        stage[i, k] = columns[i, k] + (reach * slope[i, k] if n > 0 else 0.0)
+                for i in range(5):
+                    for k in range(width):
+                        # No rate depends on h, the fifth state.
+                        slope[i, k] = (
+                            work.rates_x[i, 0] * stage[0, k]
+                            + work.rates_x[i, 1] * stage[1, k]
+                            + work.rates_x[i, 2] * stage[2, k]
+                            + work.rates_x[i, 3] * stage[3, k]
+                        )
+                    for j in range(extra):
+                        slope[i, 5 + j] += (1.0 - fraction) * work.rates_u[i, j]
+                        slope[i, 5 + extra + j] += fraction * work.rates_u[i, j]
+                    for t in range(terms):
+                        slope[i, 5 + 2 * extra + t] += work.rates_p[i, t]
+                    for k in range(width):
+                        total[i, k] = (0.0 if n == 0 else total[i, k]) + weight * slope[i, k]
+        for i in range(5):
+            step.state[i] += step.state_total[i]
+        if differentiate:
+            for i in range(5):
+                for k in range(width):
+                    columns[i, k] += total[i, k]
+    if differentiate:
+        step.transition[:, :] = columns[:, :5]
+        step.start[:, :] = columns[:, 5 : 5 + extra]
+        step.end[:, :] = columns[:, 5 + extra : 5 + 2 * extra]
+        step.terms[:, :] = columns[:, 5 + 2 * extra :]
