@@ -1,0 +1,245 @@
+"""Standard deviation of the white noise of one measured channel, and the autocovariance of a residual.
+
+The manoeuvre is smooth between corners, the noise is not: a normalised difference of high order suppresses the first
+and passes the second unchanged. Which order is high enough depends on the sampling rate, so it is chosen from the
+data: the lowest order whose estimate no higher order undercuts beyond its own scatter. A second estimate, from the
+tail of the sine series (Klein & Morelli's global Fourier smoothing), shares no step with the first one.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_ORDERS = tuple(range(1, 11))
+_TRIM = 3.0  # standard deviations; corners of the manoeuvre and spikes lie beyond
+# Variance of a standard normal cut at +-_TRIM, so that trimming leaves white noise unbiased.
+_TRIMMED_VARIANCE = 1.0 - 2.0 * _TRIM * math.exp(-0.5 * _TRIM**2) / math.sqrt(2.0 * math.pi) / math.erf(
+    _TRIM / math.sqrt(2.0)
+)
+_MEDIAN_TO_SIGMA = 1.482602218505602  # 1 / 0.6745, the median of |N(0, 1)|
+_UNIFORM = 0.02  # of the interval: jitter below this does not show in the weights
+_ROUNDING = 1e-12  # of the largest value: what arithmetic alone leaves in a difference
+_QUANTILE_80 = 1.2815515655446004  # 80 % of |N(0, 1)| lie below
+_FEWEST_WINDOWS = 8
+
+
+def estimate_noise(time: FloatArray, values: FloatArray) -> float:
+    """The standard deviation of the white measurement noise of one channel, in the channel's unit.
+
+    Parameters
+    ----------
+    time : (N,) array
+        Sample times, s, strictly increasing; the spacing may vary.
+    values : (N,) array
+        The channel; NaN or infinite where the sample is missing.
+
+    Returns
+    -------
+    float
+        Never NaN. 0.0 where the channel is constant, piecewise constant, free of noise within rounding, or has fewer
+        than 10 samples.
+
+    Notes
+    -----
+    The divided difference of order k over k + 1 neighbouring samples vanishes on polynomials of degree k - 1 whatever
+    the spacing; with weights of unit norm, white noise keeps its standard deviation. The scale of the differences is
+    the root-mean-square after iterated trimming at 3 standard deviations, started from the 80 % quantile and corrected
+    for the trimming, so that spikes and the corners of steps do not count. Windows that span a gap are left out.
+
+    Bias, measured on simulated short-period flights of 300 to 1000 samples: within 3 % at 20 and 30 ms for
+    signal-to-noise ratios of 5 to 1000; at 100 ms within 12 % for a natural frequency of 3 rad/s and up to 25 % high at
+    6 rad/s (ten samples a period, a corner every 20 samples). Scatter 3 to 10 %. Noise that is not white is
+    understated: only its rough part counts. A quantised channel yields at least the quantum over sqrt(12). A channel
+    that repeats four samples in five counts as free of noise.
+
+    References
+    ----------
+    Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625-633: residual variance from pseudo-residuals, order
+    2; here any order, a robust scale, and the order chosen from the data.
+    """
+    present = np.isfinite(values) & np.isfinite(time)
+    instants = np.asarray(time, dtype=np.float64)[present]
+    samples = np.asarray(values, dtype=np.float64)[present]
+    if samples.size < 10:
+        return 0.0
+    peak = float(np.max(np.abs(samples)))
+    # The mean is taken off so that a large offset (altitude) does not cost digits in the high orders.
+    samples = samples - np.mean(samples)
+    scales, scatters = _scales_by_order(instants, samples)
+    noise = max(_lowest_sufficient(scales, scatters), _quantum(samples, peak) / math.sqrt(12.0))
+    return noise if noise > _ROUNDING * peak else 0.0
+
+
+def fourier_noise(values: FloatArray, *, signal_share: float = 0.5) -> float:
+    """The noise standard deviation from the tail of the sine series: an independent check for uniform sampling.
+
+    Parameters
+    ----------
+    values : (N,) array
+        Uniformly sampled channel without missing samples.
+    signal_share : float
+        Share of the frequencies, counted from zero, that may hold signal; the rest is taken as noise, dimensionless.
+
+    Returns
+    -------
+    float
+        In the channel's unit.
+
+    Notes
+    -----
+    The line through the end points is taken off, so that the odd periodic continuation has no jump and the sine
+    coefficients of the signal fall as k^-3; those of white noise stay level (Klein & Morelli 2006, section 11.3). The
+    level is the median of the squared coefficients. A jump inside the record falls as 1/k only and raises the tail.
+    """
+    samples = np.asarray(values, dtype=np.float64)
+    if samples.size < 10:
+        return 0.0
+    line = np.linspace(samples[0], samples[-1], samples.size)
+    # ortho scaling: every coefficient of white noise has the noise's own variance
+    coefficients = scipy.fft.dst((samples - line)[1:-1], type=1, norm="ortho")
+    tail = np.abs(coefficients[int(signal_share * coefficients.size) :])
+    return float(_MEDIAN_TO_SIGMA * np.median(tail))
+
+
+def autocovariance(residual: FloatArray, max_lag: int) -> FloatArray:
+    """The autocovariance of a residual at the lags 0 .. max_lag, in the residual's unit squared.
+
+    Parameters
+    ----------
+    residual : (N,) array
+        Uniformly spaced residual; NaN where missing. Its mean is not taken off.
+    max_lag : int
+        Largest lag, samples; lags beyond N - 1 are zero.
+
+    Returns
+    -------
+    (max_lag + 1,) array
+        R(k) = (1/N) sum_i r_i r_(i+k), the form of Morelli & Klein (1997), eq. (12). With missing samples the sum
+        over the pairs that are there is scaled up by (N - k)/(number of pairs). A lag without any pair gives 0.
+
+    Notes
+    -----
+    By FFT with zero padding, O(N log N).
+    """
+    samples = np.asarray(residual, dtype=np.float64)
+    present = np.isfinite(samples)
+    count = samples.size
+    result = np.zeros(max_lag + 1)
+    if count == 0 or not present.any():
+        return result
+    lags = min(max_lag, count - 1) + 1
+    sums = _lagged_products(np.where(present, samples, 0.0), lags)
+    if present.all():
+        result[:lags] = sums / count
+        return result
+    pairs = np.rint(_lagged_products(present.astype(np.float64), lags))
+    possible = count - np.arange(lags, dtype=np.float64)
+    np.divide(sums * possible, pairs * count, out=result[:lags], where=pairs > 0.0)
+    return result
+
+
+def _lagged_products(samples: FloatArray, lags: int) -> FloatArray:
+    """sum_i x_i x_(i+k) for k = 0 .. lags - 1, through the power spectrum of the zero-padded record."""
+    length = scipy.fft.next_fast_len(samples.size + lags, real=True)
+    spectrum = scipy.fft.rfft(samples, length)
+    products: FloatArray = scipy.fft.irfft(spectrum.real**2 + spectrum.imag**2, length)[:lags]
+    return products
+
+
+def _scales_by_order(time: FloatArray, samples: FloatArray) -> tuple[list[float], list[float]]:
+    """Noise scale and its relative scatter for each difference order that the record is long enough for."""
+    interval = float(np.median(np.diff(time)))
+    scales: list[float] = []
+    scatters: list[float] = []
+    for order in _ORDERS:
+        differences = _unit_differences(time, samples, order, interval)
+        if differences.size < _FEWEST_WINDOWS and scales:
+            break
+        scales.append(_trimmed_scale(differences))
+        # Variance of the mean square of correlated differences: 2 sigma^4/N sum rho_j^2, which binomials sum up.
+        correlation = math.comb(4 * order, 2 * order) / math.comb(2 * order, order) ** 2
+        scatters.append(math.sqrt(correlation / (2.0 * max(differences.size, 1))))
+    return scales, scatters
+
+
+def _unit_differences(time: FloatArray, samples: FloatArray, order: int, interval: float) -> FloatArray:
+    """Divided differences of the given order, each with weights of unit norm, leaving out windows over a gap."""
+    points = order + 1
+    if samples.size < points:
+        return np.zeros(0)
+    count = samples.size - order
+    steps = np.diff(time)
+    if np.ptp(steps) <= _UNIFORM * interval:
+        differences: FloatArray = np.diff(samples, n=order) / math.sqrt(math.comb(2 * order, order))
+        return differences
+    differences = np.zeros(count)
+    norm = np.zeros(count)
+    for i in range(points):
+        weight = np.ones(count)
+        for j in range(points):
+            if j != i:
+                weight *= interval / (time[i : i + count] - time[j : j + count])
+        differences += weight * samples[i : i + count]
+        norm += weight**2
+    differences /= np.sqrt(norm)
+    whole = time[order:] - time[:count] < 1.5 * points * interval
+    return differences[whole] if np.count_nonzero(whole) >= max(_FEWEST_WINDOWS, count // 10) else differences
+
+
+def _trimmed_scale(differences: FloatArray) -> float:
+    """Root-mean-square of the differences within 3 of itself, unbiased for Gaussian noise; 0 if 4 in 5 of them are 0.
+
+    Started from the 80 % quantile and not from the median: a channel that dwells on its quantisation levels has
+    mostly tiny differences, and trimming started among them would never see the jumps that are its noise.
+    """
+    magnitude = np.abs(differences)
+    scale = float(np.quantile(magnitude, 0.8)) / _QUANTILE_80 if magnitude.size else 0.0
+    for _ in range(50):
+        kept = magnitude[magnitude <= _TRIM * scale]
+        if kept.size == 0 or scale == 0.0:
+            break
+        updated = math.sqrt(float(np.mean(kept**2)) / _TRIMMED_VARIANCE)
+        if abs(updated - scale) <= 1e-6 * scale:
+            return updated
+        scale = updated
+    return scale
+
+
+def _lowest_sufficient(scales: list[float], scatters: list[float]) -> float:
+    """The scale of the lowest order that no higher order undercuts by more than the scatter of the two."""
+    for position, scale in enumerate(scales):
+        undercut = any(
+            other < scale * (1.0 - scatter)
+            for other, scatter in zip(scales[position + 1 :], scatters[position + 1 :], strict=True)
+        )
+        if not undercut:
+            return scale
+    return scales[-1]
+
+
+def _quantum(samples: FloatArray, peak: float) -> float:
+    """The step of a coarsely quantised channel; 0 where the samples do not sit on a grid that they move along.
+
+    A commanded surface that jumps between three positions also takes few values, but jumps over many steps of any
+    grid or has too few levels to speak of one.
+    """
+    levels = np.unique(samples)
+    if levels.size < 8 or levels.size > samples.size // 2:
+        return 0.0
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-9 * max(peak, float(np.ptp(samples)))]
+    if gaps.size < 7:
+        return 0.0
+    quantum = float(np.min(gaps))
+    if np.max(np.abs(gaps / quantum - np.rint(gaps / quantum))) > 1e-3:
+        return 0.0
+    jumps = np.abs(np.diff(samples))
+    jumps = jumps[jumps > 0.5 * quantum]
+    single = np.count_nonzero(jumps < 1.5 * quantum)
+    return quantum if 2 * single > jumps.size else 0.0
