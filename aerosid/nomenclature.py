@@ -53,7 +53,9 @@ _GLOSSARY = (
     Channel("psi", "heading", "rad", "nose right", "other"),
     Channel("a_x", "specific force along body x at the centre of gravity", "m/s^2", "forward", "output"),
     Channel("a_y", "specific force along body y at the centre of gravity", "m/s^2", "right", "other"),
-    Channel("a_z", "specific force along body z at the centre of gravity", "m/s^2", "down; level flight -9.81", "output"),
+    Channel(
+        "a_z", "specific force along body z at the centre of gravity", "m/s^2", "down; level flight -9.81", "output"
+    ),
     Channel("p_dot", "roll acceleration", "rad/s^2", "right wing down", "other"),
     Channel("q_dot", "pitch acceleration", "rad/s^2", "nose up", "output"),
     Channel("r_dot", "yaw acceleration", "rad/s^2", "nose right", "other"),
