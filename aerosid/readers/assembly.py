@@ -122,7 +122,7 @@ def _in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
 def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
     if time.size < FEWEST_SAMPLES:
         raise LogError(
-            f"{path}: the log holds {time.size} samples, but at least {FEWEST_SAMPLES} are needed; record or export more."
+            f"{path}: the log holds {time.size} samples, but at least {FEWEST_SAMPLES} are needed; export more."
         )
     missing = np.flatnonzero(~np.isfinite(time))
     if missing.size:
@@ -171,7 +171,7 @@ def _sum_of_columns(name: str, entry: ColumnMap, table: RawTable, place: _Place)
     unit = entry.unit if entry.unit is not None else units.pop() if len(units) == 1 else None
     if unit is None:
         raise ChannelMapError(
-            f"{place.map}: channel {name} has no `unit`, and {place.log} does not give one for its column; add the unit."
+            f"{place.map}: channel {name} has no `unit`, and {place.log} gives none for its column; add the unit."
         )
     return table.values[:, indices].sum(axis=1), unit
 
@@ -218,8 +218,8 @@ def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place
         lost = int(np.count_nonzero((wanted < log.time[0]) | (wanted > log.time[-1])))
         log.channels[name] = moved
         log.notes.append(
-            f"{name}: moved {abs(entry.delay):g} s {'earlier' if entry.delay > 0 else 'later'} by linear interpolation; "
-            f"{lost} samples at the {'end' if entry.delay > 0 else 'start'} are missing"
+            f"{name}: moved {abs(entry.delay):g} s {'earlier' if entry.delay > 0 else 'later'} by linear "
+            f"interpolation; {lost} samples at the {'end' if entry.delay > 0 else 'start'} are missing"
         )
 
 

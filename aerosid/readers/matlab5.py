@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any, cast
 
 import numpy as np
 
@@ -82,7 +83,8 @@ def _load(data: bytes, path: str) -> dict[str, object]:
     if not data.startswith(b"MATLAB 5"):
         raise LogError(f"{path}: the file does not start with a MATLAB 5 header; save it from MATLAB with `-v7`.")
     try:
-        loaded = scipy.io.loadmat(io.BytesIO(data))
+        # The stubs forget that an open file will do.
+        loaded = scipy.io.loadmat(cast(Any, io.BytesIO(data)))
     except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead scipy to
         detail = " ".join(str(error).split())[:80]
         raise LogError(f"{path}: the MATLAB file is damaged or truncated ({detail}); copy or save it again.") from None

@@ -10,6 +10,7 @@ import numpy as np
 from aerosid.errors import LogError
 from aerosid.readers.table import FloatArray, shown
 
+_BLOCK = 20_000  # lines
 _MISSING = frozenset({"", "nan", "+nan", "-nan"})
 
 
@@ -62,14 +63,28 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
     # pandas fills short rows with missing samples; a truncated file must not pass for a gap in the recording.
     even = delimiter is None or body.count(delimiter.encode()) == (width - 1) * (body.count(b"\n") + 1)
     values = _parse_fast(body, delimiter) if even or blanks else None
-    suspicious = values is None or values.shape[1] != width
-    if values is not None and not suspicious:
-        finite_or_missing = not np.isinf(values).any()
-        short_rows = (delimiter is None or blanks) and bool(np.isnan(values[:, -1]).any())
-        suspicious = not finite_or_missing or short_rows
-    if suspicious or values is None:
-        values = _parse_slowly(body, delimiter, width, first_line, path)
+    if values is None or _suspicious(values, width):
+        values = _parse_by_blocks(body.split(b"\n"), delimiter, width, first_line, path)
     return values, blanks
+
+
+def _suspicious(values: FloatArray, width: int) -> bool:
+    """Whether the fast parser may have passed over a short row or an infinite value."""
+    return values.shape[1] != width or bool(np.isinf(values).any()) or bool(np.isnan(values[:, -1]).any())
+
+
+def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, first_line: int, path: str) -> FloatArray:
+    """As `_parse_slowly`, which looks only at the blocks of lines that the fast parser cannot vouch for."""
+    parts = []
+    for start in range(0, len(lines), _BLOCK):
+        block = lines[start : start + _BLOCK]
+        body = b"\n".join(block)
+        even = delimiter is None or all(line.count(delimiter.encode()) == width - 1 for line in block)
+        values = _parse_fast(body, delimiter) if even and body.strip() else None
+        if values is None or _suspicious(values, width) or values.shape[0] != len(block):
+            values = _parse_slowly(body, delimiter, width, first_line + start, path)
+        parts.append(values)
+    return np.concatenate(parts)
 
 
 def _parse_fast(body: bytes, delimiter: str | None) -> FloatArray | None:

@@ -183,7 +183,7 @@ def _pint_name(name: str, unit: str, registry: pint.UnitRegistry[float], *, grav
 
 
 def _same_angle(source: pint.Unit, target: pint.Unit, written: str, registry: pint.UnitRegistry[float]) -> bool:
-    """Whether both hold angles to the same power, or the source is a bare number (per second) where radians are meant."""
+    """Whether both hold angles to the same power, or the source is a bare number (per second) for radians."""
     powers = [dict(registry.get_root_units(unit)[1]._units).get("radian", 0) for unit in (source, target)]
     if powers[0] == powers[1]:
         return True
