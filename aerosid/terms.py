@@ -308,7 +308,7 @@ def _tokens(text: str) -> list[str]:
         match = _TOKEN.match(text, position)
         if match is None:
             character = text[position:].lstrip(" \t")[0]
-            raise _wrong(text, f"the character {ascii(character)} has no meaning in a term")
+            raise _wrong(text, f"the character {character!a} has no meaning in a term")
         tokens.append(match.group().strip(" \t"))
         position = match.end()
     return tokens

@@ -1,0 +1,180 @@
+"""What was found, written into the text of the given aircraft file with its comments and layout kept."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import math
+import os
+import tempfile
+from collections.abc import Mapping, MutableMapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import AoT, InlineTable, KeyType, SingleKey
+
+from aerosid.aircraft.model import Aircraft, DeclaredEffect
+from aerosid.aircraft.schema import aircraft_from_text
+from aerosid.errors import AircraftError
+from aerosid.terms import Term, parse_term
+
+_SMALLEST_SIGMA = 1e-12
+_FOUND = "found by aerosid, not in the declared model"
+
+
+def complete(
+    aircraft: Aircraft,
+    values: Mapping[tuple[str, str], tuple[float, float | None]],
+    effects: Sequence[DeclaredEffect],
+) -> Aircraft:
+    """The aircraft with values and effects taken over; see `Aircraft.completed`.
+
+    The new text is read again like any file, so that what is returned is what a reader of the written file gets.
+
+    Raises
+    ------
+    AircraftError
+        Where a value is no finite number, a term cannot be read, or the coefficient is none of the model's.
+    """
+    wanted: dict[tuple[str, Term], tuple[float, float | None]] = {}
+    for (coefficient, text), (value, std_error) in values.items():
+        _check(aircraft, coefficient, text, value)
+        wanted[coefficient, parse_term(text)] = (value, std_error)
+    text = _with_comments(aircraft, wanted, effects)
+    return aircraft_from_text(text, aircraft.path, hashlib.sha256(text.encode()).hexdigest())
+
+
+def save_aircraft(aircraft: Aircraft, path: str | Path) -> None:
+    """Write the aircraft's text; under the final name stands either the whole file or what stood there before.
+
+    Raises
+    ------
+    AircraftError
+        Where the file cannot be written.
+    """
+    target = Path(path)
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
+            stream.write(aircraft.text)
+        # mkstemp makes files for the owner's eyes only; a result is as readable as any other new file
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, target)
+    except OSError as error:
+        if temporary:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+        raise AircraftError(
+            f"{target} cannot be written ({error.strerror}); check that its folder exists and is writable"
+        ) from None
+
+
+def _check(aircraft: Aircraft, coefficient: str, text: str, value: float) -> None:
+    if coefficient not in aircraft.coefficients:
+        raise AircraftError(
+            f"{aircraft.path}: {coefficient} does not fit this model, whose coefficients are "
+            f"{', '.join(aircraft.coefficients)}; give the value for one of these"
+        )
+    if not math.isfinite(value):
+        raise AircraftError(f"{aircraft.path}: the value of {coefficient} {text} is {value}, expected a finite number")
+
+
+def _with_comments(
+    aircraft: Aircraft,
+    wanted: Mapping[tuple[str, Term], tuple[float, float | None]],
+    effects: Sequence[DeclaredEffect],
+) -> str:
+    """The text of the file with the values replaced in place."""
+    try:
+        document = tomlkit.parse(aircraft.text)
+    except TOMLKitError as error:  # tomllib has read it, so the two libraries disagree about an odd layout
+        raise AircraftError(
+            f"{aircraft.path}: its layout cannot be edited ({str(error)[:120]}); "
+            "write each table once, below its own header"
+        ) from None
+    declared = {(entry.coefficient, entry.term): entry for entry in aircraft.derivatives}
+    derivatives: Any = document["derivatives"]
+    spelling = {
+        (coefficient, parse_term(text)): text
+        for coefficient in aircraft.coefficients
+        for text in derivatives.get(coefficient, {})
+    }
+    for (coefficient, term), (value, std_error) in wanted.items():
+        entry = declared.get((coefficient, term))
+        if entry is None:
+            _add_entry(derivatives[coefficient], str(term), _numbers(value, std_error))
+        elif not entry.fixed:
+            _update(derivatives[coefficient][spelling[coefficient, term]], _numbers(value, std_error))
+    if effects:
+        _write_effects(document, aircraft, effects)
+    return tomlkit.dumps(document)
+
+
+def _numbers(value: float, std_error: float | None) -> dict[str, float]:
+    """Value and sigma as they are written: more digits than any estimate holds, fewer than a double's noise."""
+    numbers = {"value": float(f"{value:.12g}")}
+    if std_error is not None and math.isfinite(std_error):
+        numbers["sigma"] = float(f"{max(std_error, _SMALLEST_SIGMA):.6g}")
+    return numbers
+
+
+def _update(entry: MutableMapping[str, Any], numbers: Mapping[str, float]) -> None:
+    """Replace value and sigma; a sigma that is no longer known would be a false statement and goes."""
+    for key, number in numbers.items():
+        entry[key] = number
+    if "sigma" not in numbers and "sigma" in entry:
+        del entry["sigma"]
+
+
+def _add_entry(table: Any, name: str, numbers: Mapping[str, float]) -> None:
+    """A new entry at the end of its table, written like the entries that people write."""
+    entry = tomlkit.value("{ " + ", ".join(f"{key} = {number!r}" for key, number in numbers.items()) + " }")
+    if not isinstance(table, InlineTable):
+        entry.comment(_FOUND)
+    table.append(SingleKey(name, t=KeyType.Basic), entry)
+
+
+def _write_effects(document: tomlkit.TOMLDocument, aircraft: Aircraft, effects: Sequence[DeclaredEffect]) -> None:
+    """Append effects; one that stands there already gives way."""
+    declared = [_identity(effect) for effect in aircraft.effects]
+    listed: Any = document.get("effects")
+    replaced = {declared.index(_identity(effect)) for effect in effects if _identity(effect) in declared}
+    for index in sorted(replaced, reverse=True):
+        del listed[index]
+    if listed is None or len(listed) == 0:
+        if listed is not None:
+            del document["effects"]
+        listed = tomlkit.aot()
+        document.append("effects", listed)
+    for effect in effects:
+        listed.append(_effect_table(effect, inline=not isinstance(listed, AoT)))
+
+
+def _identity(effect: DeclaredEffect) -> tuple[str, str, str, float | None]:
+    return effect.kind, effect.where, effect.term, effect.time
+
+
+def _effect_table(effect: DeclaredEffect, inline: bool) -> Any:
+    table: Any = tomlkit.inline_table() if inline else tomlkit.table()
+    if not inline:
+        table.trivia.indent = "\n"  # a blank line before the header
+    table["kind"] = effect.kind
+    table["where"] = effect.where
+    if effect.term:
+        table["term"] = effect.term
+    for key, number in (("value", effect.value), ("std_error", effect.std_error), ("time", effect.time)):
+        if number is not None:
+            table[key] = float(f"{number:.12g}")
+    if effect.parameters:
+        parameters = tomlkit.inline_table()
+        for name, number in effect.parameters.items():
+            parameter = tomlkit.inline_table()
+            parameter["value"] = float(f"{number:.12g}")
+            parameters[name] = parameter
+        table["parameters"] = parameters
+    return table
