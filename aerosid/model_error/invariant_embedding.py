@@ -1,0 +1,683 @@
+"""The recursion's algebra, once: the exact step of the invariant-embedding estimator with frozen linearisation.
+
+Every estimator of this package (continuous, streaming, fixed interval, the aircraft's own driver) advances by these
+kernels. They take plain contiguous float64 arrays and a `StepWork` made once by `step_work`; nothing is allocated
+inside.
+
+Over a step of length dt with frozen F = f_x, W = (1/2) Q2^-1 and C = 2 H' Q1 H, the two-point boundary value problem
+(18), (19) of Parameswaran & Raol 1994 for the deviation from the open-loop path is linear,
+
+    x'      =  F x + W lambda + c(t)
+    lambda' = -F' lambda + C x - g(t),     g = 2 H' Q1 r,  r the residual along the open-loop path,
+
+which is (25), (26) with a forcing. Its solution is written from the two ends that are known (x at the beginning,
+lambda at the end), not from one end to the other:
+
+    x(dt)     = Phi x(0) + Q lambda(dt) + c_x
+    lambda(0) = Phi' lambda(dt) - G x(0) + c_lambda.
+
+In this form nothing grows, however stiff the step is, whereas the transition matrix of (25), (26) holds both
+exp(+|s| dt) and exp(-|s| dt) and is useless past |s| dt of about 20. With x(0) = S lambda(0) (invariant embedding) it
+gives the step of the Riccati equation (22) and of the mean (21):
+
+    S(dt) = Q + Phi S (I + G S)^-1 Phi',    e(dt) = c_x + Phi S (I + G S)^-1 c_lambda.
+
+(Phi, Q, G, c) of a short step come from a Taylor series that is exact to rounding, those of the whole step from
+doubling it. The step is first balanced by a diagonal change of state units, so that neither the number of doublings
+nor the rounding depends on the units in which the states are given.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+
+Array = NDArray[np.float64]
+
+# Balanced norm of the short step: at 1/11 the first neglected term of the ninth-degree series, relative to the linear
+# one, is (1/11)^9 / 10! = 1.2e-16.
+_SHORT_STEP_NORM = 1.0 / 11.0
+# A step of norm 2^60 short steps is beyond any meaning of the numbers; more doublings only spread rounding.
+_MAX_DOUBLINGS = 60
+_EPSILON = float(np.finfo(np.float64).eps)
+_TINY = float(np.finfo(np.float64).tiny)
+
+
+class StepWork(NamedTuple):
+    """Work arrays of one step for n states, k constant and k_ramp ramp forcing columns (K = k + k_ramp).
+
+    After `step_map` the fields E, Q, G, c_x, c_lambda hold the step in balanced units (state i in units of scale[i]):
+    Phi = I + E. Make one by `step_work`; one per thread.
+    """
+
+    scale: Array  # (n,) balanced unit of each state
+    E: Array  # (n, n) Phi - I: kept apart, since Phi of a short step is I to many digits
+    Q: Array  # (n, n)
+    G: Array  # (n, n)
+    c_x: Array  # (n, K)
+    c_lambda: Array  # (n, K)
+    forcing: Array  # (2n, k) forcing columns of (x, lambda), balanced
+    A: Array  # (2n, 2n) Hamiltonian times the short step
+    A2: Array
+    A3: Array
+    M: Array  # (2n, 2n) transition matrix minus I
+    M_inner: Array
+    b1: Array  # (2n, k)
+    b2: Array
+    z: Array  # (2n, K)
+    z_inner: Array
+    left: Array  # (n, 2n + K)
+    aug: Array  # (n, 3n + K) system and right-hand sides
+    Y: Array  # (n, n + K)
+    L: Array  # (n, n) Cholesky factor of S
+    R: Array  # (n, n) Cholesky factor of I + L' G L
+
+
+def step_work(n: int, constant: int = 2, ramp: int = 1) -> StepWork:
+    """Work arrays for steps of `n` states.
+
+    Parameters
+    ----------
+    n : int
+        Number of states.
+    constant, ramp : int
+        Forcing columns that act constantly, and those that also act as a ramp from 0 to 1 over the step (always the
+        last `ramp` of the constant ones). (2, 1) is what `estimator_step` needs; (n, n) what `gain_step` needs.
+
+    Returns
+    -------
+    StepWork
+    """
+    K = constant + ramp
+    square, double = (n, n), (2 * n, 2 * n)
+    shapes = {
+        "scale": (n,), "E": square, "Q": square, "G": square, "c_x": (n, K), "c_lambda": (n, K),
+        "forcing": (2 * n, constant), "A": double, "A2": double, "A3": double, "M": double, "M_inner": double,
+        "b1": (2 * n, constant), "b2": (2 * n, constant), "z": (2 * n, K), "z_inner": (2 * n, K),
+        "left": (n, 2 * n + K), "aug": (n, 3 * n + K), "Y": (n, n + K), "L": square, "R": square,
+    }  # fmt: skip
+    return StepWork(**{name: np.zeros(shape) for name, shape in shapes.items()})
+
+
+@njit_inline
+def _multiply(A: Array, B: Array, out: Array, rows: int, inner: int, columns: int) -> None:
+    """out[:rows, :columns] = A[:rows, :inner] B[:inner, :columns]."""
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = 0.0
+        for m in range(inner):
+            a = A[i, m]
+            for j in range(columns):
+                out[i, j] += a * B[m, j]
+
+
+@njit
+def solve_in_place(aug: Array, n: int, width: int) -> bool:
+    """Right-hand sides aug[:, n:width] replaced by their solutions; False where the system aug[:, :n] is singular.
+
+    Gaussian elimination with row pivoting. The systems here, I + Q G with Q and G positive semi-definite, have real
+    eigenvalues of 1 or more and are well conditioned in balanced units.
+    """
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(aug[i, k]) > abs(aug[pivot, k]):
+                pivot = i
+        if not abs(aug[pivot, k]) > 0.0:
+            return False
+        if pivot != k:
+            for j in range(k, width):
+                swap = aug[k, j]
+                aug[k, j] = aug[pivot, j]
+                aug[pivot, j] = swap
+        inverse = 1.0 / aug[k, k]
+        for i in range(k + 1, n):
+            factor = aug[i, k] * inverse
+            for j in range(k + 1, width):
+                aug[i, j] -= factor * aug[k, j]
+    for k in range(n - 1, -1, -1):
+        inverse = 1.0 / aug[k, k]
+        for j in range(n, width):
+            aug[k, j] *= inverse
+        for i in range(k):
+            factor = aug[i, k]
+            for j in range(n, width):
+                aug[i, j] -= factor * aug[k, j]
+    return True
+
+
+@njit
+def cholesky(S: Array, L: Array) -> bool:
+    """Lower factor of the symmetric S into L; False where a pivot had to be raised to rounding level.
+
+    A semi-definite S (a state known exactly) gives a zero column, which is exact. A pivot below n eps S_ii is lost in
+    rounding and is set to that level, which keeps the matrix positive definite.
+    """
+    n = S.shape[0]
+    sound = True
+    for j in range(n):
+        for i in range(j):
+            L[i, j] = 0.0
+        pivot = S[j, j]
+        for k in range(j):
+            pivot -= L[j, k] * L[j, k]
+        floor = n * _EPSILON * S[j, j]
+        if pivot < floor or not pivot > 0.0:
+            sound = sound and S[j, j] == 0.0
+            pivot = floor
+        if pivot <= 0.0:
+            for i in range(j, n):
+                L[i, j] = 0.0
+            continue
+        root = math.sqrt(pivot)
+        L[j, j] = root
+        for i in range(j + 1, n):
+            value = S[i, j]
+            for k in range(j):
+                value -= L[i, k] * L[j, k]
+            L[i, j] = value / root
+    return sound
+
+
+@njit
+def _balance(F: Array, W: Array, C: Array, scale: Array) -> float:
+    """State units into `scale` that make the norm of [[F, W], [C, -F']] small; returns that norm (largest row sum).
+
+    Osborne's balancing, restricted to the symplectic scalings x -> x/s, lambda -> s lambda: each state's unit is set
+    so that what enters its equation weighs as much as what it enters. From (W_ii/C_ii)^(1/4) three sweeps suffice.
+    """
+    n = F.shape[0]
+    for i in range(n):
+        scale[i] = 1.0
+        if W[i, i] > 0.0 and C[i, i] > 0.0:
+            scale[i] = math.sqrt(math.sqrt(W[i, i] / C[i, i]))
+    for _ in range(3):
+        for i in range(n):
+            # W_ii and C_ii change with the square of the unit; their roots put them on the footing of the others.
+            into = math.sqrt(abs(W[i, i]))
+            out = math.sqrt(abs(C[i, i]))
+            for j in range(n):
+                if j != i:
+                    into += abs(F[i, j]) * scale[j] + abs(W[i, j]) / scale[j]
+                    out += abs(F[j, i]) / scale[j] + abs(C[i, j]) * scale[j]
+            if into > 0.0 and out > 0.0:
+                scale[i] = math.sqrt(into / out)
+    norm = 0.0
+    for i in range(n):
+        upper = 0.0
+        lower = 0.0
+        for j in range(n):
+            upper += abs(F[i, j]) * scale[j] / scale[i] + abs(W[i, j]) / (scale[i] * scale[j])
+            lower += abs(F[j, i]) * scale[i] / scale[j] + abs(C[i, j]) * scale[i] * scale[j]
+        norm = max(norm, upper, lower)
+    return norm
+
+
+@njit
+def _short_step(ramp: int, work: StepWork) -> bool:
+    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is work.A, by the ninth-degree Taylor series.
+
+    The polynomial is summed in powers of A^3 (Paterson and Stockmeyer), the forcing by phi_1 and phi_2 alike.
+    """
+    A, A2, A3, M, M_inner = work.A, work.A2, work.A3, work.M, work.M_inner
+    b0, b1, b2, z, z_inner = work.forcing, work.b1, work.b2, work.z, work.z_inner
+    n2 = A.shape[0]
+    n = n2 // 2
+    k = b0.shape[1]
+    K = k + ramp
+    _multiply(A, A, A2, n2, n2, n2)
+    _multiply(A, A2, A3, n2, n2, n2)
+    for i in range(n2):
+        for j in range(n2):
+            M[i, j] = A3[i, j] / 362880.0 + A2[i, j] / 40320.0 + A[i, j] / 5040.0
+        M[i, i] += 1.0 / 720.0
+    _multiply(A3, M, M_inner, n2, n2, n2)
+    for i in range(n2):
+        for j in range(n2):
+            M_inner[i, j] += A2[i, j] / 120.0 + A[i, j] / 24.0
+        M_inner[i, i] += 1.0 / 6.0
+    _multiply(A3, M_inner, M, n2, n2, n2)
+    for i in range(n2):
+        for j in range(n2):
+            M[i, j] += A2[i, j] / 2.0 + A[i, j]
+
+    _multiply(A, b0, b1, n2, n2, k)
+    _multiply(A2, b0, b2, n2, n2, k)
+    for i in range(n2):
+        for j in range(k):
+            z[i, j] = b0[i, j] / 5040.0 + b1[i, j] / 40320.0 + b2[i, j] / 362880.0
+        for j in range(k, K):
+            m = j - ramp
+            z[i, j] = b0[i, m] / 40320.0 + b1[i, m] / 362880.0 + b2[i, m] / 3628800.0
+    _multiply(A3, z, z_inner, n2, n2, K)
+    for i in range(n2):
+        for j in range(k):
+            z_inner[i, j] += b0[i, j] / 24.0 + b1[i, j] / 120.0 + b2[i, j] / 720.0
+        for j in range(k, K):
+            m = j - ramp
+            z_inner[i, j] += b0[i, m] / 120.0 + b1[i, m] / 720.0 + b2[i, m] / 5040.0
+    _multiply(A3, z_inner, z, n2, n2, K)
+    for i in range(n2):
+        for j in range(k):
+            z[i, j] += b0[i, j] + b1[i, j] / 2.0 + b2[i, j] / 6.0
+        for j in range(k, K):
+            m = j - ramp
+            z[i, j] += b0[i, m] / 2.0 + b1[i, m] / 6.0 + b2[i, m] / 24.0
+
+    # From one-ended to two-ended: Phi' = M22^-1, G = M22^-1 M21, c_lambda = -M22^-1 z_lambda.
+    aug = work.aug
+    for i in range(n):
+        for j in range(n):
+            aug[i, j] = M[n + i, n + j]
+            aug[i, n + j] = -M[n + i, n + j]
+            aug[i, 2 * n + j] = M[n + i, j]
+        aug[i, i] += 1.0
+        for j in range(K):
+            aug[i, 3 * n + j] = -z[n + i, j]
+    if not solve_in_place(aug, n, 3 * n + K):
+        return False
+    E, Q, G, c_x, c_lambda = work.E, work.Q, work.G, work.c_x, work.c_lambda
+    for i in range(n):
+        for j in range(n):
+            E[j, i] = aug[i, n + j]
+            G[i, j] = 0.5 * (aug[i, 2 * n + j] + aug[j, 2 * n + i])
+        for j in range(K):
+            c_lambda[i, j] = aug[i, 3 * n + j]
+    for i in range(n):
+        for j in range(n):
+            value = M[i, n + j]
+            for m in range(n):
+                value += M[i, n + m] * E[j, m]
+            Q[i, j] = value
+        for j in range(K):
+            value = z[i, j]
+            for m in range(n):
+                value += M[i, n + m] * c_lambda[m, j]
+            c_x[i, j] = value
+    _symmetrise(Q)
+    return True
+
+
+@njit_inline
+def _symmetrise(A: Array) -> None:
+    """A replaced by (A + A')/2."""
+    for i in range(A.shape[0]):
+        for j in range(i):
+            mean = 0.5 * (A[i, j] + A[j, i])
+            A[i, j] = mean
+            A[j, i] = mean
+
+
+@njit
+def _double(ramp: int, work: StepWork) -> bool:
+    """The step in `work` followed by itself; ramps rise over both together.
+
+    Structure-preserving doubling: with V = (I + Q G)^-1,
+    Phi <- Phi V Phi, Q <- Q + Phi V Q Phi', G <- G + Phi' G V Phi,
+    and, with the first half's forcing a and the second half's b, y = V (a_x + Q b_lambda),
+    c_x <- b_x + Phi y, c_lambda <- a_lambda + Phi' (b_lambda - G y).
+    """
+    E, Q, G, c_x, c_lambda = work.E, work.Q, work.G, work.c_x, work.c_lambda
+    left, aug, Y = work.left, work.aug, work.Y
+    n, K = c_x.shape
+    k = K - ramp
+    # The first half of a ramp is half a ramp; its second half is half a constant and half a ramp.
+    for i in range(n):
+        for j in range(n):
+            left[i, j] = G[i, j]
+            left[i, n + j] = E[j, i]
+        left[i, n + i] += 1.0
+        for j in range(k):
+            left[i, 2 * n + j] = c_lambda[i, j]
+        for j in range(k, K):
+            left[i, 2 * n + j] = 0.5 * (c_lambda[i, j - ramp] + c_lambda[i, j])
+            c_lambda[i, j] *= 0.5
+    for i in range(n):
+        # Columns of aug: I + Q G | Q G Phi | Q Phi' | a_x + Q b_lambda
+        for j in range(3 * n + K):
+            aug[i, j] = 0.0
+        for m in range(n):
+            q = Q[i, m]
+            for j in range(n):
+                aug[i, j] += q * left[m, j]
+            for j in range(n, 2 * n + K):
+                aug[i, n + j] += q * left[m, j]
+        for j in range(n):
+            aug[i, n + j] = aug[i, j]
+        for m in range(n):
+            t = aug[i, m]
+            for j in range(n):
+                aug[i, n + j] += t * E[m, j]
+        aug[i, i] += 1.0
+        for j in range(k):
+            aug[i, 3 * n + j] += c_x[i, j]
+        for j in range(k, K):
+            aug[i, 3 * n + j] += 0.5 * c_x[i, j]
+    if not solve_in_place(aug, n, 3 * n + K):
+        return False
+    # aug now holds X = V Q G Phi, V Q Phi' and y. V Phi = I + Z with Z = E - X, so that Phi V Phi - I = E + Z + E Z.
+    for i in range(n):
+        for j in range(n):
+            aug[i, n + j] = E[i, j] - aug[i, n + j]
+    for i in range(n):
+        for j in range(n):
+            Y[i, j] = G[i, j]
+        for j in range(K):
+            Y[i, n + j] = left[i, 2 * n + j]
+        for m in range(n):
+            g = G[i, m]
+            for j in range(n):
+                Y[i, j] += g * aug[m, n + j]
+            for j in range(K):
+                Y[i, n + j] -= g * aug[m, 3 * n + j]
+    for i in range(n):
+        for j in range(n):
+            G[i, j] += Y[i, j]
+        for j in range(K):
+            c_lambda[i, j] += Y[i, n + j]
+        for m in range(n):
+            t = E[m, i]
+            for j in range(n):
+                G[i, j] += t * Y[m, j]
+            for j in range(K):
+                c_lambda[i, j] += t * Y[m, n + j]
+    for i in range(n):
+        # left is free again: Phi - I of the double step, then copied over E.
+        for j in range(n):
+            left[i, j] = E[i, j] + aug[i, n + j]
+            Q[i, j] += aug[i, 2 * n + j]
+        for j in range(k, K):
+            c_x[i, j] = 0.5 * (c_x[i, j - ramp] + c_x[i, j])
+        for j in range(K):
+            c_x[i, j] += aug[i, 3 * n + j]
+        for m in range(n):
+            t = E[i, m]
+            for j in range(n):
+                left[i, j] += t * aug[m, n + j]
+                Q[i, j] += t * aug[m, 2 * n + j]
+            for j in range(K):
+                c_x[i, j] += t * aug[m, 3 * n + j]
+    for i in range(n):
+        for j in range(n):
+            E[i, j] = left[i, j]
+    _symmetrise(Q)
+    _symmetrise(G)
+    return True
+
+
+@njit
+def step_map(F: Array, W: Array, C: Array, ramp: int, dt: float, work: StepWork) -> bool:
+    """(Phi - I, Q, G, c_x, c_lambda) of a step into `work`, in balanced units; False where it cannot be formed.
+
+    Parameters
+    ----------
+    F : (n, n)
+        f_x, 1/s times state units.
+    W : (n, n)
+        (1/2) Q2^-1, positive semi-definite.
+    C : (n, n)
+        2 H' Q1 H, positive semi-definite.
+    ramp : int
+        Number of the last forcing columns that are also wanted as ramps (as given to `step_work`).
+    dt : float
+        Length of the step, s.
+    work : StepWork
+        work.forcing[:n] holds c, work.forcing[n:] holds -g, column by column, in the caller's units; it is
+        overwritten.
+    """
+    n = F.shape[0]
+    scale, A, forcing = work.scale, work.A, work.forcing
+    norm = _balance(F, W, C, scale) * dt
+    if not norm < math.inf:
+        return False
+    doublings = 0
+    while norm > _SHORT_STEP_NORM and doublings < _MAX_DOUBLINGS:
+        norm *= 0.5
+        dt *= 0.5
+        doublings += 1
+    for i in range(n):
+        for j in range(n):
+            f = F[i, j] * dt * scale[j] / scale[i]
+            A[i, j] = f
+            A[n + j, n + i] = -f
+            A[i, n + j] = W[i, j] * dt / (scale[i] * scale[j])
+            A[n + i, j] = C[i, j] * dt * scale[i] * scale[j]
+        for j in range(forcing.shape[1]):
+            forcing[i, j] *= dt / scale[i]
+            forcing[n + i, j] *= dt * scale[i]
+    if not _short_step(ramp, work):
+        return False
+    for _ in range(doublings):
+        if not _double(ramp, work):
+            return False
+    return True
+
+
+@njit
+def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
+    """S at the end of the step in `work` into `S_next`; leaves the mean's response in work.Y[:, n:], balanced.
+
+    S+ = Q + Phi S (I + G S)^-1 Phi' is formed as Q + X X' with S = L L', I + L' G L = R R', X = Phi L R^-T:
+    symmetric by construction, and the only inverse is of a matrix with eigenvalues of 1 or more.
+    e = c_x + Phi S (I + G S)^-1 c_lambda uses the same factors.
+    """
+    E, Q, G, c_x, c_lambda, scale = work.E, work.Q, work.G, work.c_x, work.c_lambda, work.scale
+    L, R, X, Y = work.L, work.R, work.left, work.Y
+    n, K = c_x.shape
+    for i in range(n):
+        for j in range(n):
+            R[i, j] = S[i, j] / (scale[i] * scale[j])
+    cholesky(R, L)
+    for i in range(n):  # X = G L, then R = I + L' G L
+        for j in range(n):
+            value = 0.0
+            for m in range(j, n):
+                value += G[i, m] * L[m, j]
+            X[i, j] = value
+    for i in range(n):
+        for j in range(i + 1):
+            value = 0.0
+            for m in range(i, n):
+                value += L[m, i] * X[m, j]
+            R[i, j] = value
+            R[j, i] = value
+        R[i, i] += 1.0
+    cholesky(R, R)
+    # X = R^-1 L' [Phi' | c_lambda], row by row
+    for i in range(n):
+        for j in range(n):
+            X[i, j] = L[j, i]
+            for m in range(i, n):
+                X[i, j] += L[m, i] * E[j, m]
+        for j in range(K):
+            value = 0.0
+            for m in range(i, n):
+                value += L[m, i] * c_lambda[m, j]
+            X[i, n + j] = value
+        for m in range(i):
+            r = R[i, m]
+            for j in range(n + K):
+                X[i, j] -= r * X[m, j]
+        inverse = 1.0 / R[i, i]
+        for j in range(n + K):
+            X[i, j] *= inverse
+    finite = True
+    for i in range(n):
+        for j in range(i + 1):
+            value = Q[i, j]
+            for m in range(n):
+                value += X[m, i] * X[m, j]
+            value *= scale[i] * scale[j]
+            S_next[i, j] = value
+            S_next[j, i] = value
+        for j in range(K):
+            value = c_x[i, j]
+            for m in range(n):
+                value += X[m, i] * X[m, n + j]
+            Y[i, n + j] = value
+        finite = finite and S_next[i, i] < math.inf
+    return finite
+
+
+@njit
+def estimator_step(
+    S: Array, F: Array, W: Array, C: Array, g0: Array, g1: Array, dt: float, S_next: Array, e: Array, work: StepWork
+) -> bool:
+    """S and the correction of the mean at the end of a step: the step of (21), (22).
+
+    Parameters
+    ----------
+    S : (n, n)
+        Riccati matrix at the beginning of the step, positive definite.
+    F, W, C : (n, n)
+        f_x; (1/2) Q2^-1; 2 H' Q1 H; frozen over the step.
+    g0, g1 : (n,)
+        2 H' Q1 r with the residual r = y - h at the beginning, and at the end of the step on the open-loop path;
+        linear in time between.
+    dt : float
+        Length of the step, s.
+    S_next : (n, n)
+        Out: Riccati matrix at the end.
+    e : (n,)
+        Out: what is to be added to the open-loop state at the end; the solution at dt of
+        e' = F e + 2 S(t) H' Q1 (r(t) - H e), e(0) = 0.
+    work : StepWork
+        From `step_work(n)`.
+
+    Returns
+    -------
+    bool
+        False where the step cannot be formed (not finite).
+    """
+    n = F.shape[0]
+    forcing = work.forcing
+    for i in range(n):
+        forcing[i, 0] = 0.0
+        forcing[i, 1] = 0.0
+        forcing[n + i, 0] = -g0[i]
+        forcing[n + i, 1] = -(g1[i] - g0[i])
+    if not step_map(F, W, C, 1, dt, work):
+        return False
+    finite = riccati_step(S, work, S_next)
+    for i in range(n):  # columns: constant g0, constant g1 - g0 (only needed by the ramp's doubling), ramp g1 - g0
+        e[i] = work.scale[i] * (work.Y[i, n] + work.Y[i, n + 2])
+    return finite
+
+
+@njit
+def gain_step(
+    S: Array, F: Array, W: Array, C: Array, dt: float, S_next: Array, M0: Array, M1: Array, work: StepWork
+) -> bool:
+    """As `estimator_step` for every residual at once: e = M0 g0 + M1 g1.
+
+    Parameters
+    ----------
+    S, F, W, C, dt, S_next
+        As for `estimator_step`.
+    M0, M1 : (n, n)
+        Out. The gains on the residuals themselves are M0 (2 H' Q1) and M1 (2 H' Q1).
+    work : StepWork
+        From `step_work(n, n, n)`.
+
+    Returns
+    -------
+    bool
+        False where the step cannot be formed (not finite).
+    """
+    n = F.shape[0]
+    forcing = work.forcing
+    for i in range(n):
+        for j in range(n):
+            forcing[i, j] = 0.0
+            forcing[n + i, j] = 0.0
+        forcing[n + i, i] = -1.0
+    if not step_map(F, W, C, n, dt, work):
+        return False
+    finite = riccati_step(S, work, S_next)
+    for i in range(n):
+        for j in range(n):
+            ramp = work.scale[i] * work.Y[i, 2 * n + j]
+            M0[i, j] = work.scale[i] * work.Y[i, n + j] - ramp
+            M1[i, j] = ramp
+    return finite
+
+
+@njit
+def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Array, work: StepWork) -> bool:
+    """exp(F dt) and what a forcing that is linear over the step leaves at its end: Gamma0 c0 + Gamma1 c1.
+
+    Parameters
+    ----------
+    F : (n, n)
+        f_x, frozen over the step.
+    dt : float
+        Length of the step, s.
+    Phi, Gamma0, Gamma1 : (n, n)
+        Out. Gamma0 + Gamma1 is the integral of exp(F s) over the step, s.
+    work : StepWork
+        From `step_work(n, n, n)`.
+    """
+    n = F.shape[0]
+    forcing = work.forcing
+    for i in range(n):
+        for j in range(n):
+            Phi[i, j] = 0.0
+            forcing[i, j] = 0.0
+            forcing[n + i, j] = 0.0
+        forcing[i, i] = 1.0
+    if not step_map(F, Phi, Phi, n, dt, work):
+        return False
+    for i in range(n):
+        for j in range(n):
+            ratio = work.scale[i] / work.scale[j]
+            Phi[i, j] = work.E[i, j] * ratio
+            Gamma1[i, j] = work.c_x[i, n + j] * work.scale[i]
+            Gamma0[i, j] = work.c_x[i, j] * work.scale[i] - Gamma1[i, j]
+        Phi[i, i] += 1.0
+    return True
+
+
+@njit
+def information(H: Array, Q1: Array, weight: Array, HQ: Array, C: Array) -> None:
+    """2 H' Q1 and 2 H' Q1 H with rows of H weighted.
+
+    Parameters
+    ----------
+    H : (p, n)
+        Observation matrix.
+    Q1 : (p, p)
+        Measurement weight.
+    weight : (p,)
+        1 for a row that counts, 0 for one that is missing, 1/2 for one that is measured at one end of the step only;
+        Q1[i, j] is scaled by the root of weight[i] weight[j].
+    HQ : (n, p)
+        Out: 2 H' Q1.
+    C : (n, n)
+        Out: 2 H' Q1 H.
+    """
+    p, n = H.shape
+    for i in range(n):
+        for j in range(p):
+            HQ[i, j] = 0.0
+    for m in range(p):
+        if weight[m] > 0.0:
+            for j in range(p):
+                if weight[j] > 0.0 and Q1[m, j] != 0.0:
+                    q = 2.0 * Q1[m, j] * math.sqrt(weight[m] * weight[j])
+                    for i in range(n):
+                        HQ[i, j] += q * H[m, i]
+    for i in range(n):
+        for j in range(i + 1):
+            C[i, j] = 0.0
+        for m in range(p):
+            a = HQ[i, m]
+            if a != 0.0:
+                for j in range(i + 1):
+                    C[i, j] += a * H[m, j]
+        for j in range(i):
+            C[j, i] = C[i, j]
