@@ -1,0 +1,131 @@
+"""The command line: parse, call, print, exit code. One verb is one short function that imports what it needs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Optional
+
+import typer
+
+from aerosid import __version__
+from aerosid.errors import AerosidError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+app = typer.Typer(
+    name="aerosid",
+    help="Finds what an aircraft's declared flight-mechanics model lacks, from measured manoeuvres.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Any verb also takes --debug: a traceback in place of the one-sentence error. Exit codes: 0 done, "
+    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke down.",
+)
+
+LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
+# typer resolves annotations at run time, where Optional is what every supported version understands.
+ChannelsOption = Annotated[
+    Optional[Path],  # noqa: UP045
+    typer.Option("--channels", metavar="FILE", help="Channel map for all logs of the call.", show_default=False),
+]
+
+_DEBUG = "--debug"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after `aerosid`; those of the process where absent.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = _DEBUG in words
+    try:
+        # Taken out here so that it may stand before or after the verb without every verb declaring it.
+        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+    except AerosidError as error:
+        return _failed(str(error), error.exit_code, debug)
+    except typer.Abort:
+        return _failed("aborted.", 2, debug)
+    except KeyboardInterrupt:
+        return _failed("interrupted.", 130, debug)
+    except BrokenPipeError:
+        # The reader of the output has gone, as in `aerosid check log | head`: nothing is left to say or flush.
+        sys.stdout = None
+        return 0
+    except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
+        if hasattr(error, "format_message"):
+            return _failed(f"{error.format_message()} See `aerosid --help`.", 2, debug)
+        detail = " ".join(str(error).split())[:200] or type(error).__name__
+        return _failed(
+            f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
+            4,
+            debug,
+        )
+    return result if isinstance(result, int) else 0
+
+
+def _failed(sentence: str, code: int, debug: bool) -> int:
+    if debug:
+        import traceback
+
+        traceback.print_exc()
+    sys.stderr.write(f"aerosid: {' '.join(sentence.split())}\n")
+    return code
+
+
+def console() -> Console:
+    """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
+    from rich.console import Console
+
+    return Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"aerosid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _global_options(
+    debug: Annotated[bool, typer.Option(_DEBUG, help="Show a traceback with an error.")] = False,  # noqa: ARG001
+    version: Annotated[  # noqa: ARG001
+        bool, typer.Option("--version", help="Show the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Global options; `main` acts on --debug itself."""
+
+
+@app.command()
+def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
+    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
+    from aerosid.quality import check_log
+    from aerosid.quality_tables import print_quality
+    from aerosid.readers import read_log
+
+    output = console()
+    for path in logs:
+        print_quality(check_log(read_log(path, channels)), output)
+
+
+@app.command()
+def formats() -> None:
+    """Lists the formats of logs that can be read."""
+    from rich.table import Table
+
+    from aerosid.readers import FORMATS
+
+    table = Table(title="Log formats (each may be compressed with gzip)")
+    for heading in ("format", "suffixes", "channel map", "content"):
+        table.add_column(heading)
+    for name, entry in FORMATS.items():
+        need = "not needed" if entry.self_describing else "needed"
+        table.add_row(name, " ".join(entry.suffixes), need, entry.description)
+    console().print(table)
