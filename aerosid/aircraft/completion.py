@@ -16,7 +16,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AoT, InlineTable, KeyType, SingleKey
 
 from aerosid.aircraft.model import Aircraft, DeclaredEffect
-from aerosid.aircraft.schema import aircraft_from_text
+from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError
 from aerosid.terms import Term, parse_term
 

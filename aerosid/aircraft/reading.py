@@ -1,0 +1,245 @@
+"""From an aircraft file to an `Aircraft`, or to one sentence about what is wrong in it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
+from aerosid.aircraft.schema import CandidatesTable, DerivativesTable, EffectTable, meant, read_tables, shown
+from aerosid.bundled import bundled_folder
+from aerosid.errors import AircraftError
+from aerosid.nomenclature import CHANNELS
+from aerosid.terms import COEFFICIENTS, Term, parse_term
+
+EFFECT_KINDS = {
+    "control_lag": "input",
+    "control_delay": "input",
+    "control_rate_limit": "input",
+    "control_deadband": "input",
+    "sensor_bias": "channel",
+    "sensor_scale": "channel",
+    "sensor_delay": "channel",
+    "sensor_lag": "channel",
+    "step_change": "coefficient",
+    "gust": "nothing",
+    "flow_separation": "coefficient",
+    "ground_effect": "coefficient",
+}
+"""Kinds of effect that are no term, and what stands in their `where`."""
+
+_NOT_NEGATIVE = {"control_lag", "control_delay", "control_rate_limit", "control_deadband", "sensor_scale", "sensor_lag"}
+_LARGEST_FILE = 1_000_000
+
+
+def load_aircraft(path: str | Path) -> Aircraft:
+    """The aircraft of a file, or of a bundled name such as `light_transport`.
+
+    Raises
+    ------
+    AircraftError
+        Where the file cannot be read or says something wrong: one sentence with file, key, found, expected, to do.
+    """
+    found = _find(path)
+    try:
+        with found.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+    except IsADirectoryError:
+        raise AircraftError(f"{path} is a folder, expected an aircraft file; name the .toml file in it") from None
+    except OSError as error:
+        raise AircraftError(f"{path} cannot be read ({error.strerror}); check its name and its permissions") from None
+    if len(content) > _LARGEST_FILE:
+        raise AircraftError(
+            f"{path} is larger than {_LARGEST_FILE} bytes, more than any aircraft file; "
+            "is it a log? give the aircraft file"
+        )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise AircraftError(
+            f"{path} is no text: byte {error.start} is no UTF-8, expected an aircraft file in TOML; "
+            "give the aircraft file, or save it as UTF-8"
+        ) from None
+    return aircraft_from_text(text, str(path), hashlib.sha256(content).hexdigest())
+
+
+def bundled_aircraft() -> dict[str, Path]:
+    """Names and files of the aircraft that travel with aerosid; templates, which start with `_`, are left out."""
+    files = sorted(bundled_folder("aircraft_models").glob("*.toml"))
+    return {file.stem: file for file in files if not file.name.startswith("_")}
+
+
+def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
+    """The aircraft that the text of a file says; `path` names the file in sentences and in the result.
+
+    Raises
+    ------
+    AircraftError
+        Where the text is no TOML or breaks a rule of the aircraft file.
+    """
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
+    except RecursionError:
+        raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    tables = read_tables(document, path)
+    derivatives = _read_derivatives(path, tables.derivatives)
+    coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
+    return Aircraft(
+        name=tables.aircraft.name,
+        source=tables.aircraft.source,
+        wing_area=tables.reference.wing_area,
+        mean_chord=tables.reference.mean_chord,
+        airspeed=tables.reference.airspeed,
+        mass=tables.mass.mass,
+        I_yy=tables.mass.I_yy,
+        density=None if tables.air is None else tables.air.density,
+        thrust=tables.thrust.force,
+        thrust_incidence=tables.thrust.incidence,
+        thrust_z_arm=tables.thrust.z_arm,
+        derivatives=derivatives,
+        candidates=_read_candidates(path, tables.candidates, derivatives, coefficients),
+        effects=tuple(
+            _read_effect(path, number, table, coefficients) for number, table in enumerate(tables.effects, 1)
+        ),
+        path=path,
+        sha256=sha256,
+        text=text,
+    )
+
+
+def _find(path: str | Path) -> Path:
+    """The file itself, or the bundled one where a bare name is given."""
+    file = Path(path)
+    text = str(path)
+    if "\0" in text:
+        raise AircraftError(f"{ascii(text)[:80]} is no file name; give the path of an aircraft file")
+    is_name = file.suffix == "" and os.sep not in text and "/" not in text
+    try:
+        exists = file.exists()
+    except OSError as error:
+        raise AircraftError(f"{text[:80]} cannot be read ({error.strerror}); check the file name") from None
+    if exists and not (is_name and file.is_dir()):
+        return file
+    bundled = bundled_aircraft()
+    if is_name and text in bundled:
+        return bundled[text]
+    if is_name:
+        raise AircraftError(
+            f"aircraft {text[:80]} is neither a file nor one of the bundled "
+            f"{', '.join(bundled)}; give the path of a .toml file"
+        )
+    raise AircraftError(
+        f"{text} was not found; give the path of an aircraft file, or a bundled name ({', '.join(bundled)})"
+    )
+
+
+def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, ...]:
+    """The declared derivatives, after the rules that concern several of them."""
+    given = {name: table for name in COEFFICIENTS if (table := getattr(tables, name)) is not None}
+    for body, wind in (("C_X", "C_D"), ("C_Z", "C_L")):
+        if body in given and wind in given:
+            raise AircraftError(
+                f"{path}: derivatives holds both {body} and {wind}, expected one of them, since {wind} stands in place "
+                f"of {body}; remove one"
+            )
+    wanted = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else ("C_X", "C_Z", "C_m")
+    for name in wanted:
+        if name not in given:
+            pair = ", C_L and C_D standing together in place of C_Z and C_X" if wanted[0] == "C_D" else ""
+            raise AircraftError(
+                f"{path}: the table derivatives.{name} is missing, expected {', '.join(wanted)}{pair}; "
+                f"add [derivatives.{name}], empty where nothing is known"
+            )
+    derivatives = []
+    for coefficient, entries in given.items():
+        texts = _distinct_terms(path, f"derivatives.{coefficient}", list(entries))
+        derivatives += [
+            Derivative(coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed)
+            for text, term in texts.items()
+        ]
+    return tuple(derivatives)
+
+
+def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term]:
+    """The terms by their text as given; two spellings of one term are refused."""
+    terms: dict[str, Term] = {}
+    spelling: dict[Term, str] = {}
+    for text in texts:
+        try:
+            term = parse_term(text)
+        except AircraftError as error:
+            raise AircraftError(f"{path}: {key}: {error}") from None
+        if term in spelling:
+            raise AircraftError(
+                f'{path}: {key} holds the term {term} twice, as "{spelling[term]}" and "{text}", expected it once; '
+                "remove one of them"
+            )
+        terms[text] = term
+        spelling[term] = text
+    return terms
+
+
+def _read_candidates(
+    path: str, table: CandidatesTable, derivatives: Sequence[Derivative], coefficients: Sequence[str]
+) -> Mapping[str, tuple[Term, ...]]:
+    """The candidates that are not declared already (in a completed model the found ones are)."""
+    declared = {(entry.coefficient, entry.term) for entry in derivatives}
+    candidates: dict[str, tuple[Term, ...]] = {}
+    for coefficient in COEFFICIENTS:
+        texts: list[str] = getattr(table, coefficient)
+        if texts and coefficient not in coefficients:
+            raise AircraftError(
+                f"{path}: candidates.{coefficient} does not fit this model, whose coefficients are "
+                f"{', '.join(coefficients)}; state the candidates for one of these"
+            )
+        terms = _distinct_terms(path, f"candidates.{coefficient}", texts).values()
+        kept = tuple(term for term in terms if (coefficient, term) not in declared)
+        if kept:
+            candidates[coefficient] = kept
+    return candidates
+
+
+def _read_effect(path: str, number: int, table: EffectTable, coefficients: Sequence[str]) -> DeclaredEffect:
+    """One declared effect; `number` counts from 1 as a reader of the file does."""
+    key = f"{path}: effects[{number}]"
+    if table.kind == "aero_term":
+        raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")
+    if table.kind not in EFFECT_KINDS:
+        raise AircraftError(
+            f"{key}.kind is {shown(table.kind)}, "
+            f"expected one of {', '.join(EFFECT_KINDS)}{meant(table.kind, EFFECT_KINDS) or '; correct it'}"
+        )
+    place = EFFECT_KINDS[table.kind]
+    inputs = [name for name in CHANNELS if name.startswith("delta_")]
+    expected = {
+        "input": f"an input channel such as {', '.join(inputs)}",
+        "channel": "the name of a measured channel such as alpha",
+        "coefficient": f"one of {', '.join(coefficients)}",
+        "nothing": "an empty text",
+    }[place]
+    output = table.where in CHANNELS and CHANNELS[table.where].kind == "output"
+    fits = {
+        "input": table.where.isidentifier() and not output,
+        "channel": table.where.isidentifier(),
+        "coefficient": table.where in coefficients,
+        "nothing": table.where == "",
+    }[place]
+    if not fits:
+        raise AircraftError(f"{key}.where is {shown(table.where)}, expected {expected} for {table.kind}; correct it")
+    if table.value is None and not table.parameters and table.kind != "gust":
+        raise AircraftError(
+            f"{key} has neither value nor parameters, expected a number for {table.kind}; add value = ..."
+        )
+    if table.value is not None and table.value < 0.0 and table.kind in _NOT_NEGATIVE:
+        raise AircraftError(f"{key}.value is {table.value:g}, expected no negative number for {table.kind}; correct it")
+    try:
+        term = str(parse_term(table.term)) if table.term else ""
+    except AircraftError as error:
+        raise AircraftError(f"{key}.term: {error}") from None
+    parameters = {name: parameter.value for name, parameter in table.parameters.items()}
+    return DeclaredEffect(table.kind, table.where, table.value, term, table.time, parameters, table.std_error)
