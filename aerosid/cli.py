@@ -23,7 +23,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Any verb also takes --debug: a traceback in place of the one-sentence error. Exit codes: 0 done, "
-    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke down.",
+    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke "
+    "down.",
 )
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
@@ -95,8 +96,8 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _global_options(
-    debug: Annotated[bool, typer.Option(_DEBUG, help="Show a traceback with an error.")] = False,  # noqa: ARG001
-    version: Annotated[  # noqa: ARG001
+    debug: Annotated[bool, typer.Option(_DEBUG, help="Show a traceback with an error.")] = False,
+    version: Annotated[
         bool, typer.Option("--version", help="Show the version.", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
