@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit, njit_inline
+from aerosid.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ def step_work(n: int, constant: int = 2, ramp: int = 1) -> StepWork:
     return StepWork(**{name: np.zeros(shape) for name, shape in shapes.items()})
 
 
-@njit_inline
+@njit
 def _multiply(A: Array, B: Array, out: Array, rows: int, inner: int, columns: int) -> None:
     """out[:rows, :columns] = A[:rows, :inner] B[:inner, :columns]."""
     for i in range(rows):
@@ -219,7 +219,7 @@ def _balance(F: Array, W: Array, C: Array, scale: Array) -> float:
 
 
 @njit
-def _short_step(ramp: int, work: StepWork) -> bool:
+def _short_step(work: StepWork) -> bool:
     """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is work.A, by the ninth-degree Taylor series.
 
     The polynomial is summed in powers of A^3 (Paterson and Stockmeyer), the forcing by phi_1 and phi_2 alike.
@@ -229,7 +229,8 @@ def _short_step(ramp: int, work: StepWork) -> bool:
     n2 = A.shape[0]
     n = n2 // 2
     k = b0.shape[1]
-    K = k + ramp
+    K = z.shape[1]
+    ramp = K - k
     _multiply(A, A, A2, n2, n2, n2)
     _multiply(A, A2, A3, n2, n2, n2)
     for i in range(n2):
@@ -303,7 +304,7 @@ def _short_step(ramp: int, work: StepWork) -> bool:
     return True
 
 
-@njit_inline
+@njit
 def _symmetrise(A: Array) -> None:
     """A replaced by (A + A')/2."""
     for i in range(A.shape[0]):
@@ -314,7 +315,7 @@ def _symmetrise(A: Array) -> None:
 
 
 @njit
-def _double(ramp: int, work: StepWork) -> bool:
+def _double(work: StepWork) -> bool:
     """The step in `work` followed by itself; ramps rise over both together.
 
     Structure-preserving doubling: with V = (I + Q G)^-1,
@@ -325,7 +326,8 @@ def _double(ramp: int, work: StepWork) -> bool:
     E, Q, G, c_x, c_lambda = work.E, work.Q, work.G, work.c_x, work.c_lambda
     left, aug, Y = work.left, work.aug, work.Y
     n, K = c_x.shape
-    k = K - ramp
+    k = work.forcing.shape[1]
+    ramp = K - k
     # The first half of a ramp is half a ramp; its second half is half a constant and half a ramp.
     for i in range(n):
         for j in range(n):
@@ -411,7 +413,7 @@ def _double(ramp: int, work: StepWork) -> bool:
 
 
 @njit
-def step_map(F: Array, W: Array, C: Array, ramp: int, dt: float, work: StepWork) -> bool:
+def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
     """(Phi - I, Q, G, c_x, c_lambda) of a step into `work`, in balanced units; False where it cannot be formed.
 
     Parameters
@@ -422,8 +424,6 @@ def step_map(F: Array, W: Array, C: Array, ramp: int, dt: float, work: StepWork)
         (1/2) Q2^-1, positive semi-definite.
     C : (n, n)
         2 H' Q1 H, positive semi-definite.
-    ramp : int
-        Number of the last forcing columns that are also wanted as ramps (as given to `step_work`).
     dt : float
         Length of the step, s.
     work : StepWork
@@ -450,12 +450,12 @@ def step_map(F: Array, W: Array, C: Array, ramp: int, dt: float, work: StepWork)
         for j in range(forcing.shape[1]):
             forcing[i, j] *= dt / scale[i]
             forcing[n + i, j] *= dt * scale[i]
-    if not _short_step(ramp, work):
+    if not _short_step(work):
         return False
+    sound = True
     for _ in range(doublings):
-        if not _double(ramp, work):
-            return False
-    return True
+        sound = sound and _double(work)
+    return sound
 
 
 @njit
@@ -561,7 +561,7 @@ def estimator_step(
         forcing[i, 1] = 0.0
         forcing[n + i, 0] = -g0[i]
         forcing[n + i, 1] = -(g1[i] - g0[i])
-    if not step_map(F, W, C, 1, dt, work):
+    if not step_map(F, W, C, dt, work):
         return False
     finite = riccati_step(S, work, S_next)
     for i in range(n):  # columns: constant g0, constant g1 - g0 (only needed by the ramp's doubling), ramp g1 - g0
@@ -596,7 +596,7 @@ def gain_step(
             forcing[i, j] = 0.0
             forcing[n + i, j] = 0.0
         forcing[n + i, i] = -1.0
-    if not step_map(F, W, C, n, dt, work):
+    if not step_map(F, W, C, dt, work):
         return False
     finite = riccati_step(S, work, S_next)
     for i in range(n):
@@ -630,7 +630,7 @@ def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Arra
             forcing[i, j] = 0.0
             forcing[n + i, j] = 0.0
         forcing[i, i] = 1.0
-    if not step_map(F, Phi, Phi, n, dt, work):
+    if not step_map(F, Phi, Phi, dt, work):
         return False
     for i in range(n):
         for j in range(n):
