@@ -130,3 +130,31 @@ def formats() -> None:
         need = "not needed" if entry.self_describing else "needed"
         table.add_row(name, " ".join(entry.suffixes), need, entry.description)
     console().print(table)
+
+
+aircraft_app = typer.Typer(help="Lists the bundled aircraft, and checks aircraft files.", no_args_is_help=True)
+app.add_typer(aircraft_app, name="aircraft")
+
+
+@aircraft_app.command("list")
+def list_aircraft() -> None:
+    """Lists the bundled aircraft by the name that --aircraft takes."""
+    from aerosid.aircraft import bundled_aircraft, load_aircraft
+    from aerosid.aircraft_tables import print_aircraft_list
+
+    print_aircraft_list([load_aircraft(name) for name in bundled_aircraft()], console())
+
+
+@aircraft_app.command("check")
+def check_aircraft(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Aircraft files, or bundled names.", show_default=False)
+    ],
+) -> None:
+    """Shows what was understood of aircraft files, and warns of unusual numbers."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.aircraft_tables import print_aircraft
+
+    output = console()
+    for aircraft in [load_aircraft(file) for file in files]:
+        print_aircraft(aircraft, output)

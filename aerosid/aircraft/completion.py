@@ -43,7 +43,11 @@ def complete(
         _check(aircraft, coefficient, text, value)
         wanted[coefficient, parse_term(text)] = (value, std_error)
     text = _with_comments(aircraft, wanted, effects)
-    return aircraft_from_text(text, aircraft.path, hashlib.sha256(text.encode()).hexdigest())
+    completed = aircraft_from_text(text, aircraft.path, hashlib.sha256(text.encode()).hexdigest())
+    missed = wanted.keys() - {(entry.coefficient, entry.term) for entry in completed.derivatives}
+    if missed or len(completed.effects) < len(aircraft.effects):
+        raise _odd_layout(aircraft, f"{len(missed)} entries found no place")
+    return completed
 
 
 def save_aircraft(aircraft: Aircraft, path: str | Path) -> None:
@@ -93,10 +97,7 @@ def _with_comments(
     try:
         document = tomlkit.parse(aircraft.text)
     except TOMLKitError as error:  # tomllib has read it, so the two libraries disagree about an odd layout
-        raise AircraftError(
-            f"{aircraft.path}: its layout cannot be edited ({str(error)[:120]}); "
-            "write each table once, below its own header"
-        ) from None
+        raise _odd_layout(aircraft, str(error)[:120]) from None
     declared = {(entry.coefficient, entry.term): entry for entry in aircraft.derivatives}
     derivatives: Any = document["derivatives"]
     spelling = {
@@ -113,6 +114,12 @@ def _with_comments(
     if effects:
         _write_effects(document, aircraft, effects)
     return tomlkit.dumps(document)
+
+
+def _odd_layout(aircraft: Aircraft, reason: str) -> AircraftError:
+    return AircraftError(
+        f"{aircraft.path}: its layout cannot be edited ({reason}); write each table once, below its own header"
+    )
 
 
 def _numbers(value: float, std_error: float | None) -> dict[str, float]:
@@ -140,19 +147,23 @@ def _add_entry(table: Any, name: str, numbers: Mapping[str, float]) -> None:
 
 
 def _write_effects(document: tomlkit.TOMLDocument, aircraft: Aircraft, effects: Sequence[DeclaredEffect]) -> None:
-    """Append effects; one that stands there already gives way."""
+    """Append effects; one that stands there already takes the new numbers in its place."""
     declared = [_identity(effect) for effect in aircraft.effects]
-    listed: Any = document.get("effects")
-    replaced = {declared.index(_identity(effect)) for effect in effects if _identity(effect) in declared}
-    for index in sorted(replaced, reverse=True):
-        del listed[index]
-    if listed is None or len(listed) == 0:
-        if listed is not None:
-            del document["effects"]
-        listed = tomlkit.aot()
-        document.append("effects", listed)
+    if not declared:
+        document.pop("effects", None)  # an empty list cannot take tables
+        document.append("effects", tomlkit.aot())
+    listed: Any = document["effects"]
     for effect in effects:
-        listed.append(_effect_table(effect, inline=not isinstance(listed, AoT)))
+        table = _effect_table(effect, inline=not isinstance(listed, AoT))
+        if _identity(effect) in declared:
+            old = listed[declared.index(_identity(effect))]
+            for key in ("value", "std_error", "parameters"):
+                if key in table:
+                    old[key] = table[key]
+                elif key in old:
+                    del old[key]
+        else:
+            listed.append(table)
 
 
 def _identity(effect: DeclaredEffect) -> tuple[str, str, str, float | None]:

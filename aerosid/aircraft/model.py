@@ -91,7 +91,7 @@ class Aircraft:
     thrust_z_arm
         Thrust line below the centre of gravity, m: pitching moment = T z_arm.
     derivatives
-        The declared model, in the order of the file.
+        The declared model by coefficient, terms in the order of the file.
     candidates
         Further terms to screen, by coefficient; terms that are declared already are left out.
     effects

@@ -155,8 +155,15 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
                 f"{path}: the table derivatives.{name} is missing, expected {', '.join(wanted)}{pair}; "
                 f"add [derivatives.{name}], empty where nothing is known"
             )
+    if wanted[0] == "C_D" and not given["C_D"] and not given["C_L"]:
+        # an Aircraft knows by its derivatives which coefficients it is written in
+        raise AircraftError(
+            f"{path}: derivatives.C_L and derivatives.C_D are both empty, expected a term in one of them; "
+            'add "1" = { value = 0.0 }'
+        )
     derivatives = []
-    for coefficient, entries in given.items():
+    for coefficient in wanted:
+        entries = given[coefficient]
         texts = _distinct_terms(path, f"derivatives.{coefficient}", list(entries))
         derivatives += [
             Derivative(coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed)
