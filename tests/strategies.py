@@ -45,9 +45,9 @@ def aircraft_texts(draw: st.DrawFn) -> str:
     lines = ["# a comment of the engineer", "schema = 1"]
     derivatives = []
     for coefficient in ("C_D", "C_L", "C_m") if lift else ("C_X", "C_Z", "C_m"):
-        terms = draw(
-            st.lists(st.sampled_from(["1", "alpha", "q_hat", "delta_e", "alpha*alpha"]), unique=True, max_size=4)
-        )
+        fewest = 1 if coefficient == "C_D" else 0  # lift and drag may not both be empty
+        names = st.sampled_from(["1", "alpha", "q_hat", "delta_e", "alpha*alpha"])
+        terms = draw(st.lists(names, unique=True, min_size=fewest, max_size=4))
         entries = []
         for term in terms:
             sigma = f", sigma = {draw(positive)}" if draw(st.booleans()) else ""
