@@ -94,7 +94,7 @@ def fourier_noise(values: FloatArray, *, signal_share: float = 0.5) -> float:
     Notes
     -----
     The line through the end points is taken off, so that the odd periodic continuation has no jump and the sine
-    coefficients of the signal fall as k^-3; those of white noise stay level (Klein & Morelli 2006, section 11.3). The
+    coefficients of the signal fall as k^-3; those of white noise stay level (Klein & Morelli 2006). The
     level is the median of the squared coefficients. A jump inside the record falls as 1/k only and raises the tail.
     """
     samples = np.asarray(values, dtype=np.float64)
@@ -120,7 +120,7 @@ def autocovariance(residual: FloatArray, max_lag: int) -> FloatArray:
     Returns
     -------
     (max_lag + 1,) array
-        R(k) = (1/N) sum_i r_i r_(i+k), the form of Morelli & Klein (1997), eq. (12). With missing samples the sum
+        R(k) = (1/N) sum_i r_i r_(i+k), the form that Morelli & Klein (1997) use. With missing samples the sum
         over the pairs that are there is scaled up by (N - k)/(number of pairs). A lag without any pair gives 0.
 
     Notes

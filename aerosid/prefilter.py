@@ -114,7 +114,7 @@ def choose_cut_off(
 
     References
     ----------
-    Klein & Morelli (2006), Aircraft System Identification, section 11.3: global Fourier smoothing, whose cut-off is
+    Klein & Morelli (2006), Aircraft System Identification: global Fourier smoothing, whose cut-off is
     drawn by eye; here it minimises Mallows' criterion.
     """
     instants = np.asarray(time, dtype=np.float64)
