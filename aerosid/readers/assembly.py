@@ -48,7 +48,8 @@ def assemble_native(table: RawTable, path: str) -> Assembled:
     values: dict[str, FloatArray] = {}
     log = Assembled(np.empty(0))
     for index, name in enumerate(names):
-        unit = table.units[index] or "1"
+        unit = table.units[index]
+        unit = "1" if unit is None else unit
         try:
             values[name] = _in_glossary_unit(name, unit, table.values[:, index])
         except UnitProblem as problem:

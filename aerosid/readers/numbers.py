@@ -101,7 +101,6 @@ def _parse_fast(body: bytes, delimiter: str | None) -> FloatArray | None:
             keep_default_na=False,
             na_values=["", "nan", "NaN", "NAN"],
             engine="c",
-            float_precision="high",
             encoding="latin-1",
             quoting=3,
             low_memory=False,
