@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -58,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _failed("interrupted.", 130, debug)
     except BrokenPipeError:
         # The reader of the output has gone, as in `aerosid check log | head`: nothing is left to say or flush.
-        sys.stdout = None
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
         if hasattr(error, "format_message"):
@@ -85,7 +86,13 @@ def console() -> Console:
     """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
     from rich.console import Console
 
-    return Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140)
+    class PipeConsole(Console):
+        """A console that leaves a broken pipe to `main`; rich would end the process with exit code 1."""
+
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError
+
+    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140)
 
 
 def _print_version(wanted: bool) -> None:
