@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.flight_log import FlightLog, FloatArray
+from aerosid.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.noise import estimate_noise
 from aerosid.nomenclature import CHANNELS
 
@@ -19,6 +20,7 @@ STUCK_SHARE = 0.2  # of the record without a change, in a channel that otherwise
 STUCK_SAMPLES = 20
 SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
 EXCITED = 3.0  # variation over noise
+WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
 BANKED = math.radians(10.0)
 NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
 HELPFUL = ("theta", "a_x", "a_z")
@@ -46,6 +48,9 @@ class Problem(enum.Enum):
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
+    CONTROL_SIGN = (
+        "q rises where delta_e does, but positive is trailing edge down: correct one of the signs in a channel map"
+    )
     LOAD_FACTOR = "a_z is not about -9.81 m/s^2 on the mean: check its unit, sign and offset (specific force, z down)"
 
 
@@ -358,38 +363,16 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
-    slope = _pitch_slope(log)
+    slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))
     elif slope is not None and (slope > 20.0 or 0.0 < slope < 0.05):
         findings.append(Finding(Problem.ANGLE_UNIT, "theta, q", f"factor {slope:.3g}"))
+    answer = answer_to_elevator(log)
+    if answer is not None and answer > WRONG_ANSWER:
+        findings.append(Finding(Problem.CONTROL_SIGN, "delta_e, q", f"correlation {answer:.2g}"))
     if "a_z" in log and np.isfinite(log["a_z"]).any():
         mean = float(np.nanmean(log["a_z"]))
         if not -25.0 < mean < -4.0:
             findings.append(Finding(Problem.LOAD_FACTOR, "a_z", f"mean {mean:.3g} m/s^2"))
     return findings
-
-
-def _pitch_slope(log: FlightLog) -> float | None:
-    """The factor between theta' and q cos(phi) - r sin(phi); None where they do not tell.
-
-    theta is compared with the integral of the rate, over their common trend-free part: derivatives of theta would
-    drown in its noise.
-    """
-    if "theta" not in log or "q" not in log:
-        return None
-    zero = np.zeros(log.samples)
-    phi, r = (log.channels.get(name, zero) for name in ("phi", "r"))
-    rate = log["q"] * np.cos(phi) - r * np.sin(phi)
-    there = np.isfinite(rate) & np.isfinite(log["theta"])
-    if np.count_nonzero(there) < 20:
-        return None
-    time, rate, theta = log.time[there], rate[there], log["theta"][there]
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
-    trend = np.column_stack([np.ones_like(time), time - time.mean()])
-    both = np.column_stack([integral, theta])
-    integral, theta = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
-    power = float(integral @ integral) * float(theta @ theta)
-    if power == 0.0 or abs(float(integral @ theta)) < 0.7 * math.sqrt(power):
-        return None
-    return float(integral @ theta) / float(integral @ integral)

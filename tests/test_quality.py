@@ -22,8 +22,11 @@ def good_channels(seed: int = 0) -> tuple[NDArray[np.float64], Arrays]:
     """A made-up but kinematically consistent manoeuvre, 20 s at 20 ms."""
     random = np.random.default_rng(seed)
     time = 0.02 * np.arange(1000)
-    theta = 0.08 * np.sin(0.7 * time) + 0.03 * np.sin(2.9 * time)
-    q = 0.056 * np.cos(0.7 * time) + 0.087 * np.cos(2.9 * time)
+    delta_e = 0.05 * np.sign(np.sin(1.1 * time)) * (time > 1.0) * (time < 12.0)
+    # Half a second of memory: the elevator's part of the pitch rate, so that its sign can be told.
+    answer = np.convolve(delta_e, np.exp(-2.0 * time), mode="full")[: time.size] * 0.02
+    q = 0.056 * np.cos(0.7 * time) + 0.02 * np.cos(2.9 * time) - 2.0 * answer
+    theta = np.concatenate([[0.0], np.cumsum(0.5 * (q[1:] + q[:-1]) * 0.02)])
     alpha = 0.05 + 0.02 * np.sin(2.9 * time - 0.4)
     true = {
         "V": 100.0 + 3.0 * np.cos(0.7 * time),
@@ -32,7 +35,7 @@ def good_channels(seed: int = 0) -> tuple[NDArray[np.float64], Arrays]:
         "theta": theta,
         "a_x": 9.81 * np.sin(theta),
         "a_z": -9.81 - 250.0 * (alpha - 0.05),
-        "delta_e": 0.05 * np.sign(np.sin(1.1 * time)) * (time > 1.0) * (time < 12.0),
+        "delta_e": delta_e,
     }
     noise = {"V": 0.1, "alpha": 0.0005, "q": 0.0008, "theta": 0.0006, "a_x": 0.01, "a_z": 0.05, "delta_e": 1e-4}
     return time, {name: values + noise[name] * random.standard_normal(time.size) for name, values in true.items()}
@@ -92,11 +95,15 @@ def _degrees(c: Arrays) -> None:
 
 
 def _negative(c: Arrays) -> None:
-    c["q"][:] = -c["q"]
+    c["theta"][:] = -c["theta"]
 
 
 def _upward(c: Arrays) -> None:
     c["a_z"][:] = -c["a_z"]
+
+
+def _reversed(c: Arrays) -> None:
+    c["delta_e"][:] = -c["delta_e"]
 
 
 def _still(c: Arrays) -> None:
@@ -118,6 +125,7 @@ def _still(c: Arrays) -> None:
         (_degrees, Problem.ANGLE_UNIT, "theta, q"),
         (_negative, Problem.ANGLE_SIGN, "theta, q"),
         (_upward, Problem.LOAD_FACTOR, "a_z"),
+        (_reversed, Problem.CONTROL_SIGN, "delta_e, q"),
         (_still, Problem.CONTROL_AT_REST, "delta_e"),
     ],
 )
