@@ -12,8 +12,8 @@ from aerosid.flight_log import FlightLog
 def pitch_factor(log: FlightLog) -> float | None:
     """The factor between theta' and q cos(phi) - r sin(phi); None where they do not tell.
 
-    Near 1 where units and signs are right. theta is compared with the integral of the rate, over their common trend-free part: derivatives of theta would
-    drown in its noise.
+    Near 1 where units and signs are right. theta is compared with the integral of the rate, both without their trend:
+    the derivative of theta would drown in its noise.
     """
     if "theta" not in log or "q" not in log:
         return None
