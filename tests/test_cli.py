@@ -135,3 +135,5 @@ def test_every_verb_is_in_the_readme_and_has_help() -> None:
         name = command.name or command.callback.__name__.replace("_", "-")
         assert f"`{name}`" in text, f"the README does not mention the verb {name}"
         assert command.callback.__doc__
+    for group in cli.app.registered_groups:
+        assert f"`{group.name}`" in text

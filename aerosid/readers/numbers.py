@@ -62,10 +62,15 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
     blanks = b"\n\n" in body or b"\n \n" in body
     # pandas fills short rows with missing samples; a truncated file must not pass for a gap in the recording.
     even = delimiter is None or body.count(delimiter.encode()) == (width - 1) * (body.count(b"\n") + 1)
-    values = _parse_fast(body, delimiter) if even or blanks else None
+    values = _parse_fast(body, delimiter) if (even or blanks) and not _holds_words(body) else None
     if values is None or _suspicious(values, width):
         values = _parse_by_blocks(body.split(b"\n"), delimiter, width, first_line, path)
     return values, blanks
+
+
+def _holds_words(body: bytes) -> bool:
+    """Whether True or FALSE may stand in it, which pandas takes for numbers; no number holds these letters."""
+    return any(letter in body for letter in (b"r", b"R", b"s", b"S"))
 
 
 def _suspicious(values: FloatArray, width: int) -> bool:
@@ -80,7 +85,7 @@ def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, firs
         block = lines[start : start + _BLOCK]
         body = b"\n".join(block)
         even = delimiter is None or all(line.count(delimiter.encode()) == width - 1 for line in block)
-        values = _parse_fast(body, delimiter) if even and body.strip() else None
+        values = _parse_fast(body, delimiter) if even and body.strip() and not _holds_words(body) else None
         if values is None or _suspicious(values, width) or values.shape[0] != len(block):
             values = _parse_slowly(body, delimiter, width, first_line + start, path)
         parts.append(values)
@@ -120,7 +125,7 @@ def _parse_slowly(body: bytes, delimiter: str | None, width: int, first_line: in
         fields = line.split(delimiter)
         if len(fields) != width:
             raise LogError(
-                f"{path}: line {number} has {len(fields)} fields, but {width} were expected; "
+                f"{path}: line {number} has {len(fields)} field{'s' * (len(fields) != 1)}, but {width} were expected; "
                 "complete or remove the line (the file may be truncated)."
             )
         rows.append([_number(field, number, column, path) for column, field in enumerate(fields, start=1)])
