@@ -498,9 +498,7 @@ def advance(
             weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
             for i in range(5):
                 step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
-            evaluate(
-                step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False
-            )
+            evaluate(step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False)
             for i in range(5):
                 step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
             if differentiate:

@@ -106,9 +106,7 @@ def initial_state(flight: Flight) -> NDArray[np.float64]:
     if not np.isfinite(theta):
         theta = alpha if not np.isfinite(a_x) else float(np.arcsin(np.clip(a_x / 9.80665, -0.9, 0.9)))
     plane = speed * np.cos(beta)
-    return np.array(
-        [plane * np.cos(alpha), plane * np.sin(alpha), q, theta, height if np.isfinite(height) else 0.0]
-    )
+    return np.array([plane * np.cos(alpha), plane * np.sin(alpha), q, theta, height if np.isfinite(height) else 0.0])
 
 
 def _first_mean(values: NDArray[np.float64], count: int = 5) -> float:

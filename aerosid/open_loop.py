@@ -73,9 +73,7 @@ def respond(
         empty = np.full(manoeuvre.flight.measured.shape, np.nan)
         return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
     model = fitted.model
-    outputs, states = simulate_outputs(
-        fitted.states[0], manoeuvre.flight, model.values, model.table, model.constants
-    )
+    outputs, states = simulate_outputs(fitted.states[0], manoeuvre.flight, model.values, model.table, model.constants)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
     for i, name in enumerate(OUTPUTS):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
-from aerosid.longitudinal import Constants, OUTPUT_COUNT, advance, evaluate, make_step, make_workspace
+from aerosid.longitudinal import OUTPUT_COUNT, Constants, advance, evaluate, make_step, make_workspace
 from aerosid.terms import TermTable
 
 ALPHA_LIMIT = 1.5

@@ -237,8 +237,9 @@ class _Problem:
 
     def starting_variance(self) -> NDArray[np.float64]:
         """Noise variances of the logs, their mean over the manoeuvres; 1 for outputs that nobody measured."""
-        mean = np.array([np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 1.0
-                         for column in self.noise.T])
+        mean = np.array(
+            [np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 1.0 for column in self.noise.T]
+        )
         return np.maximum(mean, self.variance_floor)
 
     def stretches(
@@ -262,8 +263,19 @@ class _Problem:
                 white = np.empty((stop - start, OUTPUT_COUNT))
                 columns = np.zeros((stop - start, OUTPUT_COUNT, free_count + 5))
                 inside, log_sum = predict_stretch(
-                    start, stop, carry, flight, values, self.free, self.model.table, self.model.constants,
-                    variance, directions, predicted, white, columns,
+                    start,
+                    stop,
+                    carry,
+                    flight,
+                    values,
+                    self.free,
+                    self.model.table,
+                    self.model.constants,
+                    variance,
+                    directions,
+                    predicted,
+                    white,
+                    columns,
                 )
                 if not inside:
                     raise _OutOfRange
@@ -313,7 +325,9 @@ class _Problem:
         if not np.isfinite(cost):
             return None
         mean_square = np.where(counts > 0, squares / np.maximum(counts, 1), 1.0)
-        return _Point(np.array(values), tuple(np.array(s) for s in states), variance, cost, normal, gradient, mean_square)
+        return _Point(
+            np.array(values), tuple(np.array(s) for s in states), variance, cost, normal, gradient, mean_square
+        )
 
     def moved(self, point: _Point, step: NDArray[np.float64]) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
         """Term values and initial states after a step in the parameters."""

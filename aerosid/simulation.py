@@ -137,9 +137,7 @@ def doublet(time: NDArray[np.float64], start: float, width: float, amplitude: fl
 
 def three_two_one_one(time: NDArray[np.float64], start: float, unit: float, amplitude: float) -> NDArray[np.float64]:
     """Steps of 3, 2, 1 and 1 `unit` s of alternating sign from `start`: (N,) rad."""
-    return steps(
-        time, start, [(3 * unit, amplitude), (2 * unit, -amplitude), (unit, amplitude), (unit, -amplitude)]
-    )
+    return steps(time, start, [(3 * unit, amplitude), (2 * unit, -amplitude), (unit, amplitude), (unit, -amplitude)])
 
 
 def steps(time: NDArray[np.float64], start: float, levels: list[tuple[float, float]]) -> NDArray[np.float64]:
@@ -151,9 +149,7 @@ def steps(time: NDArray[np.float64], start: float, levels: list[tuple[float, flo
     return values
 
 
-def _inputs(
-    model: AerodynamicModel, samples: int, density: float, thrust: float, mass: float
-) -> NDArray[np.float64]:
+def _inputs(model: AerodynamicModel, samples: int, density: float, thrust: float, mass: float) -> NDArray[np.float64]:
     inputs = np.zeros((samples, len(model.columns)))
     inputs[:, 0], inputs[:, 1], inputs[:, 2], inputs[:, 3] = density, thrust, mass, SPEED_OF_SOUND
     return inputs

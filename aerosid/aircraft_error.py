@@ -1,0 +1,366 @@
+"""Run the continuous estimator (21)-(26) on the aircraft's equations, with every candidate passed through it as well.
+
+The estimator's d(t) is a filtered picture of the true model error: what its gain and its step do to the error they do
+to a candidate too. So each term's contribution is sent through the same gains, sample by sample, and d(t) is compared
+with that. Model error is allowed in the equations of u, w and q; theta' = q is kinematics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aerodynamics import AerodynamicModel
+from aerosid.compiled import njit
+from aerosid.errors import EstimationError
+from aerosid.longitudinal import Constants, advance, evaluate, make_step, make_workspace
+from aerosid.manoeuvre import initial_state
+from aerosid.model_error.invariant_embedding import (
+    StepWork,
+    cholesky,
+    gain_step,
+    information,
+    step_work,
+    transition_step,
+)
+from aerosid.prediction import Flight
+from aerosid.terms import TermTable
+
+STATE_COUNT = 4
+"""u, w, q, theta: altitude acts on nothing and carries no model error."""
+
+CHANNELS_FED = ("V", "alpha", "q", "theta")
+"""What the estimator's states are compared with; specific forces contain d itself."""
+
+
+@dataclass(frozen=True)
+class AircraftError:
+    """What the estimator made of one log.
+
+    Attributes
+    ----------
+    states : ndarray, shape (N, 4)
+        u, w, q, theta.
+    d : ndarray, shape (N, 4)
+        Model error (23) in the four equations, in units of the state per second; NaN where a sample had no measurement.
+    responded : ndarray, shape (N, 4, T)
+        The d that each term of unit value would have produced through the same estimator.
+    initial : ndarray, shape (N, 4, 4)
+        The d that an error of each initial state would have produced.
+    rate_per_unit : ndarray, shape (N, 3)
+        State rate that a unit of C_X, C_Z, C_m causes in its equation: u, w, q.
+    innovations : ndarray, shape (N, 4)
+        Measured u, w, q, theta minus the estimate.
+    riccati : ndarray, shape (N, 4, 4)
+        S of (22).
+    cost : float
+        -2 ln L of the one-step predictions, but for a constant: what tells good weights from bad.
+    """
+
+    states: NDArray[np.float64]
+    d: NDArray[np.float64]
+    responded: NDArray[np.float64]
+    initial: NDArray[np.float64]
+    rate_per_unit: NDArray[np.float64]
+    innovations: NDArray[np.float64]
+    riccati: NDArray[np.float64]
+    cost: float
+
+
+def estimate_aircraft_error(
+    model: AerodynamicModel,
+    flight: Flight,
+    measurement_variance: NDArray[np.float64],
+    error_density: NDArray[np.float64],
+    *,
+    respond: bool = True,
+) -> AircraftError:
+    """The model error of `model` on a flight, and what each of its terms looks like through the same estimator.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        Candidates are terms of zero value.
+    flight : Flight
+        Channels as fed to the recursion, filtered or not.
+    measurement_variance : ndarray, shape (4,)
+        Variance of each sample of V, alpha, q, theta as fed to the recursion, SI squared.
+    error_density : ndarray, shape (4,)
+        Diagonal of Q2^-1 in (22), spectral density of the model error, (state/s)^2 s; an entry may be zero.
+    respond : bool
+        Whether the terms' responses are wanted; without, `responded` and `initial` are empty.
+
+    Raises
+    ------
+    EstimationError
+        Where the recursion cannot be formed: the estimate left the model's range.
+
+    Notes
+    -----
+    Parameswaran & Raol 1994, eqs. (21)-(26), with Q1 = R^-1/dt for samples of covariance R every dt.
+    V and alpha enter as u and w, with the covariance that goes with them: the observation is then linear. A curved one
+    leaves a residual that a high gain mistakes for model error, and a noise-free coefficient came back wrong by its
+    own size at large weights.
+    """
+    start = initial_state(flight)
+    measured, weights = measured_states(flight, measurement_variance)
+    samples, terms = flight.time.size, model.values.size
+    width = terms + STATE_COUNT if respond else 0
+    states = np.empty((samples, STATE_COUNT))
+    d = np.full((samples, STATE_COUNT), np.nan)
+    columns = np.zeros((samples, STATE_COUNT, width))
+    rate_per_unit = np.empty((samples, 3))
+    innovations = np.full((samples, STATE_COUNT), np.nan)
+    riccati = np.empty((samples, STATE_COUNT, STATE_COUNT))
+    reached, cost = _run(
+        flight,
+        start,
+        model.values,
+        model.table,
+        model.constants,
+        measured,
+        weights,
+        error_density,
+        _initial_riccati(start, measurement_variance),
+        states,
+        d,
+        columns,
+        rate_per_unit,
+        innovations,
+        riccati,
+        step_work(STATE_COUNT, STATE_COUNT, STATE_COUNT),
+    )
+    if reached < samples:
+        raise EstimationError(
+            f"the model-error recursion left the model's range at {flight.time[reached]:.3f} s (sample {reached + 1}); "
+            "check units and signs of V, alpha and q around that time."
+        )
+    return AircraftError(
+        states, d, columns[:, :, :terms], columns[:, :, terms:], rate_per_unit, innovations, riccati, float(cost)
+    )
+
+
+def measured_states(flight: Flight, variance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """u, w, q, theta as measured, (N, 4), and R^-1 of each sample, (N, 4, 4), from that of V, alpha, q, theta (4,).
+
+    Both u and w are missing where V or alpha is. The vane's own velocity in pitch and roll is taken out.
+    """
+    speed, alpha, q, theta = (flight.measured[:, i] for i in range(4))
+    plane = speed * np.cos(flight.inputs[:, 7])
+    rate = np.nan_to_num(q)
+    alpha = alpha + (rate * flight.positions[1, 0] - flight.inputs[:, 5] * flight.positions[1, 1]) / speed
+    measured = np.column_stack([plane * np.cos(alpha), plane * np.sin(alpha), q, theta])
+    weights = np.zeros((speed.size, STATE_COUNT, STATE_COUNT))
+    cos, sin = np.nan_to_num(np.cos(alpha)), np.nan_to_num(np.sin(alpha))
+    across = 1.0 / (np.nan_to_num(plane, nan=1.0) ** 2 * variance[1])
+    along = 1.0 / variance[0]
+    weights[:, 0, 0] = cos**2 * along + sin**2 * across
+    weights[:, 1, 1] = sin**2 * along + cos**2 * across
+    weights[:, 0, 1] = weights[:, 1, 0] = sin * cos * (along - across)
+    weights[:, 2, 2] = 1.0 / variance[2]
+    weights[:, 3, 3] = 1.0 / variance[3]
+    return measured, weights
+
+
+def _initial_riccati(start: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """S(0): the initial state is known as well as one sample of each channel measures it, S = covariance / 2."""
+    speed = float(np.hypot(start[0], start[1]))
+    across = speed * speed * variance[1]
+    return 0.5 * np.diag([variance[0] + 1e-12, across + 1e-12, variance[2] + 1e-14, variance[3] + 1e-14])
+
+
+@njit
+def _run(
+    flight: Flight,
+    start: NDArray[np.float64],
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    measured: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    density: NDArray[np.float64],
+    riccati_start: NDArray[np.float64],
+    states: NDArray[np.float64],
+    d: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    rate_per_unit: NDArray[np.float64],
+    innovations: NDArray[np.float64],
+    riccati: NDArray[np.float64],
+    gains: StepWork,
+) -> tuple[int, float]:
+    """The recursion over a whole record; returns the number of samples that it reached, and -2 ln L."""
+    n, p = 4, 4
+    samples = flight.time.shape[0]
+    terms = theta.shape[0]
+    width = columns.shape[2]
+    respond = width > 0
+    cost = 0.0
+    spread, factor, row = np.zeros((p, p)), np.zeros((p, p)), np.zeros(p)
+    extra = flight.inputs.shape[1] - 8
+    work, ahead = make_workspace(extra, terms), make_workspace(extra, terms)
+    step = make_step(extra, terms)
+    x = start.copy()
+    S, S_next = riccati_start.copy(), np.zeros((n, n))
+    F, H, W, Q1, C = np.zeros((n, n)), np.zeros((p, n)), np.zeros((n, n)), np.zeros((p, p)), np.zeros((n, n))
+    HQ, HQ_sample, C_sample = np.zeros((n, p)), np.zeros((n, p)), np.zeros((n, n))
+    M0, M1 = np.zeros((n, n)), np.zeros((n, n))
+    Phi, Gamma0, Gamma1 = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+    r0, r1, weight, here, there = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
+    g0, g1 = np.zeros(n), np.zeros(n)
+    back0, back1, moved_column = np.zeros(n), np.zeros(n), np.zeros(n)
+    eps, eps_open = np.zeros((n, width)), np.zeros((n, width))
+    for i in range(n):
+        H[i, i] = 1.0
+        W[i, i] = 0.5 * density[i]
+        if respond:
+            eps[i, terms + i] = 1.0
+    evaluate(x, flight.inputs[0], theta, table, constants, flight.positions, work, True, True)
+    for k in range(samples):
+        if not abs(work.outputs[1]) < 1.5:
+            return k, cost
+        for i in range(n):
+            states[k, i] = x[i]
+            for j in range(n):
+                F[i, j] = work.rates_x[i, j]
+                riccati[k, i, j] = S[i, j]
+        force = 0.5 * flight.inputs[k, 0] * work.outputs[0] ** 2 * constants.wing_area
+        rate_per_unit[k, 0] = force / flight.inputs[k, 2]
+        rate_per_unit[k, 1] = force / flight.inputs[k, 2]
+        rate_per_unit[k, 2] = force * constants.mean_chord / constants.I_yy
+        dt = flight.time[min(k + 1, samples - 1)] - flight.time[min(k, samples - 2)]
+        seen = False
+        for i in range(p):
+            r0[i] = measured[k, i] - x[i]
+            innovations[k, i] = r0[i]
+            here[i] = 0.0 if np.isnan(r0[i]) else 1.0
+            seen = seen or here[i] > 0.0
+            for j in range(p):
+                Q1[i, j] = weights[k, i, j] / dt
+        # d of the sample, eq. (23): only what is measured here speaks.
+        information(H, Q1, here, HQ_sample, C_sample)
+        if seen:
+            for i in range(n):
+                d[k, i] = 0.0
+            for a in range(n):
+                correction = 0.0
+                for i in range(p):
+                    if here[i] > 0.0:
+                        correction += HQ_sample[a, i] * r0[i]
+                for i in range(n):
+                    d[k, i] += S[i, a] * correction
+                for c in range(width):
+                    moved = 0.0
+                    for j in range(n):
+                        moved += C_sample[a, j] * eps[j, c]
+                    for i in range(n):
+                        columns[k, i, c] += S[i, a] * moved
+        if k + 1 == samples:
+            return samples, cost
+        advance(
+            x, flight.inputs[k], flight.inputs[k + 1], dt, flight.substeps,
+            theta, table, constants, flight.positions, ahead, step, False,
+        )  # fmt: skip
+        evaluate(step.state, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, True)
+        if not abs(ahead.outputs[1]) < 1.5:
+            return k + 1, cost
+        for i in range(p):
+            r1[i] = measured[k + 1, i] - step.state[i]
+            there[i] = 0.0 if np.isnan(r1[i]) else 1.0
+            weight[i] = 0.5 * (here[i] + there[i])
+            if here[i] == 0.0:
+                r0[i] = r1[i] if there[i] > 0.0 else 0.0
+            if there[i] == 0.0:
+                r1[i] = r0[i]
+        # How likely the next sample is, predicted from this one: P = 2 (Phi S Phi' + W dt), R from the weights.
+        transition_step(F, dt, Phi, Gamma0, Gamma1, gains)
+        cost += _surprise(S, Phi, W, dt, weights[k + 1], r1, there, spread, factor, row)
+        information(H, Q1, weight, HQ, C)
+        if not gain_step(S, F, W, C, dt, S_next, M0, M1, gains):
+            return k + 1, cost
+        for i in range(n):
+            g0[i] = 0.0
+            g1[i] = 0.0
+            for j in range(p):
+                g0[i] += HQ[i, j] * r0[j]
+                g1[i] += HQ[i, j] * r1[j]
+        # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
+        for c in range(width):
+            for i in range(n):
+                value = 0.0
+                for j in range(n):
+                    value += Phi[i, j] * eps[j, c]
+                    if c < terms:
+                        value += Gamma0[i, j] * work.rates_p[j, c] + Gamma1[i, j] * ahead.rates_p[j, c]
+                eps_open[i, c] = value
+        for c in range(width):
+            for i in range(n):
+                back0[i] = 0.0
+                back1[i] = 0.0
+                for j in range(n):
+                    back0[i] += C[i, j] * eps[j, c]
+                    back1[i] += C[i, j] * eps_open[j, c]
+            for i in range(n):
+                value = eps_open[i, c]
+                for a in range(n):
+                    value -= M0[i, a] * back0[a] + M1[i, a] * back1[a]
+                moved_column[i] = value
+            for i in range(n):
+                eps[i, c] = moved_column[i]
+        for i in range(n):
+            x[i] = step.state[i]
+            for a in range(n):
+                x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
+        x[4] = step.state[4]
+        S[:, :] = S_next
+        evaluate(x, flight.inputs[k + 1], theta, table, constants, flight.positions, work, True, True)
+    return samples, cost
+
+
+@njit
+def _surprise(
+    S: NDArray[np.float64],
+    Phi: NDArray[np.float64],
+    W: NDArray[np.float64],
+    dt: float,
+    weights: NDArray[np.float64],
+    residual: NDArray[np.float64],
+    held: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    factor: NDArray[np.float64],
+    row: NDArray[np.float64],
+) -> float:
+    """Ln det B + r' B^-1 r of the predicted residual r with B = 2 (Phi S Phi' + W dt) + R; rows not held left out."""
+    n = S.shape[0]
+    # R is block diagonal: u and w together, q, theta.
+    determinant = weights[0, 0] * weights[1, 1] - weights[0, 1] * weights[0, 1]
+    for i in range(n):
+        for j in range(n):
+            value = 2.0 * W[i, j] * dt
+            for a in range(n):
+                for b in range(n):
+                    value += 2.0 * Phi[i, a] * S[a, b] * Phi[j, b]
+            spread[i, j] = value
+    if determinant > 0.0:
+        spread[0, 0] += weights[1, 1] / determinant
+        spread[1, 1] += weights[0, 0] / determinant
+        spread[0, 1] -= weights[0, 1] / determinant
+        spread[1, 0] -= weights[0, 1] / determinant
+    for i in range(2, n):
+        spread[i, i] += 1.0 / weights[i, i]
+    total = 0.0
+    for i in range(n):
+        if held[i] == 0.0:
+            for j in range(n):
+                spread[i, j] = 0.0
+                spread[j, i] = 0.0
+            spread[i, i] = 1.0
+    cholesky(spread, factor, n)
+    for i in range(n):
+        row[i] = residual[i] if held[i] > 0.0 else 0.0
+        for j in range(i):
+            row[i] -= factor[i, j] * row[j]
+        row[i] /= factor[i, i]
+        total += row[i] * row[i] + 2.0 * np.log(factor[i, i])
+    return total

@@ -1,0 +1,338 @@
+"""Close the loop: from manoeuvres and a declared aircraft to what is missing, a completed model and its errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+import aerosid
+from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
+from aerosid.aircraft import Aircraft
+from aerosid.attribution import Alternative, Attribution, AttributionSettings, Finding, attribute
+from aerosid.candidates import candidate_entries
+from aerosid.coefficient_match import explained_shares
+from aerosid.errors import AircraftError, EstimationError
+from aerosid.flight_log import FlightLog
+from aerosid.longitudinal import OUTPUTS
+from aerosid.manoeuvre import Manoeuvre, prepare
+from aerosid.nomenclature import CHANNELS
+from aerosid.open_loop import Response, respond
+from aerosid.paper_chain import Chain, ChainSettings, run_chain
+from aerosid.refinement import refine
+from aerosid.results import (
+    ClosedLoop,
+    DerivativeRow,
+    Effect,
+    ErrorHistory,
+    ErrorRow,
+    Evidence,
+    PrefilterNote,
+    ScreeningRow,
+    Simulated,
+)
+from aerosid.screening import error_histories, screen
+from aerosid.verdict import judge, summarise
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """Every setting of the chain, in one place.
+
+    Attributes
+    ----------
+    chain : ChainSettings
+        Prefilter, model-error estimator and recursive least squares.
+    attribution : AttributionSettings
+        Which evidence lets a term enter.
+    priors : bool
+        Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
+        alone speaks.
+    seed : int
+        Of every random draw; reported.
+    """
+
+    chain: ChainSettings = field(default_factory=ChainSettings)
+    attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    priors: bool = False
+    seed: int = 0
+
+
+def close_loop(
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog] = (),
+    settings: LoopSettings = LoopSettings(),
+    progress: Progress = lambda _stage: None,
+) -> ClosedLoop:
+    """What the declared model lacks, the completed model and the errors before and after, on every log.
+
+    Parameters
+    ----------
+    identification : sequence of FlightLog
+        Manoeuvres to fit, one joint estimate; at least one.
+    aircraft : Aircraft
+        The declared model.
+    validation : sequence of FlightLog
+        Manoeuvres that are only predicted.
+    progress : callable
+        Told the name of each stage as it begins.
+
+    Raises
+    ------
+    LogError
+        Where a log lacks a channel that the model needs.
+    AircraftError
+        Where the aircraft file declares an effect that the flight model cannot apply.
+    EstimationError
+        Where the declared model cannot be simulated at all.
+    """
+    progress("reading the logs into the flight model")
+    declared, candidates = _structure(identification, aircraft)
+    manoeuvres = [prepare(log, aircraft, declared.columns) for log in identification]
+    others = [prepare(log, aircraft, declared.columns) for log in validation]
+
+    progress("re-estimating the declared model")
+    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
+    before = refine(declared, manoeuvres, free, priors=_priors(aircraft) if settings.priors else ())
+
+    progress("tracing the residual")
+    found = attribute(before, manoeuvres, candidates, settings.attribution)
+
+    progress("estimating the model error d(t)")
+    chain, screening, histories, correlations = _seen_in_d(declared, manoeuvres, candidates, found, settings.chain)
+
+    progress("simulating every log")
+    simulated, errors = _compare(declared, found, aircraft, manoeuvres, others)
+    coefficients = [
+        row
+        for manoeuvre in (*manoeuvres, *others)
+        for row in explained_shares(before.model, found.completed.model, manoeuvre)
+    ]
+
+    gain = _validation_gain(errors)
+    effects = tuple(_effect(n, f, correlations, gain) for n, f in enumerate(found.findings, start=1))
+    verdict = judge(found, manoeuvres)
+    rows = _derivative_rows(aircraft, found, chain)
+    return ClosedLoop(
+        version=aerosid.__version__,
+        seed=settings.seed,
+        aircraft=aircraft,
+        completed_aircraft=_completed(aircraft, found),
+        identification=tuple(identification),
+        validation=tuple(validation),
+        verdict=verdict,
+        summary=summarise(verdict, effects, tuple(errors)),
+        effects=effects,
+        alternatives=tuple(_alternative(n, a) for n, a in enumerate(found.alternatives, start=1)),
+        derivatives=rows,
+        coefficients=tuple(coefficients),
+        errors=tuple(errors),
+        simulated=tuple(simulated),
+        screening=screening,
+        model_error=histories,
+        prefilter=_prefilter_note(chain, settings.chain),
+        notes=_notes(manoeuvres, others, chain),
+    )
+
+
+def _structure(logs: Sequence[FlightLog], aircraft: Aircraft) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
+    """The declared model with input columns for every candidate, and the candidates."""
+    if aircraft.effects:
+        kinds = ", ".join(sorted({effect.kind for effect in aircraft.effects}))
+        raise AircraftError(
+            f"{aircraft.path}: [[effects]] declares {kinds}, which close-loop cannot apply to a simulation; strike the "
+            "effect, or correct the log for it through its channel map."
+        )
+    candidates = candidate_entries(aircraft, logs[0])
+    airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] else 0.0
+    return declared_model(aircraft, airspeed, [term for _, term in candidates]), candidates
+
+
+def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
+    return tuple(
+        ((d.coefficient, d.term), d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None and not d.fixed
+    )
+
+
+def _seen_in_d(
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    candidates: Sequence[Entry],
+    found: Attribution,
+    settings: ChainSettings,
+) -> tuple[Chain | None, tuple[ScreeningRow, ...], tuple[ErrorHistory, ...], dict[Entry, float]]:
+    """The paper's chain on the declared and on the completed structure; nothing where its recursion breaks down."""
+    chosen = [finding.entry for finding in found.findings]
+    try:
+        deficient = run_chain(declared, manoeuvres, found.before.free, settings)
+        screening = screen(deficient, manoeuvres, candidates, chosen, found.rounds[0] if found.rounds else (), settings)
+        completed = (
+            run_chain(declared.extended(chosen), manoeuvres, found.completed.free, settings) if chosen else deficient
+        )
+        histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
+    except EstimationError:
+        return None, (), (), {}
+    return completed, screening, histories, correlations
+
+
+def _compare(
+    declared: AerodynamicModel,
+    found: Attribution,
+    aircraft: Aircraft,
+    manoeuvres: Sequence[Manoeuvre],
+    others: Sequence[Manoeuvre],
+) -> tuple[list[Simulated], list[ErrorRow]]:
+    """Open-loop simulations and their errors on every log."""
+    simulated, rows = [], []
+    variance = found.completed.variance
+    for manoeuvre, role in [*((m, "identification") for m in manoeuvres), *((m, "validation") for m in others)]:
+        responses = {
+            "declared": respond(declared, manoeuvre, variance),
+            "before": respond(found.before.model, manoeuvre, variance),
+            "after": respond(found.completed.model, manoeuvre, variance),
+            "trimmed": respond(found.completed.model, manoeuvre, variance, constants_of=aircraft.coefficients),
+        }
+        simulated.append(_simulated(manoeuvre, role, responses))
+        rows.extend(_error_rows(manoeuvre, role, responses))
+    return simulated, rows
+
+
+def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> Simulated:
+    names = manoeuvre.outputs
+
+    def channels(values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        return {name: values[:, OUTPUTS.index(name)] for name in names}
+
+    return Simulated(
+        log=manoeuvre.log,
+        role=role,
+        measured=channels(manoeuvre.flight.measured),
+        **{variant: channels(response.outputs) for variant, response in responses.items()},
+    )
+
+
+def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> list[ErrorRow]:
+    rows = []
+    for name in manoeuvre.outputs:
+        i = OUTPUTS.index(name)
+        trimmed = responses["trimmed"].rms[name]
+        spread = float(np.nanvar(manoeuvre.flight.measured[:, i]))
+        rows.append(
+            ErrorRow(
+                log=manoeuvre.log.name,
+                role=role,
+                channel=name,
+                unit=CHANNELS[name].unit,
+                declared=responses["declared"].rms[name],
+                before=responses["before"].rms[name],
+                after=responses["after"].rms[name],
+                trimmed=trimmed,
+                noise=float(manoeuvre.noise[i]),
+                r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
+            )
+        )
+    return rows
+
+
+def _validation_gain(errors: Sequence[ErrorRow]) -> float | None:
+    """Median over channels of before/after on the validation logs."""
+    ratios = [
+        row.before / row.after
+        for row in errors
+        if row.role == "validation" and row.before is not None and row.after is not None and row.after > 0.0
+    ]
+    return float(np.median(ratios)) if ratios else None
+
+
+def _effect(rank: int, finding: Finding, correlations: dict[Entry, float], gain: float | None) -> Effect:
+    coefficient, term = finding.entry
+    evidence = Evidence(correlations.get(finding.entry), finding.p_value, gain, finding.gain)
+    return Effect(rank, "aero_term", coefficient, str(term), finding.value, finding.std_error, "1", evidence)
+
+
+def _alternative(rank: int, other: Alternative) -> Effect:
+    coefficient, term = other.entry
+    instead = f"{other.instead_of[0]} {other.instead_of[1]}"
+    evidence = Evidence(None, 1.0, None, -other.loss)
+    return Effect(
+        rank, "aero_term", coefficient, str(term), other.value, other.std_error, "1", evidence, instead_of=instead
+    )
+
+
+def _completed(aircraft: Aircraft, found: Attribution) -> Aircraft:
+    completed, spread = found.completed, found.completed_deviations
+    values = {
+        (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(spread.corrected[n])))
+        for n, (coefficient, term) in enumerate(completed.free)
+    }
+    return aircraft.completed(values)
+
+
+def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None) -> tuple[DerivativeRow, ...]:
+    """One row for each declared or found term, coefficient by coefficient."""
+    declared = {(d.coefficient, d.term): d for d in aircraft.derivatives}
+    completed, spread = found.completed, found.completed_deviations
+    rows = []
+    order = sorted(dict.fromkeys([*declared, *completed.free]), key=lambda entry: aircraft.coefficients.index(entry[0]))
+    for entry in order:
+        row = declared.get(entry)
+        given = row.value if row else None
+        if entry not in completed.free:
+            value = completed.model.value(entry)
+            rows.append(DerivativeRow(entry[0], str(entry[1]), given, given, value, None, None, None, None, None, True))
+            continue
+        n = completed.free.index(entry)
+        value, error = completed.model.value(entry), float(spread.corrected[n])
+        in_chain = chain is not None and entry in chain.entries
+        rows.append(
+            DerivativeRow(
+                coefficient=entry[0],
+                term=str(entry[1]),
+                declared=given,
+                refitted=found.before.model.value(entry) if entry in found.before.free else None,
+                value=value,
+                std_error=_finite(error),
+                std_error_white=_finite(float(spread.white[n])),
+                rls=chain.model.value(entry) if chain is not None and in_chain else None,
+                rls_std_error=_finite(float(chain.std_errors[chain.entries.index(entry)]))
+                if chain is not None and in_chain
+                else None,
+                correlation_max=_finite(float(spread.correlation_max[n])),
+                shown=is_shown(value, given, error),
+            )
+        )
+    return tuple(rows)
+
+
+SHOWN = 0.3
+"""A derivative known to worse than this share of its size (its own or the declared, the greater) is not shown."""
+
+
+def is_shown(value: float, declared: float | None, std_error: float) -> bool:
+    """Whether a record holds enough information on a derivative to put it into a table unflagged."""
+    return bool(std_error <= SHOWN * max(abs(value), abs(declared or 0.0)))
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _prefilter_note(chain: Chain | None, settings: ChainSettings) -> PrefilterNote:
+    if chain is None:
+        return PrefilterNote(settings.filtering, None, "The model-error recursion broke down on this flight.", "")
+    fed = chain.fed[0]
+    cut_off = fed.cut_off.cut_off_hz if fed.cut_off is not None else None
+    reason = " ".join(f"{text}." for text in fed.cut_off.explanations) if fed.cut_off is not None else "Switched off."
+    return PrefilterNote(settings.filtering, cut_off, reason, "")
+
+
+def _notes(manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre], chain: Chain | None) -> tuple[str, ...]:
+    notes = [f"{m.log.name}: {note}" for m in (*manoeuvres, *others) for note in (*m.log.notes, *m.notes)]
+    if chain is None:
+        notes.append("The model-error recursion broke down: derivatives of recursive least squares are missing.")
+    return tuple(dict.fromkeys(notes))

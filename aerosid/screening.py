@@ -1,0 +1,169 @@
+"""Correlate the model error d(t) with candidate terms, equation by equation: the paper's table 3, on any flight."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aerodynamics import Entry
+from aerosid.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.evidence import Score
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.paper_chain import EQUATION, Chain, ChainSettings, choose_error_density
+from aerosid.results import ErrorHistory, ScreeningRow
+
+
+def screen(
+    chain: Chain,
+    manoeuvres: Sequence[Manoeuvre],
+    candidates: Sequence[Entry],
+    chosen: Sequence[Entry],
+    scores: Sequence[Score],
+    settings: ChainSettings,
+) -> tuple[ScreeningRow, ...]:
+    """Every candidate's correlation with the model error of its equation, greatest partial correlation first.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of the declared structure.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights.
+    candidates : sequence of Entry
+        Terms that the declared model lacks.
+    chosen : sequence of Entry
+        Those that entered.
+    scores : sequence of Score
+        Likelihood gains from the first round of the search.
+
+    Notes
+    -----
+    `correlation` is the plain one of Parameswaran & Raol 1994, table 3, about the means; `partial` that of what the
+    declared terms of the equation and an error of the initial state leave of either.
+    """
+    model = chain.model.extended(candidates)
+    density = choose_error_density(chain.model, manoeuvres, settings)
+    histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in chain.fed]
+    gains = {score.entry: score for score in scores}
+    declared = model.indices(chain.entries)
+    rows = []
+    for equation in range(3):
+        target, held = _joined(histories, equation)
+        known = np.column_stack(
+            [
+                np.concatenate([h.responded[:, equation, :][:, declared] for h in histories])[held],
+                _starts(histories, equation)[held],
+            ]
+        )
+        basis = _orthonormal(known)
+        left = target - basis @ (basis.T @ target)
+        for entry in candidates:
+            if EQUATION[entry[0]] != equation:
+                continue
+            place = model.index(entry)
+            column = np.concatenate([h.responded[:, equation, place] for h in histories])[held]
+            score = gains.get(entry)
+            rows.append(
+                ScreeningRow(
+                    entry[0],
+                    str(entry[1]),
+                    _correlation(target, column),
+                    _correlation(left, column - basis @ (basis.T @ column)),
+                    score.gain if score else 0.0,
+                    score.independence if score else 0.0,
+                    entry in chosen,
+                )
+            )
+    return tuple(sorted(rows, key=lambda row: (-row.gain, -abs(row.partial))))
+
+
+def error_histories(
+    chain: Chain, manoeuvres: Sequence[Manoeuvre], chosen: Sequence[Entry], settings: ChainSettings
+) -> tuple[tuple[ErrorHistory, ...], dict[Entry, float]]:
+    """The d(t) of the model without the chosen terms, with those terms over it, and |rho| for each chosen term.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of the completed structure.
+    chosen : sequence of Entry
+        The terms that the declared model lacks.
+
+    Returns
+    -------
+    One history per log and equation, d in units of the coefficient; and for each chosen term the correlation of what
+    the other chosen terms leave of d with its own picture in d.
+    """
+    places = chain.model.indices(chosen)
+    values = chain.model.values.copy()
+    coefficients = values[places]
+    values[places] = 0.0
+    lacking = chain.model.with_values(values)
+    density = choose_error_density(lacking, manoeuvres, settings)
+    histories = [estimate_aircraft_error(lacking, part.flight, part.variance, density) for part in chain.fed]
+    rows: list[ErrorHistory] = []
+    for manoeuvre, history in zip(manoeuvres, histories, strict=True):
+        for equation in range(3):
+            names = [entry for entry in chosen if EQUATION[entry[0]] == equation]
+            picture = history.responded[:, equation, :][:, places] @ coefficients
+            d = history.d[:, equation]
+            held = np.isfinite(d)
+            sign = -1.0 if any(entry[0] in ("C_D", "C_L") for entry in chain.entries) and equation < 2 else 1.0
+            unit = sign * history.rate_per_unit[:, equation]
+            name = {0: "C_D" if sign < 0 else "C_X", 1: "C_L" if sign < 0 else "C_Z", 2: "C_m"}[equation]
+            rows.append(
+                ErrorHistory(
+                    log=manoeuvre.log.name,
+                    coefficient=name,
+                    time=manoeuvre.log.time,
+                    d=d / unit,
+                    explained=picture / unit,
+                    correlation=_correlation(d[held], picture[held]) if names else 0.0,
+                    terms=tuple(str(entry[1]) for entry in names),
+                )
+            )
+    correlations = {}
+    for n, entry in enumerate(chosen):
+        equation = EQUATION[entry[0]]
+        target, held = _joined(histories, equation)
+        columns = np.concatenate([h.responded[:, equation, :][:, places] for h in histories])[held]
+        others = np.delete(np.arange(len(chosen)), n)
+        left = target - columns[:, others] @ coefficients[others]
+        correlations[entry] = abs(_correlation(left, columns[:, n]))
+    return tuple(rows), correlations
+
+
+def _joined(histories: Sequence[AircraftError], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The d of one equation over all logs without missing samples, and which samples were there."""
+    d = np.concatenate([history.d[:, equation] for history in histories])
+    held = np.isfinite(d)
+    return d[held], held
+
+
+def _starts(histories: Sequence[AircraftError], equation: int) -> NDArray[np.float64]:
+    """The responses to errors of the initial states, one block of columns a log."""
+    samples = [history.d.shape[0] for history in histories]
+    columns = np.zeros((sum(samples), 4 * len(histories)))
+    start = 0
+    for n, history in enumerate(histories):
+        columns[start : start + samples[n], 4 * n : 4 * n + 4] = history.initial[:, equation, :]
+        start += samples[n]
+    return columns
+
+
+def _orthonormal(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """An orthonormal basis of the columns' span; directions within rounding of the others are left out."""
+    length = np.linalg.norm(columns, axis=0)
+    scaled = columns[:, length > 0.0] / length[length > 0.0]
+    left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    basis: NDArray[np.float64] = left[:, strength > 1e-9 * strength[0]]
+    return basis
+
+
+def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Linear correlation about the means; 0 where either does not vary."""
+    a, b = a - a.mean(), b - b.mean()
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return float(a @ b) / size if size > 0.0 else 0.0

@@ -1,0 +1,70 @@
+"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aerosid.attribution import Attribution
+from aerosid.longitudinal import OUTPUTS
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.refinement import whiten
+from aerosid.residual_covariance import effective_samples
+from aerosid.results import Effect, ErrorRow, Verdict
+
+NOISE_RATIO = 1.3
+"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
+
+WHITE_SHARE = 0.5
+"""Residuals worth fewer independent samples than this share of their number are coloured: noise repeats nothing."""
+
+
+def unexplained_channels(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """The channels whose residual is greater than their noise and coloured: there the model is still wrong."""
+    level = np.sqrt(found.completed.variance)
+    wrong: dict[str, None] = {}
+    for part in whiten(found.completed, manoeuvres):
+        manoeuvre = manoeuvres[part.log]
+        for i, name in enumerate(OUTPUTS):
+            residual = part.residual[:, i]
+            held = np.isfinite(residual)
+            if held.sum() < 20:
+                continue
+            rms = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i]
+            coloured = float(effective_samples(residual[held])) < WHITE_SHARE * held.sum()
+            if rms > NOISE_RATIO * manoeuvre.noise[i] and coloured:
+                wrong[name] = None
+    return tuple(wrong)
+
+
+def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> Verdict:
+    """The verdict on a set of findings."""
+    completed, spread = found.completed, found.completed_deviations
+    values = np.array([abs(completed.model.value(entry)) for entry in completed.free])
+    if values.size and not np.any(spread.corrected < 0.3 * values):
+        return Verdict.NOT_EXCITED
+    left = unexplained_channels(found, manoeuvres)
+    if found.findings:
+        return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
+    return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
+
+
+def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
+    """One sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
+    sentence = verdict.value
+    if effects:
+        named = " and ".join(f"{e.where} {e.term} = {e.value:.4g} ± {e.std_error:.2g}" for e in effects)
+        sentence = f"The declared model lacks {named}."
+        if verdict is Verdict.PARTLY_EXPLAINED:
+            sentence += " More is missing than this explains."
+    role = "validation" if any(row.role == "validation" for row in errors) else "identification"
+    pairs = [
+        (row.before / row.noise, row.after / row.noise)
+        for row in errors
+        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+    ]
+    if pairs:
+        before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
+        sentence += f" Error on the {role} flight, median over channels: {before:.3g} times the noise before, {after:.3g} after."
+    return sentence
