@@ -198,6 +198,12 @@ def test_ascii_empty_fields_are_missing_and_units_may_stand_in_brackets(tmp_path
     assert log.units["load"] == "%"
 
 
+def test_a_tab_at_the_end_is_a_missing_sample(tmp_path: Path) -> None:
+    write(tmp_path, "channels.toml", MAP)
+    log = read_log(write(tmp_path, "log.tsv", "\n".join(f"{k}\t1\t{'' if k > 9 else k}" for k in range(12)) + "\n"))
+    assert_array_equal(np.flatnonzero(np.isnan(log["alpha"])), [10, 11])
+
+
 MATLAB_MAP = """schema = 1
 time = {{ column = {0}, unit = "s" }}
 [channels]

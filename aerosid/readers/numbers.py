@@ -56,14 +56,15 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
     LogError
         If a row has another number of fields, or a field is neither a finite number nor missing.
     """
-    body = body.rstrip()
+    # A tab at the end of a row is an empty last field.
+    body = body.rstrip(b" \n") if delimiter == "\t" else body.rstrip()
     if not body:
         return np.empty((0, width)), False
     blanks = b"\n\n" in body or b"\n \n" in body
     # pandas fills short rows with missing samples; a truncated file must not pass for a gap in the recording.
     even = delimiter is None or body.count(delimiter.encode()) == (width - 1) * (body.count(b"\n") + 1)
     values = _parse_fast(body, delimiter) if (even or blanks) and not _holds_words(body) else None
-    if values is None or _suspicious(values, width):
+    if values is None or _suspicious(values, width, short_rows=blanks or delimiter is None):
         values = _parse_by_blocks(body.split(b"\n"), delimiter, width, first_line, path)
     return values, blanks
 
@@ -73,9 +74,14 @@ def _holds_words(body: bytes) -> bool:
     return any(letter in body for letter in (b"r", b"R", b"s", b"S"))
 
 
-def _suspicious(values: FloatArray, width: int) -> bool:
-    """Whether the fast parser may have passed over a short row or an infinite value."""
-    return values.shape[1] != width or bool(np.isinf(values).any()) or bool(np.isnan(values[:, -1]).any())
+def _suspicious(values: FloatArray, width: int, *, short_rows: bool) -> bool:
+    """Whether the fast parser may have passed over an infinite value or, where they were not counted, short rows.
+
+    Rows that are too long it refuses itself, so that an even count of separators leaves none that is too short.
+    """
+    return (
+        values.shape[1] != width or bool(np.isinf(values).any()) or (short_rows and bool(np.isnan(values[:, -1]).any()))
+    )
 
 
 def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, first_line: int, path: str) -> FloatArray:
@@ -86,7 +92,8 @@ def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, firs
         body = b"\n".join(block)
         even = delimiter is None or all(line.count(delimiter.encode()) == width - 1 for line in block)
         values = _parse_fast(body, delimiter) if even and body.strip() and not _holds_words(body) else None
-        if values is None or _suspicious(values, width) or values.shape[0] != len(block):
+        short_rows = delimiter is None
+        if values is None or _suspicious(values, width, short_rows=short_rows) or values.shape[0] != len(block):
             values = _parse_slowly(body, delimiter, width, first_line + start, path)
         parts.append(values)
     return np.concatenate(parts)
