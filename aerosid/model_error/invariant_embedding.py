@@ -51,31 +51,26 @@ _TINY = float(np.finfo(np.float64).tiny)
 class StepWork(NamedTuple):
     """Work arrays of one step for n states, k constant and k_ramp ramp forcing columns (K = k + k_ramp).
 
-    After `step_map` the fields E, Q, G, c_x, c_lambda hold the step in balanced units (state i in units of scale[i]):
-    Phi = I + E. Make one by `step_work`; one per thread.
+    Make one by `step_work`; one per thread. Two arrays and not one for each matrix, since compiled code passes an
+    array as seven numbers.
     """
 
-    scale: Array  # (n,) balanced unit of each state
-    E: Array  # (n, n) Phi - I: kept apart, since Phi of a short step is I to many digits
-    Q: Array  # (n, n)
-    G: Array  # (n, n)
-    c_x: Array  # (n, K)
-    c_lambda: Array  # (n, K)
-    forcing: Array  # (2n, k) forcing columns of (x, lambda), balanced
-    A: Array  # (2n, 2n) Hamiltonian times the short step
-    A2: Array
-    A3: Array
-    M: Array  # (2n, 2n) transition matrix minus I
-    M_inner: Array
-    b1: Array  # (2n, k)
-    b2: Array
-    z: Array  # (2n, K)
-    z_inner: Array
-    left: Array  # (n, 2n + K)
-    aug: Array  # (n, 3n + K) system and right-hand sides
-    Y: Array  # (n, n + K)
-    L: Array  # (n, n) Cholesky factor of S
-    R: Array  # (n, n) Cholesky factor of I + L' G L
+    blocks: Array  # (_BLOCKS, 2n, 3n + K): one matrix each, at the top left, see the numbers below
+    forcing: Array  # (2n, k): forcing columns of (x, lambda), given in the caller's units
+
+
+# Blocks that hold the step after `step_map`, in balanced units (state i in units of scale[0, i]).
+_SCALE = 0  # (1, n)
+_E = 1  # (n, n): Phi - I, kept apart since the Phi of a short step is I to many digits
+_Q = 2  # (n, n)
+_G = 3  # (n, n)
+_C_X = 4  # (n, K)
+_C_LAMBDA = 5  # (n, K)
+# Blocks for passing results.
+_AUGMENTED = 6  # (n, 3n + K): a system of equations and its right-hand sides
+_LEFT = 7  # (n, 2n + K)
+_MIDDLE = 8  # (n, n + K)
+_BLOCKS = 15
 
 
 def step_work(n: int, constant: int = 2, ramp: int = 1) -> StepWork:
@@ -93,20 +88,12 @@ def step_work(n: int, constant: int = 2, ramp: int = 1) -> StepWork:
     -------
     StepWork
     """
-    K = constant + ramp
-    square, double = (n, n), (2 * n, 2 * n)
-    shapes = {
-        "scale": (n,), "E": square, "Q": square, "G": square, "c_x": (n, K), "c_lambda": (n, K),
-        "forcing": (2 * n, constant), "A": double, "A2": double, "A3": double, "M": double, "M_inner": double,
-        "b1": (2 * n, constant), "b2": (2 * n, constant), "z": (2 * n, K), "z_inner": (2 * n, K),
-        "left": (n, 2 * n + K), "aug": (n, 3 * n + K), "Y": (n, n + K), "L": square, "R": square,
-    }  # fmt: skip
-    return StepWork(**{name: np.zeros(shape) for name, shape in shapes.items()})
+    return StepWork(np.zeros((_BLOCKS, 2 * n, 3 * n + constant + ramp)), np.zeros((2 * n, constant)))
 
 
 @njit
 def _multiply(A: Array, B: Array, out: Array, rows: int, inner: int, columns: int) -> None:
-    """out[:rows, :columns] = A[:rows, :inner] B[:inner, :columns]."""
+    """Form out[:rows, :columns] = A[:rows, :inner] B[:inner, :columns]."""
     for i in range(rows):
         for j in range(columns):
             out[i, j] = 0.0
@@ -152,13 +139,12 @@ def solve_in_place(aug: Array, n: int, width: int) -> bool:
 
 
 @njit
-def cholesky(S: Array, L: Array) -> bool:
+def cholesky(S: Array, L: Array, n: int) -> bool:
     """Lower factor of the symmetric S into L; False where a pivot had to be raised to rounding level.
 
     A semi-definite S (a state known exactly) gives a zero column, which is exact. A pivot below n eps S_ii is lost in
     rounding and is set to that level, which keeps the matrix positive definite.
     """
-    n = S.shape[0]
     sound = True
     for j in range(n):
         for i in range(j):
@@ -220,16 +206,16 @@ def _balance(F: Array, W: Array, C: Array, scale: Array) -> float:
 
 @njit
 def _short_step(work: StepWork) -> bool:
-    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is work.A, by the ninth-degree Taylor series.
+    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is in block 8, by the ninth-degree Taylor series.
 
     The polynomial is summed in powers of A^3 (Paterson and Stockmeyer), the forcing by phi_1 and phi_2 alike.
     """
-    A, A2, A3, M, M_inner = work.A, work.A2, work.A3, work.M, work.M_inner
-    b0, b1, b2, z, z_inner = work.forcing, work.b1, work.b2, work.z, work.z_inner
-    n2 = A.shape[0]
+    blocks, b0 = work.blocks, work.forcing
+    A, A2, A3, M, M_inner = blocks[8], blocks[9], blocks[10], blocks[11], blocks[12]
+    b1, b2, z, z_inner = blocks[7], blocks[13], blocks[14], blocks[6]
+    n2, k = b0.shape
     n = n2 // 2
-    k = b0.shape[1]
-    K = z.shape[1]
+    K = blocks.shape[2] - 3 * n
     ramp = K - k
     _multiply(A, A, A2, n2, n2, n2)
     _multiply(A, A2, A3, n2, n2, n2)
@@ -271,7 +257,7 @@ def _short_step(work: StepWork) -> bool:
             z[i, j] += b0[i, m] / 2.0 + b1[i, m] / 6.0 + b2[i, m] / 24.0
 
     # From one-ended to two-ended: Phi' = M22^-1, G = M22^-1 M21, c_lambda = -M22^-1 z_lambda.
-    aug = work.aug
+    aug = blocks[_AUGMENTED]
     for i in range(n):
         for j in range(n):
             aug[i, j] = M[n + i, n + j]
@@ -282,7 +268,7 @@ def _short_step(work: StepWork) -> bool:
             aug[i, 3 * n + j] = -z[n + i, j]
     if not solve_in_place(aug, n, 3 * n + K):
         return False
-    E, Q, G, c_x, c_lambda = work.E, work.Q, work.G, work.c_x, work.c_lambda
+    E, Q, G, c_x, c_lambda = blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA]
     for i in range(n):
         for j in range(n):
             E[j, i] = aug[i, n + j]
@@ -300,14 +286,14 @@ def _short_step(work: StepWork) -> bool:
             for m in range(n):
                 value += M[i, n + m] * c_lambda[m, j]
             c_x[i, j] = value
-    _symmetrise(Q)
+    _symmetrise(Q, n)
     return True
 
 
 @njit
-def _symmetrise(A: Array) -> None:
+def _symmetrise(A: Array, n: int) -> None:
     """A replaced by (A + A')/2."""
-    for i in range(A.shape[0]):
+    for i in range(n):
         for j in range(i):
             mean = 0.5 * (A[i, j] + A[j, i])
             A[i, j] = mean
@@ -323,10 +309,12 @@ def _double(work: StepWork) -> bool:
     and, with the first half's forcing a and the second half's b, y = V (a_x + Q b_lambda),
     c_x <- b_x + Phi y, c_lambda <- a_lambda + Phi' (b_lambda - G y).
     """
-    E, Q, G, c_x, c_lambda = work.E, work.Q, work.G, work.c_x, work.c_lambda
-    left, aug, Y = work.left, work.aug, work.Y
-    n, K = c_x.shape
+    blocks = work.blocks
+    E, Q, G, c_x, c_lambda = blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA]
+    left, aug, Y = blocks[_LEFT], blocks[_AUGMENTED], blocks[_MIDDLE]
+    n = work.forcing.shape[0] // 2
     k = work.forcing.shape[1]
+    K = blocks.shape[2] - 3 * n
     ramp = K - k
     # The first half of a ramp is half a ramp; its second half is half a constant and half a ramp.
     for i in range(n):
@@ -407,8 +395,8 @@ def _double(work: StepWork) -> bool:
     for i in range(n):
         for j in range(n):
             E[i, j] = left[i, j]
-    _symmetrise(Q)
-    _symmetrise(G)
+    _symmetrise(Q, n)
+    _symmetrise(G, n)
     return True
 
 
@@ -431,7 +419,7 @@ def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
         overwritten.
     """
     n = F.shape[0]
-    scale, A, forcing = work.scale, work.A, work.forcing
+    scale, A, forcing = work.blocks[_SCALE, 0], work.blocks[8], work.forcing
     norm = _balance(F, W, C, scale) * dt
     if not norm < math.inf:
         return False
@@ -459,21 +447,10 @@ def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
 
 
 @njit
-def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
-    """S at the end of the step in `work` into `S_next`; leaves the mean's response in work.Y[:, n:], balanced.
-
-    S+ = Q + Phi S (I + G S)^-1 Phi' is formed as Q + X X' with S = L L', I + L' G L = R R', X = Phi L R^-T:
-    symmetric by construction, and the only inverse is of a matrix with eigenvalues of 1 or more.
-    e = c_x + Phi S (I + G S)^-1 c_lambda uses the same factors.
-    """
-    E, Q, G, c_x, c_lambda, scale = work.E, work.Q, work.G, work.c_x, work.c_lambda, work.scale
-    L, R, X, Y = work.L, work.R, work.left, work.Y
-    n, K = c_x.shape
+def factor_information(S: Array, G: Array, L: Array, R: Array, X: Array, n: int) -> None:
+    """L L' = S and R R' = I + L' G L, both lower, so that S (I + G S)^-1 = L R^-T R^-1 L'; R may be S, X is work."""
+    cholesky(S, L, n)
     for i in range(n):
-        for j in range(n):
-            R[i, j] = S[i, j] / (scale[i] * scale[j])
-    cholesky(R, L)
-    for i in range(n):  # X = G L, then R = I + L' G L
         for j in range(n):
             value = 0.0
             for m in range(j, n):
@@ -487,7 +464,28 @@ def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
             R[i, j] = value
             R[j, i] = value
         R[i, i] += 1.0
-    cholesky(R, R)
+    cholesky(R, R, n)
+
+
+@njit
+def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
+    """S at the end of the step in `work` into `S_next`; leaves the mean's response in a block, balanced.
+
+    S+ = Q + Phi S (I + G S)^-1 Phi' is formed as Q + X X' with S = L L', I + L' G L = R R', X = Phi L R^-T:
+    symmetric by construction, and the only inverse is of a matrix with eigenvalues of 1 or more.
+    e = c_x + Phi S (I + G S)^-1 c_lambda uses the same factors.
+    """
+    blocks = work.blocks
+    scale, E, Q, G, c_x, c_lambda = (
+        blocks[_SCALE, 0], blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA],
+    )  # fmt: skip
+    X, Y, L, R = blocks[_LEFT], blocks[_MIDDLE], blocks[9], blocks[10]
+    n = S.shape[0]
+    K = blocks.shape[2] - 3 * n
+    for i in range(n):
+        for j in range(n):
+            R[i, j] = S[i, j] / (scale[i] * scale[j])
+    factor_information(R, G, L, R, X, n)
     # X = R^-1 L' [Phi' | c_lambda], row by row
     for i in range(n):
         for j in range(n):
@@ -565,7 +563,7 @@ def estimator_step(
         return False
     finite = riccati_step(S, work, S_next)
     for i in range(n):  # columns: constant g0, constant g1 - g0 (only needed by the ramp's doubling), ramp g1 - g0
-        e[i] = work.scale[i] * (work.Y[i, n] + work.Y[i, n + 2])
+        e[i] = work.blocks[_SCALE, 0, i] * (work.blocks[_MIDDLE, i, n] + work.blocks[_MIDDLE, i, n + 2])
     return finite
 
 
@@ -599,10 +597,11 @@ def gain_step(
     if not step_map(F, W, C, dt, work):
         return False
     finite = riccati_step(S, work, S_next)
+    scale, e = work.blocks[_SCALE, 0], work.blocks[_MIDDLE]
     for i in range(n):
         for j in range(n):
-            ramp = work.scale[i] * work.Y[i, 2 * n + j]
-            M0[i, j] = work.scale[i] * work.Y[i, n + j] - ramp
+            ramp = scale[i] * e[i, 2 * n + j]
+            M0[i, j] = scale[i] * e[i, n + j] - ramp
             M1[i, j] = ramp
     return finite
 
@@ -632,14 +631,39 @@ def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Arra
         forcing[i, i] = 1.0
     if not step_map(F, Phi, Phi, dt, work):
         return False
+    scale, E, c_x = work.blocks[_SCALE, 0], work.blocks[_E], work.blocks[_C_X]
     for i in range(n):
         for j in range(n):
-            ratio = work.scale[i] / work.scale[j]
-            Phi[i, j] = work.E[i, j] * ratio
-            Gamma1[i, j] = work.c_x[i, n + j] * work.scale[i]
-            Gamma0[i, j] = work.c_x[i, j] * work.scale[i] - Gamma1[i, j]
+            Phi[i, j] = E[i, j] * scale[i] / scale[j]
+            Gamma1[i, j] = c_x[i, n + j] * scale[i]
+            Gamma0[i, j] = c_x[i, j] * scale[i] - Gamma1[i, j]
         Phi[i, i] += 1.0
     return True
+
+
+@njit
+def read_map(work: StepWork, Phi: Array, Q: Array, G: Array, c_x: Array, c_lambda: Array) -> None:
+    """The step that `step_map` left in `work`, in the caller's units.
+
+    Parameters
+    ----------
+    work : StepWork
+    Phi, Q, G : (n, n)
+        Out.
+    c_x, c_lambda : (n, K)
+        Out: the response to each constant column, then to each ramp.
+    """
+    blocks, scale = work.blocks, work.blocks[_SCALE, 0]
+    n = Phi.shape[0]
+    for i in range(n):
+        for j in range(n):
+            Phi[i, j] = blocks[_E, i, j] * scale[i] / scale[j]
+            Q[i, j] = blocks[_Q, i, j] * (scale[i] * scale[j])
+            G[i, j] = blocks[_G, i, j] / (scale[i] * scale[j])
+        Phi[i, i] += 1.0
+        for j in range(c_x.shape[1]):
+            c_x[i, j] = blocks[_C_X, i, j] * scale[i]
+            c_lambda[i, j] = blocks[_C_LAMBDA, i, j] / scale[i]
 
 
 @njit
@@ -681,3 +705,77 @@ def information(H: Array, Q1: Array, weight: Array, HQ: Array, C: Array) -> None
                     C[i, j] += a * H[m, j]
         for j in range(i):
             C[j, i] = C[i, j]
+
+
+@njit
+def predict_riccati(F: Array, S: Array, W: Array, P: Array, work: StepWork) -> None:
+    """P = F S F' + W, (11), with W = (1/2) Q2^-1; P may be S."""
+    X = work.blocks[_LEFT]
+    n = F.shape[0]
+    for i in range(n):
+        for j in range(n):
+            value = 0.0
+            for m in range(n):
+                value += F[i, m] * S[m, j]
+            X[i, j] = value
+    for i in range(n):
+        for j in range(i + 1):
+            value = W[i, j]
+            for m in range(n):
+                value += X[i, m] * F[j, m]
+            P[i, j] = value
+            P[j, i] = value
+
+
+@njit
+def measurement_update(P: Array, C: Array, g: Array, S: Array, d: Array, work: StepWork) -> bool:
+    """The update of (9), (10), (12) at a sample: S = (I + P C)^-1 P and the correction d = S g.
+
+    Parameters
+    ----------
+    P : (n, n)
+        A-priori Riccati matrix of (11).
+    C : (n, n)
+        2 H' Q1 H of the rows that are measured.
+    g : (n,)
+        2 H' Q1 (y - h) of the rows that are measured.
+    S : (n, n)
+        Out: a-posteriori Riccati matrix; may be P.
+    d : (n,)
+        Out: the correction of the state.
+    work : StepWork
+        From `step_work(n)`.
+
+    Returns
+    -------
+    bool
+        False where S is not finite.
+    """
+    n = P.shape[0]
+    X, L, R = work.blocks[_LEFT], work.blocks[9], work.blocks[10]
+    factor_information(P, C, L, R, X, n)
+    for i in range(n):  # X = R^-1 L'
+        for j in range(n):
+            X[i, j] = L[j, i]
+        for m in range(i):
+            r = R[i, m]
+            for j in range(n):
+                X[i, j] -= r * X[m, j]
+        inverse = 1.0 / R[i, i]
+        for j in range(n):
+            X[i, j] *= inverse
+    finite = True
+    for i in range(n):
+        for j in range(i + 1):
+            value = 0.0
+            for m in range(n):
+                value += X[m, i] * X[m, j]
+            S[i, j] = value
+            S[j, i] = value
+        finite = finite and S[i, i] < math.inf
+    for i in range(n):
+        value = 0.0
+        for j in range(n):
+            value += S[i, j] * g[j]
+        d[i] = value
+    return finite

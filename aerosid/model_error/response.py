@@ -1,0 +1,188 @@
+"""What a candidate model error would have become: the same operator on candidates as on the measurements.
+
+The estimator answers a model error with a delay and a loss that its weights decide. A coefficient found by regressing
+d^ on the candidate itself carries both. Regressed on the candidate's response, the d^ that this very estimator (same
+steps, same gains, same missing samples) would have shown, had the model error been the candidate, it does not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aerosid.compiled import njit
+from aerosid.errors import EstimationError, UsageError
+from aerosid.model_error.history import ModelErrorHistory
+from aerosid.model_error.invariant_embedding import StepWork, gain_step, information, step_work, transition_step
+
+Array = NDArray[np.float64]
+
+
+@njit
+def _product(A: Array, B: Array, out: Array) -> None:
+    """A B into `out`."""
+    for i in range(A.shape[0]):
+        for j in range(B.shape[1]):
+            out[i, j] = 0.0
+        for m in range(A.shape[1]):
+            a = A[i, m]
+            for j in range(B.shape[1]):
+                out[i, j] += a * B[m, j]
+
+
+@njit
+def _respond_continuous(
+    time: Array,
+    S: Array,
+    F: Array,
+    H: Array,
+    H_step: Array,
+    present: Array,
+    Q1: Array,
+    W: Array,
+    candidates: Array,
+    epsilon: Array,
+    response: Array,
+    work: StepWork,
+) -> int:
+    N, p, n = H.shape
+    m = candidates.shape[2]
+    square = np.empty((10, n, n))
+    F_k, W_k, S_k, S_next, C, M0, M1, Phi, Gamma0, Gamma1 = (
+        square[0], square[1], square[2], square[3], square[4],
+        square[5], square[6], square[7], square[8], square[9],
+    )  # fmt: skip
+    HQ, H_k, Q1_k, weight = np.empty((n, p)), np.empty((p, n)), np.empty((p, p)), np.empty(p)
+    path, columns, columns2 = np.empty((n, m)), np.empty((n, m)), np.empty((n, m))
+    r0, r1 = np.empty((p, m)), np.empty((p, m))
+    for k in range(N):
+        Q1_k[:] = Q1[min(k, Q1.shape[0] - 1)]
+        H_k[:] = H[k]
+        S_k[:] = S[k]
+        for i in range(p):
+            weight[i] = present[k, i]
+        information(H_k, Q1_k, weight, HQ, C)
+        _product(C, epsilon, columns)
+        _product(S_k, columns, response[k])
+        if k == N - 1:
+            break
+        dt = time[k + 1] - time[k]
+        F_k[:] = F[k]
+        W_k[:] = W[min(k, W.shape[0] - 1)]
+        if not transition_step(F_k, dt, Phi, Gamma0, Gamma1, work):
+            return k + 1
+        _product(Phi, epsilon, path)
+        _product(Gamma0, candidates[k], columns)
+        _product(Gamma1, candidates[k + 1], columns2)
+        for i in range(n):
+            for j in range(m):
+                path[i, j] += columns[i, j] + columns2[i, j]
+        _product(H_k, epsilon, r0)
+        H_k[:] = H[k + 1]
+        _product(H_k, path, r1)
+        for i in range(p):
+            first = present[k, i] > 0.0
+            last = present[k + 1, i] > 0.0
+            weight[i] = 1.0 if first and last else (0.5 if first or last else 0.0)
+            for j in range(m):
+                if not first:
+                    r0[i, j] = r1[i, j]
+                if not last:
+                    r1[i, j] = r0[i, j]
+        H_k[:] = H_step[k]
+        information(H_k, Q1_k, weight, HQ, C)
+        if not gain_step(S_k, F_k, W_k, C, dt, S_next, M0, M1, work):
+            return k + 1
+        _product(HQ, r0, columns)
+        _product(M0, columns, epsilon)
+        _product(HQ, r1, columns)
+        _product(M1, columns, columns2)
+        for i in range(n):
+            for j in range(m):
+                epsilon[i, j] = path[i, j] - epsilon[i, j] - columns2[i, j]
+    return -1
+
+
+@njit
+def _respond_discrete(
+    S: Array,
+    F: Array,
+    H: Array,
+    present: Array,
+    Q1: Array,
+    candidates: Array,
+    epsilon: Array,
+    response: Array,
+) -> None:
+    N, p, n = H.shape
+    m = epsilon.shape[1]
+    HQ, C, H_k, Q1_k, weight = np.empty((n, p)), np.empty((n, n)), np.empty((p, n)), np.empty((p, p)), np.empty(p)
+    path, columns, correction = epsilon.copy(), np.empty((n, m)), np.empty((n, m))
+    for k in range(N):
+        if k > 0:
+            _product(F[k - 1], epsilon, path)
+            for i in range(n):
+                for j in range(m):
+                    path[i, j] += candidates[k - 1, i, j]
+        Q1_k[:] = Q1[min(k, Q1.shape[0] - 1)]
+        H_k[:] = H[k]
+        for i in range(p):
+            weight[i] = present[k, i]
+        information(H_k, Q1_k, weight, HQ, C)
+        _product(C, path, columns)
+        _product(S[k], columns, correction)
+        for i in range(n):
+            for j in range(m):
+                epsilon[i, j] = path[i, j] - correction[i, j]
+                if k > 0:
+                    response[k - 1, i, j] = correction[i, j]
+
+
+def respond(history: ModelErrorHistory, candidates: ArrayLike, initial: ArrayLike | None = None) -> Array:
+    """The d^ that each candidate, as the true model error, would have produced through the same estimator.
+
+    Linear in the candidates, at the frozen linearisation and gains of `history`; the time is linear in N.
+
+    Parameters
+    ----------
+    history : ModelErrorHistory
+        From the continuous or the discrete estimator.
+    candidates : (M, n, m)
+        m candidate model errors, of the size of `history.model_error`: rates at the samples, state units / s, linear
+        between them (continuous), or the error of each step, state units (discrete).
+    initial : (n, m), optional
+        Error of the initial state, true minus given, that goes with each candidate; 0 where absent. Columns of the
+        identity with candidates 0 are the regressors of an unknown initial state.
+
+    Returns
+    -------
+    (M, n, m) array
+        As `history.model_error`, for each candidate.
+
+    Raises
+    ------
+    UsageError
+        On shapes that do not fit.
+    """
+    given = np.array(candidates, dtype=np.float64, order="C")
+    M, n = history.model_error.shape
+    if given.ndim != 3 or given.shape[:2] != (M, n):
+        raise UsageError(f"candidates have shape {given.shape} where ({M}, {n}, m) was expected.")
+    m = given.shape[2]
+    epsilon = np.zeros((n, m)) if initial is None else np.array(initial, dtype=np.float64, order="C")
+    if epsilon.shape != (n, m):
+        raise UsageError(f"initial has shape {epsilon.shape} where ({n}, {m}) was expected.")
+    p = history.present.shape[1]
+    Q1 = history.weights.Q1.reshape(-1, p, p)
+    response = np.zeros((M, n, m))
+    if history.discrete:
+        _respond_discrete(history.S, history.F, history.H, history.present, Q1, given, epsilon, response)
+        return response
+    W = 0.5 * history.weights.Q2_inverse.reshape(-1, n, n)
+    failed = _respond_continuous(
+        history.time, history.S, history.F, history.H, history.H_step, history.present, Q1, W, given, epsilon,
+        response, step_work(n, n, n),
+    )  # fmt: skip
+    if failed >= 0:
+        raise EstimationError(f"The response to the candidates stops being finite at sample {failed}.")
+    return response
