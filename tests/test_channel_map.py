@@ -18,7 +18,7 @@ from aerosid.readers import FORMATS, read_log
 from aerosid.readers.channel_map import load_channel_map
 
 SHARED_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=40)
-finite = st.floats(-1e3, 1e3)
+finite = st.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
 
 
 def write_log(folder: Path, time: np.ndarray, *columns: np.ndarray, name: str = "log.txt") -> Path:
@@ -104,6 +104,16 @@ def test_which_map_wins(tmp_path: Path) -> None:
     assert read_log(path, given_map)["q"][1] == 3.0
     write_map(tmp_path, 'q = { column = 4, unit = "rad/s" }', "log.txt.channels.toml")
     assert read_log(path)["q"][1] == 3.0
+
+
+def test_an_uninitialised_word_is_missing_whatever_is_added_to_it(tmp_path: Path) -> None:
+    used = np.arange(12.0)
+    used[:3] = 2.58e-304
+    path = write_log(tmp_path, np.arange(12), used, np.arange(12.0))
+    write_map(tmp_path, 'mass = { columns = [2, 3], unit = "kg", sign = -1, offset = 5000 }')
+    log = read_log(path)
+    assert_array_equal(np.flatnonzero(np.isnan(log["mass"])), [0, 1, 2])
+    assert log["mass"][5] == 4990.0
 
 
 def test_an_unknown_channel_keeps_its_unit_and_is_not_converted(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def assemble_native(table: RawTable, path: str) -> Assembled:
         unit = table.units[index]
         unit = "1" if unit is None else unit
         try:
-            values[name] = _in_glossary_unit(name, unit, table.values[:, index])
+            values[name] = _in_glossary_unit(name, unit, _initialised(name, table.values[:, [index]], log.notes)[:, 0])
         except UnitProblem as problem:
             raise LogError(f"{path}: channel {shown(name)} {problem}; correct the header.") from None
         log.units[name] = _held_unit(name, unit)
@@ -59,7 +59,6 @@ def assemble_native(table: RawTable, path: str) -> Assembled:
     log.time = _checked_time(values.pop("time"), table, path)
     log.channels = values
     del log.units["time"]
-    _clear_uninitialised(log)
     _derive_from_velocities(log)
     return log
 
@@ -75,20 +74,20 @@ def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: s
         If time goes wrong.
     """
     place = _Place(path, map_path)
-    columns, unit = _sum_of_columns("time", mapping.time, table, place)
-    time = _scaled("time", mapping.time, columns, unit, place)
+    columns, unit = _read_with("time", mapping.time, table, place)
+    time = _scaled("time", mapping.time, columns.sum(axis=1), unit, place)
     log = Assembled(_checked_time(time, table, path))
     log.sources["time"] = _source(mapping.time, unit, table, 0.0)
     for name, entry in mapping.channels.items():
         if name == "time":
             raise ChannelMapError(f"{map_path}: [channels] holds time; give it by the key `time` above [channels].")
-        columns, unit = _sum_of_columns(name, entry, table, place)
-        log.channels[name] = _scaled(name, entry, columns, unit, place)
+        columns, unit = _read_with(name, entry, table, place)
+        recorded = _initialised(name, columns, log.notes).sum(axis=1)
+        log.channels[name] = _scaled(name, entry, recorded, unit, place)
         log.units[name] = _held_unit(name, unit)
         log.sources[name] = _source(entry, unit, table, entry.delay)
         if entry.position is not None:
             log.positions[name] = entry.position
-    _clear_uninitialised(log)
     _move_earlier(log, mapping.channels, place)
     _derive_from_velocities(log)
     return log
@@ -165,8 +164,8 @@ def _column_index(name: str, column: int | str, table: RawTable, place: _Place) 
     )
 
 
-def _sum_of_columns(name: str, entry: ColumnMap, table: RawTable, place: _Place) -> tuple[FloatArray, str]:
-    """The sum of the entry's columns and the unit they are read with."""
+def _read_with(name: str, entry: ColumnMap, table: RawTable, place: _Place) -> tuple[FloatArray, str]:
+    """The entry's columns, shape (N, number of columns), and the unit they are read with."""
     indices = [_column_index(name, column, table, place) for column in entry.parts]
     units = {table.units[index] for index in indices}
     unit = entry.unit if entry.unit is not None else units.pop() if len(units) == 1 else None
@@ -174,7 +173,7 @@ def _sum_of_columns(name: str, entry: ColumnMap, table: RawTable, place: _Place)
         raise ChannelMapError(
             f"{place.map}: channel {name} has no `unit`, and {place.log} gives none for its column; add the unit."
         )
-    return table.values[:, indices].sum(axis=1), unit
+    return table.values[:, indices], unit
 
 
 def _scaled(name: str, entry: ColumnMap, recorded: FloatArray, unit: str, place: _Place) -> FloatArray:
@@ -193,14 +192,14 @@ def _source(entry: ColumnMap, unit: str, table: RawTable, delay: float) -> Chann
     return ChannelSource(tuple(labels), unit, float(entry.sign), entry.scale, entry.offset, delay)
 
 
-def _clear_uninitialised(log: Assembled) -> None:
-    """Marks as missing what a recorder left in a channel before the channel started."""
-    for name, values in log.channels.items():
-        word = (values != 0.0) & (np.abs(values) < _UNINITIALISED)
-        count = int(np.count_nonzero(word))
-        if count:
-            log.channels[name] = np.where(word, np.nan, values)
-            log.notes.append(f"{name}: {count} uninitialised words (below {_UNINITIALISED:g}) taken as missing")
+def _initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
+    """The recorded columns; what a recorder left in them before the channel started is missing."""
+    word = (recorded != 0.0) & (np.abs(recorded) < _UNINITIALISED)
+    count = int(np.count_nonzero(word))
+    if not count:
+        return recorded
+    notes.append(f"{name}: {count} uninitialised words (below {_UNINITIALISED:g}) taken as missing")
+    return np.where(word, np.nan, recorded)
 
 
 def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place: _Place) -> None:
