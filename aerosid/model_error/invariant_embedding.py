@@ -206,7 +206,7 @@ def _balance(F: Array, W: Array, C: Array, scale: Array) -> float:
 
 @njit
 def _short_step(work: StepWork) -> bool:
-    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is in block 8, by the ninth-degree Taylor series.
+    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is in block 8, by a ninth-degree Taylor series.
 
     The polynomial is summed in powers of A^3 (Paterson and Stockmeyer), the forcing by phi_1 and phi_2 alike.
     """
