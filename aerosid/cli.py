@@ -123,6 +123,66 @@ def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
         print_quality(check_log(read_log(path, channels)), output)
 
 
+@app.command("close-loop")
+def close_loop_command(
+    logs: LogsArgument,
+    aircraft: Annotated[
+        str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
+    ],
+    validate: Annotated[
+        Optional[list[Path]],  # noqa: UP045
+        typer.Option("--validate", metavar="LOG", help="A log that is only predicted; repeatable.", show_default=False),
+    ] = None,
+    channels: ChannelsOption = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
+    ] = None,
+    start: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option("--from", metavar="S", help="Begin, in the identification log's own time.", show_default=False),
+    ] = None,
+    stop: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option("--to", metavar="S", help="End, in the identification log's own time.", show_default=False),
+    ] = None,
+    prefilter: Annotated[
+        str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
+    ] = "zero-phase",
+    error_density: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            "--error-density",
+            metavar="U,W,Q,THETA",
+            help="Diagonal of Q2^-1: two in (m/s^2)^2 s, then (rad/s^2)^2 s and (rad/s)^2 s; from the log by default.",
+            show_default=False,
+        ),
+    ] = None,
+    priors: Annotated[bool, typer.Option("--priors", help="Let the aircraft file's sigma enter the estimate.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
+    ] = False,
+) -> int:
+    """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.loop_command import loop_settings, read_logs, with_progress
+    from aerosid.reporting import print_summary, write_report
+    from aerosid.results import Verdict
+
+    settings = loop_settings(prefilter, error_density, priors, seed)
+    declared = load_aircraft(aircraft)
+    identification = read_logs(logs, channels, start, stop)
+    validation = read_logs(validate or [], channels)
+    directory = out or Path("reports") / identification[0].name
+    result = with_progress(identification, declared, validation, settings)
+    files = write_report(result, directory)
+    output = console()
+    print_summary(result, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
+
+
 @app.command()
 def formats() -> None:
     """Lists the formats of logs that can be read."""

@@ -170,10 +170,11 @@ def _seen_in_d(
     chosen = [finding.entry for finding in found.findings]
     try:
         deficient = run_chain(declared, manoeuvres, found.before.free, settings)
-        screening = screen(deficient, manoeuvres, candidates, chosen, found.rounds[0] if found.rounds else (), settings)
-        completed = (
-            run_chain(declared.extended(chosen), manoeuvres, found.completed.free, settings) if chosen else deficient
-        )
+        scores = found.rounds[0] if found.rounds else ()
+        screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
+        completed = deficient
+        if chosen:
+            completed = run_chain(declared.extended(chosen), manoeuvres, found.completed.free, settings)
         histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
     except EstimationError:
         return None, (), (), {}

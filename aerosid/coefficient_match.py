@@ -63,10 +63,8 @@ def _measured(
     speed, q = filtered.measured[:, 0], filtered.measured[:, 2]
     p, r = flight.inputs[:, 5], flight.inputs[:, 6]
     force = 0.5 * density * speed**2 * constants.wing_area
-    if np.isfinite(flight.measured[:, 6]).any():
-        q_dot = smooth(flight.measured[:, 6])
-    else:
-        q_dot = np.gradient(q, flight.time)
+    recorded = bool(np.isfinite(flight.measured[:, 6]).any())
+    q_dot = smooth(flight.measured[:, 6]) if recorded else np.gradient(q, flight.time)
     x_x, x_y, x_z = flight.positions[4]
     z_x, z_y, z_z = flight.positions[5]
     a_x = smooth(flight.measured[:, 4]) + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z

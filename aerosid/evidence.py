@@ -71,14 +71,13 @@ def score_candidates(
     columns = (*refinement.free, *candidates)
     model = refinement.model.extended(candidates)
     held = len(refinement.free)
-    normal: NDArray[np.float64] | None = None
-    gradient: NDArray[np.float64] | None = None
+    size = len(columns) + 5 * len(manoeuvres)
+    normal, gradient = np.zeros((size, size)), np.zeros(size)
     for part in whiten(refinement, manoeuvres, model=model, columns=columns):
         flat = part.columns.reshape(-1, part.columns.shape[2])
         residual = np.nan_to_num(part.residual).ravel()
-        normal = flat.T @ flat if normal is None else normal + flat.T @ flat
-        gradient = flat.T @ residual if gradient is None else gradient + flat.T @ residual
-    assert normal is not None and gradient is not None  # a manoeuvre has at least two samples
+        normal += flat.T @ flat
+        gradient += flat.T @ residual
     tested = np.arange(held, held + len(candidates))
     present = np.setdiff1d(np.arange(normal.shape[0]), tested)
     present = present[np.diag(normal)[present] > 0.0]

@@ -220,7 +220,7 @@ def _differentiate_rates(
 ) -> None:
     """Partial derivatives of the rates with respect to states, extra inputs and term values, by the chain rule."""
     u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
-    thrust, mass = u[1], u[2]
+    mass = u[2]
     phi, p, r, beta = u[4], u[5], u[6], u[7]
     square = plane * plane
     cos_alpha, sin_alpha = u_b / plane, w_b / plane

@@ -240,7 +240,7 @@ class _Problem:
         mean = np.array(
             [np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 1.0 for column in self.noise.T]
         )
-        return np.maximum(mean, self.variance_floor)
+        return np.asarray(np.maximum(mean, self.variance_floor))
 
     def stretches(
         self,

@@ -159,7 +159,7 @@ class ErrorHistory:
     """The model error d(t) of one equation on one identification log, and the chosen terms over it.
 
     `coefficient` names the equation (C_X, C_Z, C_m); `d` (N,) is d(t) in units of that coefficient from the structure
-    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of the two.
+    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of both.
     """
 
     log: str
