@@ -57,5 +57,14 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
         named = " and ".join(f"{e.where} {e.term} = {e.value:.4g} ± {e.std_error:.2g}" for e in effects)
         sentence = f"The declared model lacks {named}."
         if verdict is Verdict.PARTLY_EXPLAINED:
-            sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
+            sentence += " More is missing than this explains."
+    role = "validation" if any(row.role == "validation" for row in errors) else "identification"
+    pairs = [
+        (row.before / row.noise, row.after / row.noise)
+        for row in errors
+        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+    ]
+    if pairs:
+        before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
+        sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
     return sentence
