@@ -1,0 +1,96 @@
+"""A closed loop in one screenful of a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, with_deviation
+from aerosid.results import ClosedLoop, Effect, ErrorRow, Verdict
+
+_STYLES = {
+    Verdict.EXPLAINED: "bold green",
+    Verdict.NOTHING_MISSING: "bold green",
+    Verdict.PARTLY_EXPLAINED: "bold yellow",
+    Verdict.NOT_EXCITED: "bold yellow",
+    Verdict.UNEXPLAINED: "bold red",
+    Verdict.INCONSISTENT_DATA: "bold red",
+}
+
+
+def print_summary(result: ClosedLoop, console: Console) -> None:
+    """Prints verdict, sentence, effects, derivatives, and the error before and after on each log.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        What one run of the loop found.
+    console : Console
+        Where to. Texts from files are printed as they are, never read as markup.
+    """
+    console.print(Text(result.verdict.name.lower(), style=_STYLES[result.verdict]))
+    console.print(Text(result.summary), soft_wrap=True)
+    if result.effects:
+        console.print(_effects("What the declared model lacks", result.effects))
+    if result.alternatives:
+        console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
+    if result.derivatives:
+        console.print(_derivatives(result))
+    for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
+        console.print(_errors(log, role, [row for row in result.errors if (row.log, row.role) == (log, role)]))
+
+
+def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    table = Table(title=Text(title), title_justify="left")
+    for heading in left:
+        table.add_column(heading)
+    for heading in right:
+        table.add_column(heading, justify="right")
+    return table
+
+
+def _effects(title: str, effects: Sequence[Effect]) -> Table:
+    table = _table(title, ("", "effect"), ("value", "unit", "p", "validation"))
+    for effect in effects:
+        gain = effect.evidence.validation_gain
+        sentence = effect_sentence(effect) + (f", in place of {effect.instead_of}" if effect.instead_of else "")
+        cells = (
+            str(effect.rank),
+            sentence,
+            with_deviation(effect.value, effect.std_error),
+            effect.unit,
+            p_value(effect.evidence.p_value),
+            MISSING if gain is None else f"{number(gain, 2)}×",
+        )
+        table.add_row(*map(Text, cells))
+    return table
+
+
+def _derivatives(result: ClosedLoop) -> Table:
+    table = _table("Derivatives", ("", "term"), ("declared", "re-estimated", "completed model", "correlation"))
+    for row in result.derivatives:
+        estimate = with_deviation(row.value, row.std_error)
+        cells = (
+            row.coefficient,
+            row.term,
+            number(row.declared, 4),
+            number(row.refitted, 4),
+            estimate if row.shown else f"not shown ({estimate})",
+            number(row.correlation_max, 2),
+        )
+        table.add_row(*map(Text, cells))
+    return table
+
+
+def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
+    used = "not used for the fit" if role == "validation" else "used for the fit"
+    title = f"Error of {log} ({role}: {used}), measured - simulated, root-mean-square"
+    table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
+    for row in rows:
+        numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)
+        cells = (row.channel, row.unit, *(number(value, 2) for value in numbers), ratio(row.after, row.before))
+        table.add_row(*map(Text, cells))
+    return table

@@ -1,0 +1,104 @@
+"""What an engineer has to decide, and what the flights do not prove: sentences drawn from the numbers of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from statistics import median
+
+from aerosid.reporting.words import effect_sentence, number, shown_unit
+from aerosid.results import ClosedLoop, ErrorRow, Verdict
+
+DECISIONS = {
+    Verdict.EXPLAINED: "Decide whether the declared model gives way to completed_aircraft.toml. "
+    "Read first what is not proven.",
+    Verdict.PARTLY_EXPLAINED: "Decide whether the effects below are adopted although more is missing. The residual "
+    "strips show when and in which channels; a manoeuvre that excites these moments would say more.",
+    Verdict.UNEXPLAINED: "Do not adopt a completed model. The residual strips and d(t) show when and in which equation "
+    "the declared model fails; look there for a cause that the library does not hold.",
+    Verdict.NOTHING_MISSING: "No term is to be added. Decide whether the re-estimated derivatives are adopted: "
+    "completed_aircraft.toml holds them.",
+    Verdict.NOT_EXCITED: "Nothing can be decided from these flights. Fly a manoeuvre that moves the aircraft well out "
+    "of its noise, such as a 3-2-1-1 of the elevator.",
+    Verdict.INCONSISTENT_DATA: "Mend the data first: check units, signs, delays and sensor positions in the channel "
+    "map, then run again.",
+}
+"""What each verdict asks of the engineer."""
+
+TONES = {
+    Verdict.EXPLAINED: "good",
+    Verdict.NOTHING_MISSING: "good",
+    Verdict.PARTLY_EXPLAINED: "fair",
+    Verdict.NOT_EXCITED: "fair",
+    Verdict.UNEXPLAINED: "poor",
+    Verdict.INCONSISTENT_DATA: "poor",
+}
+
+_ABOVE_NOISE = 1.5
+"""Times its noise from which a channel's remaining error is worth a sentence."""
+
+
+def unproven(result: ClosedLoop) -> tuple[str, ...]:
+    """What a reader might take for proven and is not, one sentence each; empty where nothing is open."""
+    return tuple(_unproven(result))
+
+
+def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
+    """The rows that answer whether the model got better: of the validation logs, or of all where there is none."""
+    held_back = tuple(row for row in result.errors if row.role == "validation")
+    return held_back or result.errors
+
+
+def typical_gain(rows: Sequence[ErrorRow]) -> float | None:
+    """The median over channels of the error before, divided by the error after."""
+    gains = [row.before / row.after for row in rows if row.before is not None and row.after]
+    return median(gains) if gains else None
+
+
+def _unproven(result: ClosedLoop) -> Iterator[str]:
+    if not result.validation:
+        yield (
+            "No flight was held back (--validate): the errors below are those of the fitted flights, and a model that "
+            "fits the flight it was made from need not predict another."
+        )
+    for effect in result.alternatives:
+        instead = f" from {effect.instead_of}" if effect.instead_of else " from what was chosen"
+        yield f"These manoeuvres cannot tell that {effect_sentence(effect)}{instead}."
+    hidden = [f"{row.coefficient} {row.term}" for row in result.derivatives if not row.shown]
+    if hidden:
+        yield f"The flights hold too little information on {_listed(hidden)}."
+    for log in dict.fromkeys(row.log for row in result.errors):
+        rows = [row for row in result.errors if row.log == log]
+        yield from _left_over(log, rows)
+
+
+def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
+    """What remains of the error on one log."""
+    diverged = [row.channel for row in rows if row.after is None]
+    if diverged:
+        yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
+    shifted = [row for row in rows if row.after and row.trimmed is not None and row.after > _ABOVE_NOISE * row.trimmed]
+    if shifted:
+        yield (
+            f"On {log} the error of {_listed([_change(row, row.after, row.trimmed) for row in shifted])} when the "
+            "constants of the coefficients are re-estimated on it: its trim, centre of gravity or instrument zeros "
+            "differ from those of the fitted flights."
+        )
+    above = [row for row in rows if _rest(row) is not None and (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
+    if above:
+        times = [f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" for row in above]
+        yield f"On {log} the error stays above the measurement noise in {_listed(times)}."
+
+
+def _rest(row: ErrorRow) -> float | None:
+    return row.after if row.trimmed is None else row.trimmed
+
+
+def _change(row: ErrorRow, start: float | None, end: float | None) -> str:
+    unit = shown_unit(row.unit)
+    first, last = (number(None if value is None else value * unit.factor, 2) for value in (start, end))
+    return f"{row.channel} falls from {first} to {last} {unit.text}".rstrip()
+
+
+def _listed(items: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"

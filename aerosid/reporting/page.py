@@ -1,0 +1,107 @@
+"""Assemble report.html: one file with style and figures inside, that loads nothing and runs nothing."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from aerosid.reporting import words
+from aerosid.reporting.inline_svg import drawing_style
+from aerosid.reporting.sections import SECTIONS
+from aerosid.results import ClosedLoop
+from aerosid.terms import Factor
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def report_html(result: ClosedLoop) -> str:
+    """The text of report.html; identical for an identical result and the same versions.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        What one run of the loop found. Every text in it is escaped.
+
+    Notes
+    -----
+    The page forbids itself scripts and requests (Content-Security-Policy), so that even a text that escaped the
+    escaping could do nothing.
+    """
+    environment = _environment()
+    with drawing_style():
+        parts = [
+            (
+                section,
+                # Safe: rendered with autoescape.
+                Markup(
+                    environment.get_template(f"{section.name}.html").render(result=result, **section.context(result))
+                ),
+            )
+            for section in SECTIONS
+        ]
+    style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    return environment.get_template("page.html").render(result=result, parts=parts, style=style)
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(
+        number=words.number,
+        deviation=words.with_deviation,
+        p_value=words.p_value,
+        ratio=words.ratio,
+        symbol=symbol_html,
+        term=term_html,
+        effect=words.effect_sentence,
+        shown=_shown,
+        unit=lambda unit: words.shown_unit(unit).text,
+    )
+    return environment
+
+
+def symbol_html(name: str) -> Markup:
+    """A name as its symbol, the subscript set as one; escaped."""
+    base, subscript = words.symbol(name)
+    lowered = Markup("<sub>{}</sub>").format(subscript) if subscript else Markup("")
+    return Markup("<var>{}{}</var>").format(base, lowered)
+
+
+def term_html(text: str) -> Markup:
+    """A term as a formula: `alpha^2` is α²; a text that is no term stays a text; escaped."""
+    factors = words.factors_of(text)
+    if factors is None:
+        return Markup("{}").format(text)
+    if not factors:
+        return Markup("1")
+    return Markup("\u2009").join(_factor_html(factor) for factor in factors)
+
+
+def _factor_html(factor: Factor) -> Markup:
+    body = symbol_html(factor.variable)
+    if factor.shape == "abs":
+        body = Markup("|{}|").format(body)
+    elif factor.shape == "pos":
+        sign = "−" if factor.offset >= 0.0 else "+"
+        inner = body if factor.offset == 0.0 else Markup("{} {} {:g}").format(body, sign, abs(factor.offset))
+        body = Markup("pos({})").format(inner)
+    return body if factor.power == 1 else Markup("{}<sup>{}</sup>").format(body, factor.power)
+
+
+def _shown(value: float | None, unit: str, digits: int = 2) -> str:
+    """An SI number in the unit that the page shows."""
+    return words.number(None if value is None else value * words.shown_unit(unit).factor, digits)

@@ -1,0 +1,230 @@
+"""The schema of result.json: what scripts rely on, and how a closed loop is written as it.
+
+The file is a pure function of the result: fixed order of keys, shortest exact decimals, no time of writing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+from aerosid.flight_log import FlightLog
+from aerosid.results import ClosedLoop, Effect
+
+SCHEMA = 1
+
+
+def finite_or_none(number: Any) -> Any:
+    """The number as a float; None where it is None, NaN or infinite, none of which JSON can hold."""
+    if number is None or not math.isfinite(number):
+        return None
+    return float(number)
+
+
+Number = Annotated[float | None, BeforeValidator(finite_or_none)]
+Role = Literal["identification", "validation", "aircraft"]
+
+
+class _Row(BaseModel):
+    model_config = ConfigDict(frozen=True, from_attributes=True, allow_inf_nan=False)
+
+
+class InputFile(_Row):
+    """A file that the result depends on."""
+
+    path: str
+    sha256: str
+    role: Role
+
+
+class EvidenceRow(_Row):
+    """Why an effect is believed."""
+
+    correlation: Number
+    p_value: Number
+    validation_gain: Number
+    likelihood_gain: Number
+
+
+class ParameterRow(_Row):
+    """One number of an effect that has several."""
+
+    value: Number
+    std_error: Number
+    unit: str
+
+
+class EffectRow(_Row):
+    """What the data show to be missing; `time` and `parameters` stand only where the kind has them."""
+
+    rank: int
+    kind: str
+    where: str
+    term: str
+    value: Number
+    std_error: Number
+    unit: str
+    time: Number = None
+    parameters: dict[str, ParameterRow] | None = None
+    evidence: EvidenceRow
+
+
+class AlternativeRow(EffectRow):
+    """An effect that these manoeuvres cannot tell from the chosen effect `instead_of`."""
+
+    instead_of: str
+
+
+class DerivativeEntry(_Row):
+    """One line of the derivative table."""
+
+    coefficient: str
+    term: str
+    declared: Number
+    refitted: Number
+    value: Number
+    std_error: Number
+    std_error_white: Number
+    rls: Number
+    rls_std_error: Number
+    correlation_max: Number
+    shown: bool
+
+
+class CoefficientEntry(_Row):
+    """Share of a measured coefficient's variance that the model explains."""
+
+    coefficient: str
+    log: str
+    r2_before: Number
+    r2_after: Number
+
+
+class ErrorEntry(_Row):
+    """Root-mean-square of measured minus simulated of one channel on one log."""
+
+    log: str
+    role: Literal["identification", "validation"]
+    channel: str
+    unit: str
+    declared: Number
+    before: Number
+    after: Number
+    trimmed: Number
+    noise: Number
+    r2_trimmed: Number = None
+
+
+class PrefilterEntry(_Row):
+    """The prefilter that fed the model-error recursion."""
+
+    kind: str
+    cut_off_hz: Number
+    reason: str
+    effect_on_estimates: str
+
+
+class ScreeningEntry(_Row):
+    """One candidate in the screening of the model error."""
+
+    coefficient: str
+    term: str
+    correlation: Number
+    partial: Number
+    gain: Number
+    independence: Number
+    chosen: bool
+
+
+class ResultFile(_Row):
+    """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
+
+    schema_: Literal[1]
+    aerosid: str
+    seed: int
+    inputs: tuple[InputFile, ...]
+    verdict: str
+    summary: str
+    effects: tuple[EffectRow, ...]
+    alternatives: tuple[AlternativeRow, ...]
+    derivatives: tuple[DerivativeEntry, ...]
+    coefficients: tuple[CoefficientEntry, ...]
+    error: tuple[ErrorEntry, ...]
+    prefilter: PrefilterEntry | None = None
+    screening: tuple[ScreeningEntry, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    model_config = ConfigDict(
+        frozen=True,
+        allow_inf_nan=False,
+        alias_generator=lambda name: name.rstrip("_"),  # pydantic keeps the name `schema` for itself
+        validate_by_name=True,
+    )
+
+
+def input_files(result: ClosedLoop) -> tuple[InputFile, ...]:
+    """The files that the result depends on: logs in the order of the call, then the aircraft file."""
+
+    def entry(log: FlightLog, role: Role) -> InputFile:
+        return InputFile(path=log.path or log.name, sha256=log.sha256, role=role)
+
+    return (
+        *(entry(log, "identification") for log in result.identification),
+        *(entry(log, "validation") for log in result.validation),
+        InputFile(path=result.aircraft.path, sha256=result.aircraft.sha256, role="aircraft"),
+    )
+
+
+def result_file(result: ClosedLoop) -> ResultFile:
+    """The contents of result.json.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        What one run of the loop found. NaN and infinite numbers become null.
+    """
+    return ResultFile(
+        schema_=SCHEMA,
+        aerosid=result.version,
+        seed=result.seed,
+        inputs=input_files(result),
+        verdict=result.verdict.name.lower(),
+        summary=result.summary,
+        effects=tuple(EffectRow.model_validate(_effect(effect)) for effect in result.effects),
+        alternatives=tuple(
+            AlternativeRow.model_validate({**_effect(effect), "instead_of": effect.instead_of})
+            for effect in result.alternatives
+        ),
+        derivatives=tuple(DerivativeEntry.model_validate(row) for row in result.derivatives),
+        coefficients=tuple(CoefficientEntry.model_validate(row) for row in result.coefficients),
+        error=tuple(ErrorEntry.model_validate(row) for row in result.errors),
+        prefilter=PrefilterEntry.model_validate(result.prefilter),
+        screening=tuple(ScreeningEntry.model_validate(row) for row in result.screening),
+        notes=result.notes,
+    )
+
+
+def result_text(result: ClosedLoop) -> str:
+    """The text of result.json: identical bytes for an identical result.
+
+    Notes
+    -----
+    `time` and `parameters` are left out of effects that have none; every other key always stands.
+    """
+    document = result_file(result).model_dump(by_alias=True)
+    for effect in (*document["effects"], *document["alternatives"]):
+        for key in ("time", "parameters"):
+            if effect[key] is None:
+                del effect[key]
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _effect(effect: Effect) -> Mapping[str, Any]:
+    """The effect's fields, without parameters where it has none."""
+    values = {entry.name: getattr(effect, entry.name) for entry in fields(effect)}
+    return {**values, "parameters": dict(effect.parameters) or None}

@@ -1,0 +1,42 @@
+"""Long records drawn with few points and none of their extremes lost."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+DRAWN_WHOLE = 2000
+"""Samples up to which a history is drawn as it is."""
+
+BINS = 600
+"""Spans that a longer one is drawn in: more than a figure of 19 cm can show on paper."""
+
+
+def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The history, or the smallest and largest sample of each of 600 spans where it has more than 2000 samples.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (N,)
+        Any units; NaN in `values` is a missing sample.
+
+    Returns
+    -------
+    time, values : ndarray, shape (M,)
+        Samples of the history in the order of time, M = N or at most 1200. A span without any sample leaves a gap.
+    """
+    samples = time.size
+    if samples <= DRAWN_WHOLE:
+        return time, values
+    width = -(-samples // BINS)
+    padded = np.full(width * -(-samples // width), np.nan)
+    padded[:samples] = values
+    spans = padded.reshape(-1, width)
+    start = width * np.arange(spans.shape[0])
+    known = np.isfinite(spans)
+    lowest = start + np.argmin(np.where(known, spans, np.inf), axis=1)
+    highest = start + np.argmax(np.where(known, spans, -np.inf), axis=1)
+    chosen = np.sort(np.stack([lowest, highest], axis=1), axis=1).ravel()
+    return time[chosen], values[chosen]

@@ -1,0 +1,90 @@
+"""Write the files of one closed loop: all of them, or none under its final name."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from aerosid.aircraft import save_aircraft
+from aerosid.errors import AircraftError, UsageError
+from aerosid.reporting.page import report_html
+from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.tables import derivatives_csv, residuals_csv
+from aerosid.results import ClosedLoop
+
+TEXTS: dict[str, Callable[[ClosedLoop], str]] = {
+    "result.json": result_text,
+    "derivatives.csv": derivatives_csv,
+    "residuals.csv": residuals_csv,
+    "report.html": report_html,
+}
+COMPLETED_AIRCRAFT = "completed_aircraft.toml"
+FILES = (*TEXTS, COMPLETED_AIRCRAFT)
+
+
+def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
+    """The paths of the files written: result.json, both tables, the report and the completed aircraft.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        What one run of the loop found.
+    directory : Path
+        Where to; made where it does not exist. Files of an earlier run are replaced, others stay.
+
+    Raises
+    ------
+    UsageError
+        Where the folder cannot be made or written. Whatever fails, no file is left half-written: all are written into
+        a temporary folder on the same disk first and moved only when the last one is complete.
+    """
+    directory = Path(directory)
+    made = _make(directory)
+    temporary: Path | None = None
+    try:
+        temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
+        for name, text in TEXTS.items():
+            (temporary / name).write_text(text(result), encoding="utf-8", newline="")
+        save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
+        _move(temporary, directory)
+    except OSError as error:
+        raise _unwritable(directory, error.strerror or str(error)) from None
+    except AircraftError as error:
+        raise _unwritable(directory, str(error)) from None
+    finally:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+        for folder in made:
+            if not any(folder.iterdir()):
+                folder.rmdir()
+    return tuple(directory / name for name in FILES)
+
+
+def _make(directory: Path) -> list[Path]:
+    """Make the folder; return what had to be made, innermost first."""
+    missing = [folder for folder in (directory, *directory.parents) if not folder.exists()]
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise _unwritable(directory, "a file of that name stands there") from None
+    except OSError as error:
+        raise _unwritable(directory, error.strerror or str(error)) from None
+    return missing
+
+
+def _move(source: Path, directory: Path) -> None:
+    """Move every file to its final name, or none where one of the names is taken by a folder."""
+    for name in FILES:
+        if (directory / name).is_dir():
+            raise IsADirectoryError(0, f"{name} is a folder there", str(directory))
+    for name in FILES:
+        os.replace(source / name, directory / name)
+
+
+def _unwritable(directory: Path, found: str) -> UsageError:
+    return UsageError(
+        f"{directory}: the report cannot be written there ({found}); give a folder that you may write to with --out."
+    )

@@ -1,0 +1,209 @@
+"""A closed loop made up for the report: a plain short-period oscillation with noise, and rows of invented numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft, load_aircraft
+from aerosid.flight_log import ChannelSource, FlightLog
+from aerosid.nomenclature import CHANNELS
+from aerosid.results import (
+    ClosedLoop,
+    CoefficientRow,
+    DerivativeRow,
+    Effect,
+    ErrorHistory,
+    ErrorRow,
+    Evidence,
+    PrefilterNote,
+    ScreeningRow,
+    Simulated,
+    Verdict,
+)
+
+OUTPUTS = ("V", "alpha", "q", "theta", "a_x", "a_z", "h")
+LEVEL = {"V": 100.0, "alpha": 0.0146, "theta": 0.0146, "a_z": -9.8, "a_x": 0.14, "h": 1500.0, "q": 0.0}
+NOISE = {"V": 0.1, "alpha": 0.001, "q": 0.0012, "theta": 0.001, "a_x": 0.01, "a_z": 0.03, "h": 0.1}
+
+
+def pulses(time: NDArray[np.float64], widths: tuple[float, ...], unit: float) -> NDArray[np.float64]:
+    """Elevator steps of alternating sign, rad."""
+    elevator = np.zeros(time.size)
+    start, sign = 1.0, 1.0
+    for width in widths:
+        elevator[(time >= start) & (time < start + width * unit)] = 0.05 * sign
+        start, sign = start + width * unit, -sign
+    return elevator
+
+
+def response(time: NDArray[np.float64], elevator: NDArray[np.float64], stiffness: float) -> dict[str, NDArray]:
+    """All outputs of a linear short period of squared frequency `stiffness`, integrated with Euler's rule."""
+    step = float(time[1] - time[0])
+    state = np.zeros((time.size, 4))  # alpha, q, theta, h
+    for k in range(time.size - 1):
+        alpha, q, theta, _ = state[k]
+        rates = (-1.9 * alpha + 0.96 * q, -stiffness * alpha - 2.6 * q - 9.0 * elevator[k], q, 100.0 * (theta - alpha))
+        state[k + 1] = state[k] + step * np.array(rates)
+    alpha, q, theta, h = state.T
+    acceleration = np.gradient(q, step)
+    return {
+        "V": 100.0 - 8.0 * np.cumsum(theta) * step,
+        "alpha": LEVEL["alpha"] + alpha,
+        "q": q,
+        "theta": LEVEL["theta"] + theta,
+        "a_x": LEVEL["a_x"] + 25.0 * alpha**2 + 0.3 * alpha,
+        "a_z": LEVEL["a_z"] - 150.0 * alpha,
+        "h": LEVEL["h"] + h,
+        "q_dot": acceleration,
+    }
+
+
+def simulated(name: str, role: str, widths: tuple[float, ...], samples: int = 470, seed: int = 1) -> Simulated:
+    """One log with its three models; `declared` is too soft, `before` in between."""
+    generator = np.random.default_rng(seed)
+    time = 0.03 * np.arange(samples)
+    elevator = pulses(time, widths, 1.0)
+    truth = response(time, elevator, 6.5)
+    measured = {channel: truth[channel] + NOISE[channel] * generator.standard_normal(samples) for channel in OUTPUTS}
+    measured["alpha"][40:44] = np.nan
+    channels = {**measured, "delta_e": elevator + 0.0227, "thrust": np.full(samples, 5580.0)}
+    sources = {channel: ChannelSource((channel,), CHANNELS[channel].unit) for channel in channels}
+    sources["delta_e"] = ChannelSource(("EL_L", "EL_R"), "deg", sign=-1.0, scale=0.5, offset=1.3, delay=0.02)
+    log = FlightLog(
+        name,
+        time,
+        channels,
+        {channel: CHANNELS[channel].unit for channel in channels},
+        sources,
+        {"a_z": (1.2, 0.0, 0.4)},
+        ("4 samples of alpha are missing",),
+        f"flights/{name}.csv",
+        f"{seed:064x}",
+    )
+    models = {
+        "declared": {
+            channel: values for channel, values in response(time, elevator, 4.5).items() if channel in OUTPUTS
+        },
+        "before": {channel: values for channel, values in response(time, elevator, 6.0).items() if channel in OUTPUTS},
+        "after": {channel: truth[channel] for channel in OUTPUTS},
+        "trimmed": {channel: truth[channel] + 1e-5 for channel in OUTPUTS},
+    }
+    return Simulated(log, role, measured, **models)
+
+
+def error_rows(response_: Simulated) -> tuple[ErrorRow, ...]:
+    """The root-mean-squares of one log."""
+
+    def rms(channel: str, model: str) -> float | None:
+        difference = response_.measured[channel] - getattr(response_, model)[channel]
+        value = float(np.sqrt(np.nanmean(difference**2)))
+        return value if np.isfinite(value) else None
+
+    return tuple(
+        ErrorRow(
+            response_.log.name,
+            response_.role,
+            channel,
+            CHANNELS[channel].unit,
+            *(rms(channel, model) for model in ("declared", "before", "after", "trimmed")),
+            noise=NOISE[channel],
+            r2_trimmed=0.998,
+        )
+        for channel in OUTPUTS
+    )
+
+
+def derivative_rows(aircraft: Aircraft) -> tuple[DerivativeRow, ...]:
+    """The declared derivatives, slightly moved, and the two found terms."""
+    rows = [
+        DerivativeRow(
+            d.coefficient,
+            str(d.term),
+            d.value,
+            0.96 * d.value,
+            1.01 * d.value,
+            0.02 * abs(d.value),
+            0.008 * abs(d.value),
+            1.005 * d.value,
+            0.03 * abs(d.value),
+            0.31 + 0.05 * k,
+            str(d.term) != "V_hat",
+        )
+        for k, d in enumerate(aircraft.derivatives)
+    ]
+    rows.insert(2, DerivativeRow("C_X", "alpha^2", None, None, 3.593, 0.041, 0.02, 3.61, 0.05, 0.64, True))
+    rows.append(DerivativeRow("C_m", "alpha^2", None, None, -1.7106, 0.019, 0.006, -1.73, 0.03, 0.91, True))
+    rows.append(DerivativeRow("C_m", "alpha_dot_hat", -4.0, None, -3.1, None, None, None, None, None, False))
+    return tuple(rows)
+
+
+def screening_rows() -> tuple[ScreeningRow, ...]:
+    """Candidates of both equations."""
+    terms = ("alpha^2", "alpha^3", "alpha*delta_e", "V_hat^2", "q_hat^2", "alpha*q_hat", "pos(alpha - 0.05)^2")
+    return tuple(
+        ScreeningRow(coefficient, term, 0.999 / (1 + k), 0.998 / (1 + 2 * k), gain / (1 + k) ** 2, 0.9, k == 0)
+        for coefficient, gain in (("C_X", 5210.0), ("C_m", 8120.0))
+        for k, term in enumerate(terms)
+    )
+
+
+def histories(response_: Simulated, seed: int = 3) -> tuple[ErrorHistory, ...]:
+    """d(t) of the three equations."""
+    generator = np.random.default_rng(seed)
+    alpha = response_.after["alpha"]
+    rows = []
+    for coefficient, slope, terms in (("C_X", 3.6, ("alpha^2",)), ("C_Z", 0.0, ()), ("C_m", -1.7, ("alpha^2",))):
+        share = slope * alpha**2
+        d = share + 0.0008 * generator.standard_normal(alpha.size)
+        rows.append(ErrorHistory(response_.log.name, coefficient, response_.log.time, d, share, 0.997, terms))
+    return tuple(rows)
+
+
+def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, validated: bool = True) -> ClosedLoop:
+    """A whole result."""
+    aircraft = load_aircraft("light_transport")
+    completed = aircraft.completed({("C_X", "alpha^2"): (3.593, 0.041), ("C_m", "alpha^2"): (-1.7106, 0.019)})
+    first = simulated("light_transport_doublet", "identification", (1, 1), samples, 1)
+    second = simulated("light_transport_3211", "validation", (3, 2, 1, 1), samples, 2)
+    responses = (first, second) if validated else (first,)
+    gain = 14.2 if validated else None
+    moment = Effect(1, "aero_term", "C_m", "alpha^2", -1.7106, 0.019, "1", Evidence(0.999, 1e-40, gain, 8120.4))
+    force = Effect(2, "aero_term", "C_X", "alpha^2", 3.593, 0.041, "1", Evidence(0.998, 3e-31, gain, 5210.0))
+    other = Effect(
+        1,
+        "aero_term",
+        "C_m",
+        "alpha*delta_e",
+        2.61,
+        0.05,
+        "1",
+        Evidence(0.94, 2e-5, gain, 3.1),
+        instead_of="C_m alpha^2",
+    )
+    return ClosedLoop(
+        version="0.1.0",
+        seed=0,
+        aircraft=aircraft,
+        completed_aircraft=completed,
+        identification=(first.log,),
+        validation=(second.log,) if validated else (),
+        verdict=verdict,
+        summary="C_m and C_X each lack a term in alpha^2; with both the model follows the flight down to the noise.",
+        effects=(moment, force),
+        alternatives=(other,),
+        derivatives=derivative_rows(aircraft),
+        coefficients=tuple(
+            CoefficientRow(name, response_.log.name, 0.903, 0.984)
+            for response_ in responses
+            for name in ("C_X", "C_Z", "C_m")
+        ),
+        errors=tuple(row for response_ in responses for row in error_rows(response_)),
+        simulated=responses,
+        screening=screening_rows(),
+        model_error=histories(first),
+        prefilter=PrefilterNote(
+            "butterworth, zero phase", 4.2, "the spectra of all channels reach noise there", "0.3 %"
+        ),
+        notes=("The air density is the aircraft file's, 0.9077 kg/m^3.",),
+    )
