@@ -39,8 +39,9 @@ STEP_FUNCTION = numba.types.FunctionType(_vector(_vector, _vector, _vector, numb
 
 
 class ModelFunctions(NamedTuple):
-    """The model as an estimator's driver calls it; all four compiled, or none."""
+    """The model as an estimator's driver calls it; all compiled, or none."""
 
+    f: Function
     step: StepFunction
     h: Function
     f_x: Function
@@ -165,7 +166,7 @@ def model_functions(
         made_f_x = jit(made_f_x) if f_x is None else made_f_x
         made_h_x = jit(made_h_x) if h_x is None else made_h_x
         step = jit(step)
-    return ModelFunctions(step, h, made_f_x, made_h_x, compiled)
+    return ModelFunctions(f, step, h, made_f_x, made_h_x, compiled)
 
 
 @functools.cache

@@ -523,6 +523,80 @@ def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
 
 
 @njit
+def read_response(work: StepWork, e: Array) -> None:
+    """Response e of `riccati_step` to the forcing columns (v0, v1 - v0), linear in time: constant v0 and ramp v1 - v0."""
+    n = e.shape[0]
+    for i in range(n):  # the second column is the constant v1 - v0, only needed by the ramp's doubling
+        e[i] = work.blocks[_SCALE, 0, i] * (work.blocks[_MIDDLE, i, n] + work.blocks[_MIDDLE, i, n + 2])
+
+
+@njit
+def start_from(delta: Array, work: StepWork) -> None:
+    """The map in `work` for a deviation delta, (n,), at the beginning of the step: Phi delta and -G delta are added."""
+    blocks, scale = work.blocks, work.blocks[_SCALE, 0]
+    n = delta.shape[0]
+    for i in range(n):
+        blocks[_C_X, i, 0] += delta[i] / scale[i]
+        for j in range(n):
+            blocks[_C_X, i, 0] += blocks[_E, i, j] * delta[j] / scale[j]
+            blocks[_C_LAMBDA, i, 0] -= blocks[_G, i, j] * delta[j] / scale[j]
+
+
+@njit
+def costate_step(S: Array, costate: Array, future: Array, work: StepWork) -> bool:
+    """Costate and future information carried from the end of the step in `work` to its beginning, in place.
+
+    Parameters
+    ----------
+    S : (n, n)
+        Riccati matrix at the beginning of the step.
+    costate : (n,)
+        lambda at the end; becomes (I + G S)^-1 (Phi' lambda + c_lambda) of the beginning.
+    future : (n, n)
+        What the record after the end of the step tells of the state there, N, in the units of 2 H' Q1 H; becomes
+        G + Phi' N (I + Q N)^-1 Phi of the beginning.
+    work : StepWork
+        After `step_map` with columns as for `read_response`, and `start_from`.
+    """
+    blocks = work.blocks
+    scale, E, Q, G, c_lambda = blocks[_SCALE, 0], blocks[_E], blocks[_Q], blocks[_G], blocks[_C_LAMBDA]
+    aug, left = blocks[_AUGMENTED], blocks[_LEFT]
+    n = S.shape[0]
+    for i in range(n):
+        aug[i, n] = costate[i] * scale[i] + c_lambda[i, 0] + c_lambda[i, 2]
+        for j in range(n):
+            aug[i, n] += E[j, i] * costate[j] * scale[j]
+            aug[i, j] = 1.0 if i == j else 0.0
+            for m in range(n):
+                aug[i, j] += G[i, m] * S[m, j] / (scale[m] * scale[j])
+    if not solve_in_place(aug, n, n + 1):
+        return False
+    for i in range(n):
+        costate[i] = aug[i, n] / scale[i]
+    # I + N Q | N Phi
+    for i in range(n):
+        for j in range(n):
+            aug[i, j] = 1.0 if i == j else 0.0
+            aug[i, n + j] = future[i, j] * (scale[i] * scale[j])
+            for m in range(n):
+                N = future[i, m] * (scale[i] * scale[m])
+                aug[i, j] += N * Q[m, j]
+                aug[i, n + j] += N * E[m, j]
+    if not solve_in_place(aug, n, 2 * n):
+        return False
+    for i in range(n):
+        for j in range(n):
+            left[i, j] = G[i, j] + aug[i, n + j]
+            for m in range(n):
+                left[i, j] += E[m, i] * aug[m, n + j]
+    _symmetrise(left, n)
+    for i in range(n):
+        for j in range(n):
+            future[i, j] = left[i, j] / (scale[i] * scale[j])
+    return True
+
+
+@njit
 def estimator_step(
     S: Array, F: Array, W: Array, C: Array, g0: Array, g1: Array, dt: float, S_next: Array, e: Array, work: StepWork
 ) -> bool:
@@ -562,8 +636,7 @@ def estimator_step(
     if not step_map(F, W, C, dt, work):
         return False
     finite = riccati_step(S, work, S_next)
-    for i in range(n):  # columns: constant g0, constant g1 - g0 (only needed by the ramp's doubling), ramp g1 - g0
-        e[i] = work.blocks[_SCALE, 0, i] * (work.blocks[_MIDDLE, i, n] + work.blocks[_MIDDLE, i, n + 2])
+    read_response(work, e)
     return finite
 
 
