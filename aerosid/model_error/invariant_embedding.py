@@ -524,7 +524,7 @@ def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
 
 @njit
 def read_response(work: StepWork, e: Array) -> None:
-    """Response e of `riccati_step` to the forcing columns (v0, v1 - v0), linear in time: constant v0 and ramp v1 - v0."""
+    """Response e of `riccati_step` to a forcing v linear in time, whose columns are v0 and v1 - v0."""
     n = e.shape[0]
     for i in range(n):  # the second column is the constant v1 - v0, only needed by the ramp's doubling
         e[i] = work.blocks[_SCALE, 0, i] * (work.blocks[_MIDDLE, i, n] + work.blocks[_MIDDLE, i, n + 2])
