@@ -58,7 +58,7 @@ _COLOUR = re.compile("|".join(_VARIABLES))
 _FONT_FAMILY = re.compile(r"font-family: [^;\"]*;? ?|font: [^;\"]*?px [^;\"]*;? ?")
 _IDENTITY = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r'(?:xlink:href="|url\()#([^")]+)')
-_DECIMALS = re.compile(r"(\d+\.\d\d)\d+")
+_DECIMALS = re.compile(r"(?<=\.\d\d)\d+")
 _PATH = re.compile(r' d="([^"]*)"')
 _PLACE = re.compile(r' (?:x|y|transform|width|height)="[^"]*"')
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}([^<]*)")
@@ -95,7 +95,7 @@ def inline_svg(figure: Figure, identity: str, label: str) -> Markup:
     body = text[text.index(">", text.index("<svg")) + 1 : text.rindex("</svg>")]
     body = re.sub(r"<style.*?</style>", "", body, count=1, flags=re.DOTALL)
     body = _PATH.sub(lambda path: f' d="{_compact(path[1])}"', body)
-    body = _PLACE.sub(lambda place: _DECIMALS.sub(r"\1", place[0]), body)
+    body = _PLACE.sub(lambda place: _DECIMALS.sub("", place[0]), body)
     body = _COLOUR.sub(lambda colour: _VARIABLES[colour[0]], _FONT_FAMILY.sub("", body))
     body = _SUBSCRIPT.sub(r'<tspan class="sub" dy="2">\1</tspan><tspan dy="-2">\2</tspan>', body)
     body = _identities(body, identity)
@@ -107,7 +107,7 @@ def inline_svg(figure: Figure, identity: str, label: str) -> Markup:
 
 def _compact(path: str) -> str:
     """Path data to a hundredth of a point, without blanks that SVG does not need; points of no length as dots."""
-    data = _DECIMALS.sub(r"\1", " ".join(path.split()))
+    data = _DECIMALS.sub("", " ".join(path.split()))
     data = re.sub(r" ?([MLCQz]) ?", r"\1", data)
     return _DOT.sub(r"M\1 \2h0", data)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from aerosid.reporting.words import effect_sentence, number, shown_unit
+from aerosid.reporting.words import effect_name, number, shown_unit
 from aerosid.results import ClosedLoop, ErrorRow, Verdict
 
 DECISIONS = {
@@ -61,8 +61,7 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
             "fits the flight it was made from need not predict another."
         )
     for effect in result.alternatives:
-        instead = f" from {effect.instead_of}" if effect.instead_of else " from what was chosen"
-        yield f"These manoeuvres cannot tell that {effect_sentence(effect)}{instead}."
+        yield f"These manoeuvres cannot tell {effect_name(effect)} from {effect.instead_of or 'what was chosen'}."
     hidden = [f"{row.coefficient} {row.term}" for row in result.derivatives if not row.shown]
     if hidden:
         yield f"The flights hold too little information on {_listed(hidden)}."

@@ -69,6 +69,8 @@ def _environment() -> Environment:
         term=term_html,
         effect=words.effect_sentence,
         shown=_shown,
+        plain=words.plain,
+        sentence=words.sentence,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment
@@ -88,7 +90,7 @@ def term_html(text: str) -> Markup:
         return Markup("{}").format(text)
     if not factors:
         return Markup("1")
-    return Markup("\u2009").join(_factor_html(factor) for factor in factors)
+    return Markup('<span class="formula">{}</span>').format(Markup("·").join(map(_factor_html, factors)))
 
 
 def _factor_html(factor: Factor) -> Markup:

@@ -27,6 +27,14 @@ def finite_or_none(number: Any) -> Any:
 
 
 Number = Annotated[float | None, BeforeValidator(finite_or_none)]
+
+
+def encodable(text: Any) -> Any:
+    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8") if isinstance(text, str) else text
+
+
+Text = Annotated[str, BeforeValidator(encodable)]
 Role = Literal["identification", "validation", "aircraft"]
 
 
@@ -37,8 +45,8 @@ class _Row(BaseModel):
 class InputFile(_Row):
     """A file that the result depends on."""
 
-    path: str
-    sha256: str
+    path: Text
+    sha256: Text
     role: Role
 
 
@@ -56,35 +64,35 @@ class ParameterRow(_Row):
 
     value: Number
     std_error: Number
-    unit: str
+    unit: Text
 
 
 class EffectRow(_Row):
     """What the data show to be missing; `time` and `parameters` stand only where the kind has them."""
 
     rank: int
-    kind: str
-    where: str
-    term: str
+    kind: Text
+    where: Text
+    term: Text
     value: Number
     std_error: Number
-    unit: str
+    unit: Text
     time: Number = None
-    parameters: dict[str, ParameterRow] | None = None
+    parameters: dict[Text, ParameterRow] | None = None
     evidence: EvidenceRow
 
 
 class AlternativeRow(EffectRow):
     """An effect that these manoeuvres cannot tell from the chosen effect `instead_of`."""
 
-    instead_of: str
+    instead_of: Text
 
 
 class DerivativeEntry(_Row):
     """One line of the derivative table."""
 
-    coefficient: str
-    term: str
+    coefficient: Text
+    term: Text
     declared: Number
     refitted: Number
     value: Number
@@ -99,8 +107,8 @@ class DerivativeEntry(_Row):
 class CoefficientEntry(_Row):
     """Share of a measured coefficient's variance that the model explains."""
 
-    coefficient: str
-    log: str
+    coefficient: Text
+    log: Text
     r2_before: Number
     r2_after: Number
 
@@ -108,10 +116,10 @@ class CoefficientEntry(_Row):
 class ErrorEntry(_Row):
     """Root-mean-square of measured minus simulated of one channel on one log."""
 
-    log: str
+    log: Text
     role: Literal["identification", "validation"]
-    channel: str
-    unit: str
+    channel: Text
+    unit: Text
     declared: Number
     before: Number
     after: Number
@@ -123,17 +131,17 @@ class ErrorEntry(_Row):
 class PrefilterEntry(_Row):
     """The prefilter that fed the model-error recursion."""
 
-    kind: str
+    kind: Text
     cut_off_hz: Number
-    reason: str
-    effect_on_estimates: str
+    reason: Text
+    effect_on_estimates: Text
 
 
 class ScreeningEntry(_Row):
     """One candidate in the screening of the model error."""
 
-    coefficient: str
-    term: str
+    coefficient: Text
+    term: Text
     correlation: Number
     partial: Number
     gain: Number
@@ -145,11 +153,11 @@ class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
     schema_: Literal[1]
-    aerosid: str
+    aerosid: Text
     seed: int
     inputs: tuple[InputFile, ...]
-    verdict: str
-    summary: str
+    verdict: Text
+    summary: Text
     effects: tuple[EffectRow, ...]
     alternatives: tuple[AlternativeRow, ...]
     derivatives: tuple[DerivativeEntry, ...]
@@ -157,7 +165,7 @@ class ResultFile(_Row):
     error: tuple[ErrorEntry, ...]
     prefilter: PrefilterEntry | None = None
     screening: tuple[ScreeningEntry, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Text, ...] = ()
 
     model_config = ConfigDict(
         frozen=True,

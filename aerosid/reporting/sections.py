@@ -72,7 +72,8 @@ def evidence(result: ClosedLoop) -> Context:
             for history in histories
         ]
         caption = f"Model error d(t) of {log}. {'; '.join(found)}."
-        drawing = inline_svg(model_error_chart(histories), f"error-{i}", caption)
+        label = f"Time histories of d(t) in {', '.join(history.coefficient for history in histories)}"
+        drawing = inline_svg(model_error_chart(histories), f"error-{i}", label)
         figures.append(Figure(i + 1, drawing, caption))
     screening = sorted(result.screening, key=lambda row: -row.gain if math.isfinite(row.gain) else math.inf)
     return {
@@ -87,7 +88,7 @@ def histories(result: ClosedLoop) -> Context:
     wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
     number_before = len(dict.fromkeys(history.log for history in result.model_error))
     logs = []
-    for i, simulated in enumerate(result.simulated):
+    for simulated in result.simulated:
         rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
         figures = []
         for channels in _groups(measured_channels([simulated])):
@@ -96,7 +97,8 @@ def histories(result: ClosedLoop) -> Context:
             noise = {channel: row.noise for channel, row in rows.items()}
             chart = strip_chart(simulated, channels, inputs, noise)
             caption = _strip_caption(simulated, channels, rows)
-            drawing = inline_svg(chart, f"strip-{i}-{number_before}", caption)
+            label = f"Time histories of {', '.join(channels)}, their residuals, and {', '.join(inputs) or 'no input'}"
+            drawing = inline_svg(chart, f"strip-{number_before}", label)
             figures.append(Figure(number_before, drawing, caption))
         logs.append({"log": simulated.log, "role": simulated.role, "figures": figures})
     return {"logs": logs, "trimmed": any(simulated.role == "validation" for simulated in result.simulated)}
@@ -120,7 +122,8 @@ def errors(result: ClosedLoop) -> Context:
 
 def readings(result: ClosedLoop) -> Context:
     """Which columns of the files became which channels, and what was done to them."""
-    logs = []
+    logs: list[Context] = []
+    names: dict[str, None] = {}
     roles = [("identification", log) for log in result.identification]
     for role, log in [*roles, *(("validation", log) for log in result.validation)]:
         channels = []
@@ -129,7 +132,6 @@ def readings(result: ClosedLoop) -> Context:
             channels.append(
                 {
                     "channel": name,
-                    "glossary": CHANNELS.get(name),
                     "unit": log.units.get(name, "1"),
                     "source": log.sources.get(name),
                     "position": log.positions.get(name),
@@ -139,7 +141,8 @@ def readings(result: ClosedLoop) -> Context:
                 }
             )
         logs.append({"log": log, "role": role, "channels": channels})
-    return {"logs": logs}
+        names.update(dict.fromkeys(log.channels))
+    return {"logs": logs, "glossary": [CHANNELS[name] for name in names if name in CHANNELS]}
 
 
 def origin(result: ClosedLoop) -> Context:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +14,16 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.result_schema import DerivativeEntry
 from aerosid.results import ClosedLoop, Simulated
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 RESPONSES = ("measured", "declared", "before", "after")
 """What residuals.csv holds of each channel, in this order."""
 
-_SIGNIFICANT_DIGITS = 9
+_ROWS_AT_ONCE = 8192
 
 
 def derivatives_csv(result: ClosedLoop) -> str:
     """The derivative table with the keys of result.json's `derivatives` as columns; empty where a number is unknown."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(DerivativeEntry.model_fields)
-    for row in result.derivatives:
-        writer.writerow([_cell(value) for value in DerivativeEntry.model_validate(row).model_dump().values()])
-    return stream.getvalue()
+    rows = [DerivativeEntry.model_validate(row).model_dump().values() for row in result.derivatives]
+    return _csv_line(list(DerivativeEntry.model_fields)) + "".join(_csv_line([_cell(v) for v in row]) for row in rows)
 
 
 def residuals_csv(result: ClosedLoop) -> str:
@@ -38,15 +31,12 @@ def residuals_csv(result: ClosedLoop) -> str:
 
     Notes
     -----
-    Columns are named `V_measured [m/s]`, in the SI units of the glossary. Numbers are rounded to nine significant
-    digits: beyond what any recorder resolves, and half the size.
+    Columns are named `V_measured [m/s]`, in the SI units of the glossary. Numbers are written to nine significant
+    digits: beyond what any recorder resolves, and half the size of all of them.
     """
-    import pandas as pd
-
     channels = measured_channels(result.simulated)
-    frames = [_frame(response, channels) for response in result.simulated]
-    table: pd.DataFrame = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=_header(channels))
-    return str(table.to_csv(index=False, lineterminator="\n"))
+    header = ["log", "time [s]", *(f"{c}_{r} [{unit_of(c)}]" for c in channels for r in RESPONSES)]
+    return _csv_line(header) + "".join(_rows(simulated, channels) for simulated in result.simulated)
 
 
 def measured_channels(simulated: Sequence[Simulated]) -> tuple[str, ...]:
@@ -61,33 +51,33 @@ def unit_of(channel: str) -> str:
     return CHANNELS[channel].unit if channel in CHANNELS else "1"
 
 
-def rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`values` (N,) to nine significant digits; NaN and zero stay."""
-    safe = np.where(np.isfinite(values) & (values != 0.0), np.abs(values), 1.0)
-    factor = 10.0 ** (_SIGNIFICANT_DIGITS - 1 - np.floor(np.log10(safe)))
-    return np.asarray(np.rint(values * factor) / factor)
-
-
-def _header(channels: Sequence[str]) -> list[str]:
-    return ["log", "time [s]", *(_column(channel, response) for channel in channels for response in RESPONSES)]
-
-
-def _column(channel: str, response: str) -> str:
-    return f"{channel}_{response} [{unit_of(channel)}]"
-
-
-def _frame(simulated: Simulated, channels: Sequence[str]) -> pd.DataFrame:
-    """The rows of one log."""
-    import pandas as pd
-
+def _rows(simulated: Simulated, channels: Sequence[str]) -> str:
+    """The lines of one log."""
     empty = np.full(simulated.log.samples, np.nan)
-    columns: dict[str, Any] = {"log": simulated.log.name, "time [s]": simulated.log.time}
+    columns = [simulated.log.time]
     for channel in channels:
         for response in RESPONSES:
             histories: Mapping[str, NDArray[np.float64]] = getattr(simulated, response)
-            values = histories.get(channel, empty)
-            columns[_column(channel, response)] = rounded(np.where(np.isfinite(values), values, np.nan))
-    return pd.DataFrame(columns)
+            columns.append(histories.get(channel, empty))
+    line = ",%.15g" + ",%.9g" * (len(columns) - 1) + "\n"  # times may count from 1970
+    name = _csv_line([simulated.log.name]).removesuffix("\n")
+    return "".join(
+        _block(np.column_stack([column[start : start + _ROWS_AT_ONCE] for column in columns]), line, name)
+        for start in range(0, simulated.log.samples, _ROWS_AT_ONCE)
+    )
+
+
+def _block(numbers: NDArray[np.float64], line: str, name: str) -> str:
+    """Some lines: formatted a whole line at a time, which is several times faster than number by number."""
+    numbers[~np.isfinite(numbers)] = np.nan
+    text = "".join(line % tuple(row) for row in numbers.tolist()).replace(",nan", ",")
+    return name + text.removesuffix("\n").replace("\n", "\n" + name) + "\n"
+
+
+def _csv_line(cells: Sequence[str]) -> str:
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerow(cells)
+    return stream.getvalue()
 
 
 def _cell(value: Any) -> str:

@@ -119,12 +119,32 @@ _KINDS = {
 }
 
 
+def effect_name(effect: Effect) -> str:
+    """The effect in the names of the files, as an entry of a list: `C_m alpha^2`, `control lag of delta_e`."""
+    if effect.kind == "aero_term":
+        return f"{effect.where} {effect.term}"
+    kind = effect.kind.replace("_", " ")
+    return f"{kind} of {effect.where}" if effect.where else kind
+
+
+def plain(value: float | None) -> str:
+    """`value` to six significant digits without trailing zeros, for numbers that someone has set; a dash for none."""
+    return MISSING if value is None else f"{value:.6g}".replace("-", "−")
+
+
+def sentence(text: str) -> str:
+    """`text` with a full stop and a capital, whoever wrote it."""
+    text = text.strip()
+    return text and text[0].upper() + text[1:] + ("" if text[-1] in ".!?" else ".")
+
+
 def effect_sentence(effect: Effect) -> str:
     """What the effect says, in words and with the names of the files: `C_m has a term in alpha^2`."""
     pattern = _KINDS.get(effect.kind)
     if pattern is None:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
-    sentence = pattern.format(where=effect.where, term="a constant" if effect.term == "1" else effect.term)
-    sentence = sentence.replace("a term in a constant", "a constant term")
-    return sentence if effect.time is None else f"{sentence} at {effect.time:g} s"
+    if effect.kind == "aero_term" and effect.term == "1":
+        pattern = "{where} has another constant"
+    said = pattern.format(where=effect.where, term=effect.term)
+    return said if effect.time is None else f"{said} at {effect.time:g} s"

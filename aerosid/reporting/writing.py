@@ -47,7 +47,7 @@ def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
         for name, text in TEXTS.items():
-            (temporary / name).write_text(text(result), encoding="utf-8", newline="")
+            (temporary / name).write_bytes(text(result).encode("utf-8", "backslashreplace"))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
         _move(temporary, directory)
     except OSError as error:

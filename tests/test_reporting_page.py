@@ -1,0 +1,230 @@
+"""report.html as a browser sees it: well formed, self-contained, escaped, complete, and small for long flights."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from problems_report import closed_loop
+
+from aerosid.flight_log import FlightLog
+from aerosid.reporting import report_html
+from aerosid.results import ClosedLoop, ErrorRow, ScreeningRow, Verdict
+
+VOID = {"meta", "link", "br", "img", "input", "hr"}
+HOSTILE = "<img src=x onerror=alert(1)>\"$x^$'&{{7*7}}"
+
+
+class Page(HTMLParser):
+    """A strict reading: every element is closed in order; ids, attributes and texts are kept."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.texts)
+
+
+@pytest.fixture(scope="module")
+def result() -> ClosedLoop:
+    return closed_loop()
+
+
+@pytest.fixture(scope="module")
+def html(result: ClosedLoop) -> str:
+    return report_html(result)
+
+
+@pytest.fixture(scope="module")
+def page(html: str) -> Page:
+    return Page(html)
+
+
+def test_ids_are_unique_and_every_reference_leads_somewhere(page: Page) -> None:
+    ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    values = [value or "" for _, attributes in page.elements for value in attributes.values()]
+    wanted = {found for value in values for found in re.findall(r"url\(#([^)]+)\)", value)}
+    wanted |= {value[1:] for _, attributes in page.elements if (value := attributes.get("href") or "").startswith("#")}
+    wanted |= {attributes["aria-labelledby"] for attributes in page.all("section")}
+    assert wanted <= set(ids)
+    assert wanted
+
+
+def test_nothing_is_loaded_and_nothing_runs(html: str, page: Page) -> None:
+    assert "http:" not in html
+    assert "https:" not in html
+    assert not {"script", "link", "img", "iframe", "object"} & {tag for tag, _ in page.elements}
+    assert not [name for _, attributes in page.elements for name in attributes if name.startswith("on")]
+    policy = next(a["content"] for a in page.all("meta") if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy == "default-src 'none'; style-src 'unsafe-inline'"
+
+
+def test_what_is_to_be_decided_comes_first(page: Page) -> None:
+    sections = [attributes["id"] for attributes in page.all("section")]
+    assert sections == ["decision", "evidence", "histories", "derivatives", "errors", "readings", "origin"]
+
+
+def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) -> None:
+    wanted = [
+        result.summary,
+        result.verdict.value,
+        "−1.711 ± 0.019",
+        "3.593 ± 0.041",
+        "not used for the fit",
+        "cannot tell C_m alpha*delta_e from C_m alpha^2",
+        "too little information on C_m alpha_dot_hat",
+        "EL_L + EL_R",
+        "1.2, 0, 0.4",
+        "4 samples of alpha are missing",
+        result.prefilter.effect_on_estimates,
+        result.notes[0],
+        result.aircraft.sha256,
+        *(log.sha256 for log in (*result.identification, *result.validation)),
+        np.__version__,
+    ]
+    for words in wanted:
+        assert words in page.text, words
+
+
+def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
+    drawings = [attributes for attributes in page.all("svg") if attributes.get("role") == "img"]
+    assert len(drawings) == len(page.all("figcaption")) == 5
+    assert all(attributes["aria-label"] for attributes in drawings)
+    classes = {attributes.get("class") for attributes in page.all("g")}
+    assert {"measured", "declared", "before", "after", "trimmed", "noise"} <= classes
+    assert "fefe" not in html
+    assert not re.findall(r"(?:fill|stroke): #(?!none)", html)
+    assert {"[deg/s]", "[m/s²]"} <= set(re.findall(r"\[[^\]]*\]", page.text))
+
+
+def test_the_drawn_line_is_the_simulated_one() -> None:
+    """The line of `after` in the first strip, read back from the picture, is the history up to its scale."""
+    made = closed_loop(samples=200, validated=False)
+    body = report_html(made)
+    strip = body[body.index('id="histories"') :]
+    path = re.search(r'<g class="after"><path d="([^"]*)"', strip)
+    assert path is not None
+    corners = np.array([[float(x) for x in pair.split()] for pair in re.split("[ML]", path[1])[1:]])
+    history = made.simulated[0].after["V"]
+    expected = np.interp(
+        np.interp(corners[:, 0], [corners[0, 0], corners[-1, 0]], made.simulated[0].log.time[[0, -1]]),
+        made.simulated[0].log.time,
+        history,
+    )
+    slope, offset = np.polyfit(corners[:, 1], expected, 1)
+    assert slope < 0.0  # SVG counts downward
+    assert np.max(np.abs(slope * corners[:, 1] + offset - expected)) < 0.01 * np.ptp(history)
+
+
+def test_tables_have_headers_with_scope(page: Page) -> None:
+    assert page.all("th")
+    assert all(attributes.get("scope") in {"col", "row", "rowgroup"} for attributes in page.all("th"))
+
+
+def hostile_result() -> ClosedLoop:
+    """Every text that comes from a file says something that a careless page would run."""
+    made = closed_loop(samples=80)
+    first = made.simulated[0]
+    log = first.log
+    extra = {HOSTILE: np.sin(log.time)}
+    log = FlightLog(
+        HOSTILE,
+        log.time,
+        {**log.channels, **extra},
+        {**log.units, HOSTILE: HOSTILE},
+        log.sources,
+        {},
+        (HOSTILE,),
+        HOSTILE,
+    )
+    first = dataclasses.replace(first, log=log, measured={**first.measured, **extra}, after={**first.after, **extra})
+    aircraft = dataclasses.replace(made.aircraft, name=HOSTILE, source=HOSTILE, path=HOSTILE)
+    return dataclasses.replace(
+        made,
+        aircraft=aircraft,
+        identification=(log,),
+        simulated=(first, made.simulated[1]),
+        summary=HOSTILE,
+        effects=tuple(dataclasses.replace(e, kind=HOSTILE, where=HOSTILE, term=HOSTILE) for e in made.effects),
+        errors=(ErrorRow(HOSTILE, "identification", HOSTILE, HOSTILE, None, 2.0, 1.0, None, 0.1), *made.errors),
+        screening=(ScreeningRow(HOSTILE, HOSTILE, 0.1, 0.1, np.inf, 0.1, False),),
+        model_error=tuple(dataclasses.replace(h, log=HOSTILE, terms=(HOSTILE,)) for h in made.model_error),
+        prefilter=dataclasses.replace(made.prefilter, reason=HOSTILE),
+        notes=(HOSTILE,),
+    )
+
+
+def test_hostile_texts_stay_texts() -> None:
+    page = Page(report_html(hostile_result()))
+    assert not page.all("img")
+    assert not [name for _, attributes in page.elements for name in attributes if name.startswith("on")]
+    assert page.text.count(HOSTILE) > 12
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_a_result_with_almost_nothing_in_it_still_makes_a_page(verdict: Verdict) -> None:
+    made = closed_loop(samples=60, verdict=verdict, validated=False)
+    nothing = np.full(60, np.nan)
+    first = made.simulated[0]
+    first = dataclasses.replace(
+        first, measured={"q": nothing, "h": np.zeros(60)}, declared={}, before={"h": nothing}, after={"q": nothing}
+    )
+    rows = (ErrorRow(first.log.name, "identification", "q", "rad/s", None, None, None, None, 0.0),)
+    bare = dataclasses.replace(
+        made, effects=(), alternatives=(), derivatives=(), coefficients=(), errors=rows, simulated=(first,),
+        screening=(), model_error=(), notes=(),
+    )  # fmt: skip
+    text = Page(report_html(bare)).text
+    assert verdict.value in text
+    assert "No flight was held back" in text
+    assert "leaves |α| < 1.5 rad" in text
+
+
+def test_an_hour_at_100_hz_stays_small() -> None:
+    made = closed_loop(samples=400)
+    time = np.arange(360_000) / 100.0
+    generator = np.random.default_rng(5)
+
+    def stretched(histories: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {
+            name: np.resize(values, time.size) + 1e-3 * generator.standard_normal(time.size)
+            for name, values in histories.items()
+        }
+
+    long = []
+    for response in made.simulated:
+        log = dataclasses.replace(response.log, time=time, channels=stretched(dict(response.log.channels)))
+        models = {
+            name: stretched(dict(getattr(response, name)))
+            for name in ("measured", "declared", "before", "after", "trimmed")
+        }
+        long.append(dataclasses.replace(response, log=log, **models))
+    assert len(report_html(dataclasses.replace(made, simulated=tuple(long)))) < 2_000_000
