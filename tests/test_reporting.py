@@ -45,19 +45,8 @@ def result() -> ClosedLoop:
 
 def test_result_json_has_the_keys_of_the_contract(result: ClosedLoop) -> None:
     document = strict_json(result_text(result))
-    contract = [
-        "schema",
-        "aerosid",
-        "seed",
-        "inputs",
-        "verdict",
-        "summary",
-        "effects",
-        "alternatives",
-        "derivatives",
-        "coefficients",
-        "error",
-    ]
+    contract = ["schema", "aerosid", "seed", "inputs", "verdict", "summary", "effects", "alternatives"]
+    contract += ["derivatives", "coefficients", "error"]
     assert list(document)[: len(contract)] == contract
     assert document["schema"] == 1
     assert document["verdict"] == "explained"

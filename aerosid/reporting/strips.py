@@ -80,13 +80,17 @@ class Strip:
         self._add(line)
 
     def points(self, time: FloatArray, values: FloatArray) -> None:
-        """One dot a sample: strokes without length and with round ends, far lighter than so many markers."""
+        """One dot a sample: strokes without length and with round ends, far lighter than so many markers. Of a record
+        too long for that, one stroke from the smallest to the largest sample of each span.
+        """
         from matplotlib.path import Path
 
         instants, levels = envelope(time, values)
         known = np.isfinite(levels)
-        corners = np.repeat(np.column_stack([self.across(instants[known]), self.up(levels[known])]), 2, axis=0)
-        dots = Path(corners, np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=np.uint8), int(known.sum())))
+        corners = np.column_stack([self.across(instants[known]), self.up(levels[known])])
+        if instants.size == time.size:
+            corners = np.repeat(corners, 2, axis=0)
+        dots = Path(corners, np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=np.uint8), len(corners) // 2))
         dots.should_simplify = False
         self._stroke(dots, "measured", 2.2, round_ends=True)
 
