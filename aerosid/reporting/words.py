@@ -133,9 +133,9 @@ def plain(value: float | None) -> str:
 
 
 def sentence(text: str) -> str:
-    """`text` with a full stop and a capital, whoever wrote it."""
+    """`text` with a full stop; its first letter stays, for it may be a channel's or a file's."""
     text = text.strip()
-    return text and text[0].upper() + text[1:] + ("" if text[-1] in ".!?" else ".")
+    return text + ("" if text.endswith((".", "!", "?")) or not text else ".")
 
 
 def effect_sentence(effect: Effect) -> str:
