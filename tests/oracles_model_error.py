@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import decimal
+
 import numpy as np
 from scipy.linalg import block_diag, expm
 
@@ -91,6 +93,39 @@ def exponential_step(S, F, W, C, g0, g1, dt):
     a, b, z = M[:n, :n] @ S + M[:n, n : 2 * n], M[n : 2 * n, :n] @ S + M[n : 2 * n, n : 2 * n], M[: 2 * n, 2 * n]
     costate = -np.linalg.solve(b, z[n:])  # lambda = 0 at the end, x = S lambda at the beginning
     return a @ np.linalg.inv(b), a @ costate + z[:n]
+
+
+def decimal_step(S, F, W, C, g0, g1, dt, digits):
+    """As `exponential_step` in decimal arithmetic of so many digits, where growth cancels without loss."""
+    with decimal.localcontext(prec=digits):
+        exact = np.vectorize(lambda value: decimal.Decimal(float(value)), otypes=[object])
+        n = len(F)
+        dt = decimal.Decimal(dt)
+        A = exact(np.zeros((2 * n + 2, 2 * n + 2)))
+        A[:n, :n], A[:n, n : 2 * n] = exact(F) * dt, exact(W) * dt
+        A[n : 2 * n, :n], A[n : 2 * n, n : 2 * n] = exact(C) * dt, exact(-F.T) * dt
+        A[n : 2 * n, 2 * n], A[n : 2 * n, 2 * n + 1] = exact(-g0) * dt, exact(g0) - exact(g1)
+        A[2 * n + 1, 2 * n] = dt
+        halvings = max(0, int(np.ceil(np.log2(float(np.abs(A).sum(axis=1).max())))))
+        A = A / decimal.Decimal(2) ** halvings
+        M = term = exact(np.eye(2 * n + 2))
+        for k in range(1, digits):
+            term = term @ A / decimal.Decimal(k)
+            M = M + term
+        for _ in range(halvings):
+            M = M @ M
+        a, b = M[:n, :n] @ exact(S) + M[:n, n : 2 * n], M[n : 2 * n, :n] @ exact(S) + M[n : 2 * n, n : 2 * n]
+        system = np.hstack([b.T, a.T])  # S+ = a b^-1, by elimination on b' S+' = a'
+        for k in range(n):
+            pivot = k + int(np.argmax(np.abs(system[k:, k])))
+            system[[k, pivot]] = system[[pivot, k]]
+            system[k] = system[k] / system[k, k]
+            for i in range(n):
+                if i != k:
+                    system[i] = system[i] - system[k] * system[i, k]
+        S_next = system[:, n:].T
+        e = M[:n, 2 * n] - S_next @ M[n : 2 * n, 2 * n]
+        return S_next.astype(float), e.astype(float)
 
 
 def dense_boundary_value(F, H, b, time, y, x0, Q1, Q2_inverse, S0):
