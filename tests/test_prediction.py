@@ -239,7 +239,7 @@ def test_a_prediction_that_tumbles_says_so() -> None:
     wild = flight.inputs.copy()
     wild[:, 8] += 0.6
     longer = Flight(
-        np.arange(300) * 0.05,
+        Problem(duration=15.0, interval=0.05).time,
         np.repeat(wild[:1], 300, axis=0),
         np.repeat(flight.measured[:1], 300, axis=0),
         POSITIONS,
