@@ -67,6 +67,11 @@ class AerodynamicModel:
             self, entries=(*self.entries, *added), values=np.concatenate([self.values, np.zeros(len(added))])
         )
 
+    def with_columns(self, columns: Iterable[str]) -> AerodynamicModel:
+        """The model with further input columns at the end; those that it has already are left as they are."""
+        added = [name for name in dict.fromkeys(columns) if name not in self.columns]
+        return replace(self, columns=(*self.columns, *added)) if added else self
+
     def without(self, entries: Iterable[Entry]) -> AerodynamicModel:
         """The model with `entries` struck out."""
         dropped = set(entries)

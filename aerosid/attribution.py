@@ -1,20 +1,23 @@
-"""Find which terms the declared model lacks: score, try, keep what survives the noise, and say what else fits.
+"""Find what the declared model lacks: score, try, keep what survives the noise, and say what else fits.
 
-A term enters where three things hold: among all candidates its fit is the most likely, its deviation corrected for
-coloured residuals leaves no doubt after counting how many candidates were looked at, and it stays so beside every
-other term that entered.
+A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
+is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
+at, and it stays so beside everything else that entered.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import norm
 
 from aerosid.aerodynamics import Entry
-from aerosid.evidence import Deviations, Score, deviations, score_candidates
+from aerosid.effects import ActiveEffect
+from aerosid.effects.step_change import is_step, moment, step_change
+from aerosid.evidence import Deviations, Score, deviations, score_hypotheses
+from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_offsets
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, RefinementSettings, refine
 
@@ -26,48 +29,61 @@ class AttributionSettings:
     Attributes
     ----------
     false_alarm : float
-        Share of flights with nothing missing in which some term may be named, by design.
+        Share of flights with nothing missing in which something may be named, by design.
     shortlist : int
-        Candidates that are fitted in each round; the score's ranking is exact only for small effects.
+        Hypotheses that are fitted in each round; the score's ranking is exact only for small effects.
     rounds : int
-        Terms that may enter; beyond, a flight misses something that is no sum of terms.
+        How many may enter; beyond, a flight misses something that is no sum of them.
     reach : float
-        Difference of -2 ln L, for white residuals, within which another term counts as not told apart (20:1 odds).
+        Difference of -2 ln L, for white residuals, within which another hypothesis counts as not told apart (20:1).
+    price : float
+        What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
     """
 
     false_alarm: float = 0.01
-    shortlist: int = 5
+    shortlist: int = 6
     rounds: int = 6
     reach: float = 6.0
+    price: float = 8.0
 
 
 TRIAL = RefinementSettings(steps=12, rounds=4, step_tolerance=0.03, variance_tolerance=0.01)
-"""A trial decides between terms that differ by many units of -2 ln L: a few steps are enough."""
+"""A trial decides between hypotheses that differ by many units of -2 ln L: a few steps are enough."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One term that the data show to be missing.
+    """One effect that the data show to be missing, or that could stand in place of one.
 
-    `p_value` counts how many candidates were looked at; `gain` is the rise of -2 ln L when it is struck out again.
+    Attributes
+    ----------
+    kind, where, term : str
+        As in result.json.
+    entry : Entry or None
+        The term, where it is one.
+    value, std_error : float
+        In `unit`; corrected for coloured residuals.
+    time : float or None
+        Of a step change, s.
+    p_value : float
+        Of its being none; counts how many hypotheses were looked at.
+    gain : float
+        Rise of -2 ln L when it is struck out again.
+    instead_of : str
+        Of an alternative: what it could replace.
     """
 
-    entry: Entry
+    kind: str
+    where: str
+    term: str
+    entry: Entry | None
     value: float
     std_error: float
+    unit: str
+    time: float | None
     p_value: float
     gain: float
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """A term that these manoeuvres hardly tell from the chosen `instead_of`; `loss` is its -2 ln L above the chosen."""
-
-    entry: Entry
-    instead_of: Entry
-    value: float
-    std_error: float
-    loss: float
+    instead_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -80,29 +96,37 @@ class Attribution:
         The declared structure, re-estimated.
     completed : Refinement
         With every finding.
+    completed_deviations : Deviations
+        Its standard deviations.
     findings : tuple of Finding
         Most certain first.
-    alternatives : tuple of Alternative
+    alternatives : tuple of Finding
         What could stand in place of a finding.
     rounds : tuple of tuple of Score
-        The score of every candidate in each round, before a term of that round entered.
+        The score of every hypothesis in each round, before one of that round entered.
     """
 
     before: Refinement
     completed: Refinement
     completed_deviations: Deviations
     findings: tuple[Finding, ...]
-    alternatives: tuple[Alternative, ...]
+    alternatives: tuple[Finding, ...]
     rounds: tuple[tuple[Score, ...], ...]
+
+    @property
+    def terms(self) -> tuple[Entry, ...]:
+        """The found terms."""
+        return tuple(finding.entry for finding in self.findings if finding.entry is not None)
 
 
 def attribute(
     before: Refinement,
     manoeuvres: Sequence[Manoeuvre],
-    candidates: Sequence[Entry],
+    hypotheses: Sequence[Hypothesis],
+    coefficients: Sequence[str] = (),
     settings: AttributionSettings = AttributionSettings(),
 ) -> Attribution:
-    """The terms among `candidates` that the declared model lacks.
+    """What the declared model lacks, among `hypotheses` and step changes of `coefficients`.
 
     Parameters
     ----------
@@ -110,142 +134,283 @@ def attribute(
         The declared structure, re-estimated on the manoeuvres.
     manoeuvres : sequence of Manoeuvre
         The identification flights, one joint estimate.
-    candidates : sequence of Entry
-        Terms that may enter.
+    hypotheses : sequence of Hypothesis
+        What may enter.
+    coefficients : sequence of str
+        Coefficients that may change suddenly; none: no step changes are tried.
     """
-    search = _Search(tuple(manoeuvres), tuple(candidates), before.free, settings)
+    search = _Search(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings)
     current, rounds = search.forward(before)
-    found = [entry for entry in current.free if entry not in before.free]
-    current, alternatives = search.exchange(current, found)
-    found = [entry for entry in current.free if entry not in before.free]
-    completed = refine(current.model, manoeuvres, current.free, states=current.states, variance=current.variance)
+    current, others = search.exchange(current)
+    completed = refine(
+        current.model,
+        manoeuvres,
+        current.free,
+        effects=current.effects,
+        states=current.states,
+        variance=current.variance,
+    )
     spread = deviations(completed, manoeuvres)
-    findings = search.findings(completed, spread, found)
-    return Attribution(before, completed, spread, findings, alternatives, tuple(rounds))
+    findings = search.findings(completed, spread)
+    return Attribution(before, completed, spread, findings, others, tuple(rounds))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Something that was added to the declared model: a term or an effect, with its number and deviation."""
+
+    entry: Entry | None
+    active: ActiveEffect | None
+    value: float
+    null: float
+    std_error: float
+
+    @property
+    def ratio(self) -> float:
+        """Distance from none over the deviation."""
+        return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
+
+    @property
+    def label(self) -> tuple[str, str, str]:
+        """Kind, place and term."""
+        if self.active is not None:
+            return (*self.active.name, "")
+        assert self.entry is not None
+        return "aero_term", self.entry[0], str(self.entry[1])
+
+    @property
+    def time(self) -> float | None:
+        """Of a step change, s."""
+        return moment(self.active) if self.active is not None and is_step(self.active) else None
 
 
 class _Search:
-    """The stepwise search over one set of candidates on one set of manoeuvres."""
+    """The stepwise search over one set of hypotheses on one set of manoeuvres."""
 
     def __init__(
         self,
         manoeuvres: tuple[Manoeuvre, ...],
-        candidates: tuple[Entry, ...],
-        declared: tuple[Entry, ...],
+        hypotheses: tuple[Hypothesis, ...],
+        stepping: tuple[str, ...],
+        declared: Refinement,
         settings: AttributionSettings,
     ) -> None:
         self.manoeuvres = manoeuvres
-        self.candidates = candidates
+        self.stepping = stepping
+        self.hypotheses = hypotheses + (step_hypotheses(manoeuvres, stepping) if stepping else ())
         self.declared = declared
         self.settings = settings
-        self.critical = float(norm.isf(0.5 * settings.false_alarm / max(len(candidates), 1)))
+        self.critical = float(norm.isf(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
     def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
-        """Let terms enter one at a time, and leave again when a later one explains them."""
+        """Let hypotheses enter one at a time, and leave again when a later one explains them."""
         current = start
         rounds = []
-        rejected: set[frozenset[Entry]] = set()
         for _ in range(self.settings.rounds):
-            left = [entry for entry in self.candidates if entry not in current.free]
-            scores = score_candidates(current, self.manoeuvres, left)
+            scores = self.scores(current)
             rounds.append(scores)
-            trials = [self.with_term(current, score) for score in self.shortlist(scores)]
-            trials = [trial for trial in trials if frozenset(trial.free) not in rejected]
-            if not trials:
+            trials = [self.tried(current, score) for score in self.shortlist(scores)]
+            trials = [trial for trial in trials if self.price(trial) < self.price(current)]
+            improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
+            if improved is None:
                 break
-            best = min(trials, key=lambda trial: trial.cost)
-            rejected.add(frozenset(best.free))
-            pruned = self.pruned(best)
-            if best.free[-1] not in pruned.free:
-                break
-            current = pruned
+            current = improved
         return current, rounds
 
+    def pruned_trials(self, trials: Sequence[Refinement]) -> Iterator[Refinement]:
+        """The trials without their weak parts, the most likely first."""
+        return (self.pruned(trial) for trial in sorted(trials, key=self.price))
+
+    def is_news(self, trial: Refinement, current: Refinement) -> bool:
+        """Whether a trial says something else than the present estimate, and better."""
+        held = {(part.label, part.time and round(part.time, 1)) for part in self.parts(current, None)}
+        told = {(part.label, part.time and round(part.time, 1)) for part in self.parts(trial, None)}
+        return told != held and self.price(trial) < self.price(current)
+
+    def price(self, trial: Refinement) -> float:
+        """-2 ln L with what its numbers cost."""
+        count = len(trial.free) + sum(len(active.values) for active in trial.effects)
+        return trial.cost + self.settings.price * count
+
+    def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
+        """Scores of all that the estimate does not hold yet, nor `without` names."""
+        held = {part.label for part in self.parts(current, None)} | set(without)
+        left = [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
+        return score_hypotheses(self.with_room(current), self.manoeuvres, left)
+
+    def is_near_a_step(self, hypothesis: Hypothesis, current: Refinement) -> bool:
+        """Whether a step change is so close to one that is held already that it would only mend its edge."""
+        if hypothesis.time is None:
+            return False
+        manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
+        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / STEP_GRID
+        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_step(active)]
+        return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
+
+    def with_room(self, current: Refinement) -> Refinement:
+        """The estimate with input columns for step changes."""
+        if not self.stepping or current.held_to_data > 0.0:
+            return current
+        return Refinement(
+            with_offsets(current.model, self.stepping),
+            current.free,
+            current.states,
+            current.effects,
+            current.variance,
+            current.cost,
+            current.information,
+            current.converged,
+            current.held_to_data,
+        )
+
     def shortlist(self, scores: Sequence[Score]) -> list[Score]:
-        """The candidates worth a fit: those whose score alone could pass, the best few of them."""
-        worth = [score for score in scores if score.gain > self.critical**2]
-        return worth[: self.settings.shortlist]
+        """The hypotheses worth a fit: the best few whose score alone could pass, one a label."""
+        worth: dict[tuple[str, str, str], Score] = {}
+        for score in scores:
+            if score.gain > self.critical**2 + self.settings.price * (score.hypothesis.parameters - 1):
+                worth.setdefault(score.hypothesis.label, score)
+        return list(worth.values())[: self.settings.shortlist]
 
-    def with_term(self, current: Refinement, score: Score) -> Refinement:
-        """The estimate with one more term."""
-        model = current.model.extended([score.entry])
+    def tried(self, current: Refinement, score: Score) -> Refinement:
+        """The estimate with one more hypothesis."""
+        hypothesis = score.hypothesis
+        start = score.start[len(hypothesis.entries) :]
+        effects = hypothesis.at(start).effects
+        base = current.model
+        if hypothesis.time is not None:
+            base = self.with_room(current).model
+            effects = tuple(self.moving(active, hypothesis.time) for active in effects)
         return refine(
-            model,
+            base.extended(hypothesis.entries),
             self.manoeuvres,
-            (*current.free, score.entry),
+            (*current.free, *hypothesis.entries),
+            effects=(*current.effects, *effects),
             states=current.states,
             variance=current.variance,
             settings=TRIAL,
         )
 
-    def without_term(self, current: Refinement, entry: Entry) -> Refinement:
-        """The estimate with one term struck out."""
+    def moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
+        """A jump whose moment is estimated too, near `time` s."""
+        manoeuvre = next(m for m in self.manoeuvres if m.name == active.log)
+        interval = float(np.median(np.diff(manoeuvre.flight.time)))
+        return ActiveEffect(step_change(active.effect.where, time, interval), (active.values[0], time), active.log)
+
+    def without(self, current: Refinement, parts: Sequence[_Part]) -> Refinement:
+        """The estimate with parts struck out."""
+        entries = {part.entry for part in parts if part.entry is not None}
+        effects = [part.active for part in parts if part.active is not None]
         return refine(
-            current.model.without([entry]),
+            current.model.without(entries),
             self.manoeuvres,
-            tuple(other for other in current.free if other != entry),
+            tuple(entry for entry in current.free if entry not in entries),
+            effects=tuple(active for active in current.effects if active not in effects),
             states=current.states,
             variance=current.variance,
             settings=TRIAL,
         )
+
+    def parts(self, current: Refinement, spread: Deviations | None) -> list[_Part]:
+        """Everything that was added to the declared model, with deviations where they are given."""
+        parts = []
+        for n, entry in enumerate(current.free):
+            if entry not in self.declared.free:
+                error = float(spread.corrected[n]) if spread is not None else 0.0
+                parts.append(_Part(entry, None, current.model.value(entry), 0.0, error))
+        place = 0
+        for active in current.effects:
+            error = float(spread.effects[place]) if spread is not None else 0.0
+            parts.append(_Part(None, active, active.values[0], active.effect.parameters[0].null, error))
+            place += len(active.values)
+        return parts
 
     def pruned(self, current: Refinement) -> Refinement:
-        """The estimate without those added terms that corrected deviations cannot tell from zero."""
+        """The estimate without those added parts that corrected deviations cannot tell from none."""
         while True:
-            added = [entry for entry in current.free if entry not in self.declared]
-            ratios = self.ratios(current, deviations(current, self.manoeuvres), added)
-            if not added or min(ratios) >= self.critical:
+            parts = self.parts(current, deviations(current, self.manoeuvres))
+            if not parts:
                 return current
-            current = self.without_term(current, added[int(np.argmin(ratios))])
+            weakest = min(parts, key=lambda part: part.ratio)
+            if weakest.ratio >= self.critical:
+                return current
+            current = self.without(current, [weakest])
 
-    def ratios(self, current: Refinement, spread: Deviations, entries: Sequence[Entry]) -> list[float]:
-        """|value| over corrected deviation of `entries`."""
-        places = [current.free.index(entry) for entry in entries]
-        return [
-            abs(current.model.value(entry)) / float(spread.corrected[place])
-            for entry, place in zip(entries, places, strict=True)
-        ]
-
-    def exchange(self, current: Refinement, found: Sequence[Entry]) -> tuple[Refinement, tuple[Alternative, ...]]:
-        """Try other terms in the place of each found one: take a better one, list those within reach."""
-        alternatives: list[Alternative] = []
-        for entry in found:
-            reduced = self.without_term(current, entry)
-            others = [other for other in self.candidates if other not in current.free]
-            scores = score_candidates(reduced, self.manoeuvres, others)
-            trials = [self.with_term(reduced, score) for score in self.shortlist(scores)]
-            chosen = entry
-            if trials:
-                best = min(trials, key=lambda trial: trial.cost)
-                if best.cost < current.cost and best.free == self.pruned(best).free:
-                    chosen = best.free[-1]
-                    rest = [trial for trial in trials if trial is not best]
-                    trials = [*rest, current]
-                    current = best
-            reach = self.settings.reach * self.inflation(current, chosen)
-            for trial in trials:
-                other = entry if trial.free[-1] == chosen or entry in trial.free else trial.free[-1]
-                if trial.cost - current.cost < reach and other != chosen:
-                    place = trial.free.index(other)
-                    error = float(deviations(trial, self.manoeuvres).corrected[place])
-                    alternatives.append(
-                        Alternative(other, chosen, trial.model.value(other), error, trial.cost - current.cost)
-                    )
+    def exchange(self, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """Try others in the place of each found part: take a better one, list those within reach."""
+        alternatives: list[Finding] = []
+        done: set[tuple[str, str, str]] = set()
+        for _ in range(2 * self.settings.rounds):
+            groups = [group for group in self.groups(current) if group[0].label not in done]
+            if not groups:
+                break
+            group = groups[0]
+            done.add(group[0].label)
+            reduced = self.without(current, group)
+            scores = self.scores(reduced, [part.label for part in group])
+            trials = [self.tried(reduced, score) for score in self.shortlist(scores)]
+            best = min(trials, key=self.price, default=None)
+            if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
+                trials = [*(trial for trial in trials if trial is not best), current]
+                current = best
+                newest = {part.label for part in self.parts(best, None)} - {p.label for p in self.parts(reduced, None)}
+                done |= newest
+                alternatives = [other for other in alternatives if other.instead_of != _named(group[0].label)]
+            alternatives.extend(self.within_reach(current, reduced, trials))
         return current, tuple(alternatives)
 
-    def inflation(self, current: Refinement, entry: Entry) -> float:
-        """By how much coloured residuals widen the variance of a term, at least 1."""
-        spread = deviations(current, self.manoeuvres)
-        place = current.free.index(entry)
-        return max(1.0, float(spread.corrected[place] / spread.white[place]) ** 2)
+    def groups(self, current: Refinement) -> list[list[_Part]]:
+        """The added parts, jumps at about the same moment together."""
+        groups: dict[object, list[_Part]] = {}
+        for part in self.parts(current, None):
+            groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
+        return list(groups.values())
 
-    def findings(self, completed: Refinement, spread: Deviations, found: Sequence[Entry]) -> tuple[Finding, ...]:
-        """The found terms with their evidence, most certain first."""
+    def within_reach(self, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]) -> list[Finding]:
+        """Those trials that the data hardly tell from the chosen estimate."""
+        base = {part.label for part in self.parts(reduced, None)}
+        chosen = [part for part in self.parts(current, deviations(current, self.manoeuvres)) if part.label not in base]
+        if not chosen:
+            return []
+        inflation = max(1.0, *(self.inflation(current, part) for part in chosen))
+        base |= {part.label for part in chosen}
+        found: list[Finding] = []
+        for trial in trials:
+            loss = self.price(trial) - self.price(current)
+            if loss < self.settings.reach * inflation:
+                spread = deviations(trial, self.manoeuvres)
+                others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
+                found.extend(self.finding(part, -loss, _named(chosen[0].label)) for part in others)
+        return found
+
+    def inflation(self, current: Refinement, part: _Part) -> float:
+        """By how much coloured residuals widen the variance of a part."""
+        spread = deviations(current, self.manoeuvres)
+        if part.entry is not None:
+            place = current.free.index(part.entry)
+            return float(spread.corrected[place] / spread.white[place]) ** 2
+        assert part.active is not None
+        place = current.effects.index(part.active)
+        return float(spread.effects[place] / spread.effects_white[place]) ** 2
+
+    def finding(self, part: _Part, gain: float, instead_of: str = "") -> Finding:
+        """A part with its evidence."""
+        kind, where, term = part.label
+        unit = part.active.effect.parameters[0].unit if part.active is not None else "1"
+        p_value = float(min(1.0, 2.0 * norm.sf(part.ratio) * len(self.hypotheses)))
+        return Finding(
+            kind, where, term, part.entry, part.value, part.std_error, unit, part.time, p_value, gain, instead_of
+        )
+
+    def findings(self, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:
+        """The found parts, most certain first."""
         rows = []
-        for entry in found:
-            place = completed.free.index(entry)
-            value, error = completed.model.value(entry), float(spread.corrected[place])
-            p_value = float(min(1.0, 2.0 * norm.sf(abs(value) / error) * len(self.candidates)))
-            gain = self.without_term(completed, entry).cost - completed.cost
-            rows.append(Finding(entry, value, error, p_value, gain))
+        for part in self.parts(completed, spread):
+            gain = self.without(completed, [part]).cost - completed.cost
+            rows.append(self.finding(part, gain))
         return tuple(sorted(rows, key=lambda row: -row.gain))
+
+
+def _named(label: tuple[str, str, str]) -> str:
+    """A label as a person writes it."""
+    kind, where, term = label
+    return f"{where} {term}" if kind == "aero_term" else f"{kind} of {where}"

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 import aerosid
 from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
-from aerosid.aircraft import Aircraft
-from aerosid.attribution import Alternative, Attribution, AttributionSettings, Finding, attribute
+from aerosid.aircraft import Aircraft, DeclaredEffect
+from aerosid.attribution import Attribution, AttributionSettings, Finding, attribute
 from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
 from aerosid.errors import AircraftError, EstimationError
 from aerosid.flight_log import FlightLog
+from aerosid.hypotheses import control_hypotheses, sensor_hypotheses, term_hypotheses
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.nomenclature import CHANNELS
-from aerosid.open_loop import Response, respond
+from aerosid.open_loop import Response, on_log, respond
 from aerosid.paper_chain import Chain, ChainSettings, run_chain
 from aerosid.refinement import refine
 from aerosid.results import (
@@ -101,7 +102,12 @@ def close_loop(
     before = refine(declared, manoeuvres, free, priors=_priors(aircraft) if settings.priors else ())
 
     progress("tracing the residual")
-    found = attribute(before, manoeuvres, candidates, settings.attribution)
+    hypotheses = (
+        *term_hypotheses(candidates),
+        *sensor_hypotheses(manoeuvres),
+        *control_hypotheses(declared, manoeuvres),
+    )
+    found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
 
     progress("estimating the model error d(t)")
     chain, screening, histories, correlations = _seen_in_d(declared, manoeuvres, candidates, found, settings.chain)
@@ -128,7 +134,7 @@ def close_loop(
         verdict=verdict,
         summary=summarise(verdict, effects, tuple(errors)),
         effects=effects,
-        alternatives=tuple(_alternative(n, a) for n, a in enumerate(found.alternatives, start=1)),
+        alternatives=tuple(_effect(n, other, {}, None) for n, other in enumerate(found.alternatives, start=1)),
         derivatives=rows,
         coefficients=tuple(coefficients),
         errors=tuple(errors),
@@ -167,7 +173,7 @@ def _seen_in_d(
     settings: ChainSettings,
 ) -> tuple[Chain | None, tuple[ScreeningRow, ...], tuple[ErrorHistory, ...], dict[Entry, float]]:
     """The paper's chain on the declared and on the completed structure; nothing where its recursion breaks down."""
-    chosen = [finding.entry for finding in found.findings]
+    chosen = found.terms
     try:
         deficient = run_chain(declared, manoeuvres, found.before.free, settings)
         scores = found.rounds[0] if found.rounds else ()
@@ -192,11 +198,14 @@ def _compare(
     simulated, rows = [], []
     variance = found.completed.variance
     for manoeuvre, role in [*((m, "identification") for m in manoeuvres), *((m, "validation") for m in others)]:
+        effects = on_log(found.completed, manoeuvre)
         responses = {
             "declared": respond(declared, manoeuvre, variance),
             "before": respond(found.before.model, manoeuvre, variance),
-            "after": respond(found.completed.model, manoeuvre, variance),
-            "trimmed": respond(found.completed.model, manoeuvre, variance, constants_of=aircraft.coefficients),
+            "after": respond(found.completed.model, manoeuvre, variance, effects=effects),
+            "trimmed": respond(
+                found.completed.model, manoeuvre, variance, effects=effects, constants_of=aircraft.coefficients
+            ),
         }
         simulated.append(_simulated(manoeuvre, role, responses))
         rows.extend(_error_rows(manoeuvre, role, responses))
@@ -251,17 +260,18 @@ def _validation_gain(errors: Sequence[ErrorRow]) -> float | None:
 
 
 def _effect(rank: int, finding: Finding, correlations: dict[Entry, float], gain: float | None) -> Effect:
-    coefficient, term = finding.entry
-    evidence = Evidence(correlations.get(finding.entry), finding.p_value, gain, finding.gain)
-    return Effect(rank, "aero_term", coefficient, str(term), finding.value, finding.std_error, "1", evidence)
-
-
-def _alternative(rank: int, other: Alternative) -> Effect:
-    coefficient, term = other.entry
-    instead = f"{other.instead_of[0]} {other.instead_of[1]}"
-    evidence = Evidence(None, 1.0, None, -other.loss)
+    correlation = correlations.get(finding.entry) if finding.entry is not None else None
     return Effect(
-        rank, "aero_term", coefficient, str(term), other.value, other.std_error, "1", evidence, instead_of=instead
+        rank=rank,
+        kind=finding.kind,
+        where=finding.where,
+        term=finding.term,
+        value=finding.value,
+        std_error=finding.std_error,
+        unit=finding.unit,
+        evidence=Evidence(correlation, finding.p_value, gain, finding.gain),
+        time=finding.time,
+        instead_of=finding.instead_of,
     )
 
 
@@ -271,7 +281,18 @@ def _completed(aircraft: Aircraft, found: Attribution) -> Aircraft:
         (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(spread.corrected[n])))
         for n, (coefficient, term) in enumerate(completed.free)
     }
-    return aircraft.completed(values)
+    effects = [
+        DeclaredEffect(
+            kind=finding.kind,
+            where=finding.where,
+            value=finding.value,
+            time=finding.time,
+            std_error=_finite(finding.std_error),
+        )
+        for finding in found.findings
+        if finding.entry is None
+    ]
+    return aircraft.completed(values, effects)
 
 
 def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None) -> tuple[DerivativeRow, ...]:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import Entry
+from aerosid.effects import ActiveEffect
+from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUT_COUNT
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, whiten
@@ -22,24 +24,24 @@ from aerosid.residual_covariance import coloured_covariance_groups
 
 @dataclass(frozen=True)
 class Score:
-    """What one candidate would bring.
+    """What one hypothesis would bring.
 
     Attributes
     ----------
-    entry : Entry
+    hypothesis : Hypothesis
         The candidate.
     gain : float
-        Expected fall of -2 ln L at the present noise levels; chi-square with one degree of freedom where nothing is
-        missing and residuals are white.
-    value : float
-        The value that a single linear step gives it.
+        Expected fall of -2 ln L at the present noise levels; chi-square with as many degrees of freedom as the
+        hypothesis has numbers where nothing is missing and residuals are white.
+    start : tuple of float
+        The numbers that a single linear step gives it.
     independence : float
-        Share of the candidate's effect that the terms already there cannot imitate, 0 to 1.
+        Share of the candidate's effect that what is there already cannot imitate, 0 to 1.
     """
 
-    entry: Entry
+    hypothesis: Hypothesis
     gain: float
-    value: float
+    start: tuple[float, ...]
     independence: float
 
 
@@ -47,10 +49,10 @@ LEAST_INDEPENDENCE = 1e-5
 """Below this share a candidate is another name for terms already there: 0.3 % of its effect is its own."""
 
 
-def score_candidates(
-    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], candidates: Sequence[Entry]
+def score_hypotheses(
+    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
 ) -> tuple[Score, ...]:
-    """The candidates with the gain in likelihood that each alone would bring, greatest first.
+    """The hypotheses with the gain in likelihood that each alone would bring, greatest first.
 
     Parameters
     ----------
@@ -58,47 +60,97 @@ def score_candidates(
         The present estimate.
     manoeuvres : sequence of Manoeuvre
         Those of the estimate.
-    candidates : sequence of Entry
-        Terms that the model does not hold.
+    hypotheses : sequence of Hypothesis
+        None of them in the model.
 
     Notes
     -----
     Rao's score test: with the whitened residual r, the present sensitivities A and the candidate's s, the part of s
-    that A cannot imitate is t = s - A (A'A)^-1 A's and the gain is (t'r)^2 / t't.
+    that A cannot imitate is t = s - A (A'A)^-1 A's and the gain is r't (t't)^-1 t'r. A delay or a limit is not linear
+    in its number: its column is taken over the distance of each of its trial values, and the best one counts.
     """
-    if not candidates:
+    asked = [
+        (hypothesis, hypothesis.by_chord(trial))
+        for hypothesis in hypotheses
+        for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
+    ]
+    if not asked:
         return ()
-    columns = (*refinement.free, *candidates)
-    model = refinement.model.extended(candidates)
-    held = len(refinement.free)
-    size = len(columns) + 5 * len(manoeuvres)
-    normal, gradient = np.zeros((size, size)), np.zeros(size)
-    for part in whiten(refinement, manoeuvres, model=model, columns=columns):
-        flat = part.columns.reshape(-1, part.columns.shape[2])
-        residual = np.nan_to_num(part.residual).ravel()
-        normal += flat.T @ flat
-        gradient += flat.T @ residual
-    tested = np.arange(held, held + len(candidates))
-    present = np.setdiff1d(np.arange(normal.shape[0]), tested)
+    entries = list(dict.fromkeys(entry for _, chord in asked for entry in chord.entries))
+    tested = [active for _, chord in asked for active in chord.effects]
+    normal, gradient = _normal_equations(refinement, manoeuvres, entries, tested)
+    free, states = len(refinement.free), 5 * len(manoeuvres)
+    own = sum(len(active.values) for active in refinement.effects)
+    present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
     present = present[np.diag(normal)[present] > 0.0]
-    scale = np.sqrt(np.diag(normal))[present]
-    inner = np.linalg.pinv(normal[np.ix_(present, present)] / np.outer(scale, scale), rcond=1e-12, hermitian=True)
-    cross = normal[np.ix_(present, tested)] / scale[:, None]
-    own = np.diag(normal)[tested]
-    left = own - np.einsum("ij,ik,kj->j", cross, inner, cross)
-    slope = gradient[tested] - cross.T @ inner @ (gradient[present] / scale)
-    scores = []
-    for i, entry in enumerate(candidates):
-        independence = float(left[i] / own[i]) if own[i] > 0.0 else 0.0
-        usable = independence > LEAST_INDEPENDENCE
-        gain = float(slope[i] ** 2 / left[i]) if usable else 0.0
-        scores.append(Score(entry, gain, float(slope[i] / left[i]) if usable else 0.0, max(independence, 0.0)))
-    return tuple(sorted(scores, key=lambda score: -score.gain))
+    scale = np.sqrt(np.diag(normal)[present])
+    scaled = normal[np.ix_(present, present)] / np.outer(scale, scale)
+    inner = np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
+    taken = np.asarray(inner @ (gradient[present] / scale), dtype=np.float64)
+    place = {entry: free + n for n, entry in enumerate(entries)}
+    column = free + len(entries) + states + own
+    best: dict[int, Score] = {}
+    for hypothesis, chord in asked:
+        columns = [place[entry] for entry in chord.entries]
+        count = sum(len(active.values) for active in chord.effects)
+        columns += list(range(column, column + count))
+        column += count
+        score = _score(hypothesis, columns, normal, gradient, present, scale, inner, taken)
+        known = best.get(id(hypothesis))
+        if known is None or score.gain > known.gain:
+            best[id(hypothesis)] = score
+    return tuple(sorted(best.values(), key=lambda score: -score.gain))
+
+
+def _normal_equations(
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    entries: Sequence[Entry],
+    tested: Sequence[ActiveEffect],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Information and gradient of the present parameters and all that is tested."""
+    columns = (*refinement.free, *entries)
+    size = len(columns) + 5 * len(manoeuvres)
+    size += sum(len(active.values) for active in (*refinement.effects, *tested))
+    normal, gradient = np.zeros((size, size)), np.zeros(size)
+    model = refinement.model.extended(entries)
+    for part in whiten(refinement, manoeuvres, model=model, columns=columns, tested=tested):
+        flat = part.columns.reshape(-1, size)
+        normal += flat.T @ flat
+        gradient += flat.T @ np.nan_to_num(part.residual).ravel()
+    return normal, gradient
+
+
+def _score(
+    hypothesis: Hypothesis,
+    columns: list[int],
+    normal: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    present: NDArray[np.int64],
+    scale: NDArray[np.float64],
+    inner: NDArray[np.float64],
+    taken: NDArray[np.float64],
+) -> Score:
+    """One hypothesis, the present parameters projected out."""
+    places = np.array(columns, dtype=np.int64)
+    cross = normal[np.ix_(present, places)] / scale[:, None]
+    own = normal[np.ix_(places, places)]
+    left = own - cross.T @ inner @ cross
+    size = np.diag(own)
+    if not np.all(size > 0.0):
+        return Score(hypothesis, 0.0, (0.0,) * len(columns), 0.0)
+    independence = float(np.min(np.diag(left) / size))
+    if independence < LEAST_INDEPENDENCE:
+        return Score(hypothesis, 0.0, (0.0,) * len(columns), max(independence, 0.0))
+    slope = gradient[places] - cross.T @ taken
+    unit = np.sqrt(np.diag(left))
+    step = np.linalg.pinv(left / np.outer(unit, unit), rcond=1e-8, hermitian=True) @ (slope / unit)
+    return Score(hypothesis, float(step @ (slope / unit)), tuple((step / unit).tolist()), independence)
 
 
 @dataclass(frozen=True)
 class Deviations:
-    """Standard deviations of an estimate's parameters.
+    """Standard deviations of an estimate's parameters: the free entries (F), and the numbers of the effects (K).
 
     Attributes
     ----------
@@ -110,12 +162,18 @@ class Deviations:
         Corrected covariance of the free entries.
     correlation_max : ndarray, shape (F,)
         Largest absolute correlation of each entry with any other parameter of the estimate.
+    effects : ndarray, shape (K,)
+        Corrected deviations of the effects' numbers.
+    effects_white : ndarray, shape (K,)
+        As if the residuals were white.
     """
 
     corrected: NDArray[np.float64]
     white: NDArray[np.float64]
     covariance: NDArray[np.float64]
     correlation_max: NDArray[np.float64]
+    effects: NDArray[np.float64]
+    effects_white: NDArray[np.float64]
 
 
 def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Deviations:
@@ -138,6 +196,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Devia
     corrected = np.full(white.shape, np.inf)
     corrected[np.ix_(keep, keep)] = coloured_covariance_groups([(x[:, keep], r, w) for x, r, w in groups]).corrected
     free = len(refinement.free)
+    first = free + 5 * len(manoeuvres)
     spread = np.sqrt(np.diag(white))
     relation = np.zeros_like(white)
     relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])
@@ -147,4 +206,6 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Devia
         white=spread[:free],
         covariance=corrected[:free, :free],
         correlation_max=np.max(np.abs(relation), axis=1)[:free] if free else np.zeros(0),
+        effects=np.sqrt(np.diag(corrected))[first:],
+        effects_white=spread[first:],
     )

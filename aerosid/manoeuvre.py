@@ -34,6 +34,8 @@ class Manoeuvre:
         Where it came from.
     flight : Flight
         The arrays.
+    columns : tuple of str
+        The names of the flight's input columns.
     outputs : tuple of str
         The output channels that are measured, in the order of OUTPUTS.
     noise : ndarray, shape (8,)
@@ -44,9 +46,15 @@ class Manoeuvre:
 
     log: FlightLog
     flight: Flight
+    columns: tuple[str, ...]
     outputs: tuple[str, ...]
     noise: NDArray[np.float64]
     notes: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The log's name."""
+        return self.log.name
 
 
 def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:
@@ -91,7 +99,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     substeps = max(1, int(np.ceil(float(np.median(np.diff(log.time))) / LONGEST_SUBSTEP - 1e-9)))
     flight = Flight(log.time, inputs, measured, positions, substeps, variance)
     outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
-    return Manoeuvre(log, flight, outputs, noise, tuple(dict.fromkeys(notes)))
+    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)))
 
 
 def initial_state(flight: Flight) -> NDArray[np.float64]:

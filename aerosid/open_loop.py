@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import CONSTANT, AerodynamicModel
+from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects.step_change import at_moment, moment
 from aerosid.errors import EstimationError
+from aerosid.likelihood import acting_flight, recorded
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs
-from aerosid.refinement import RefinementSettings, refine
+from aerosid.refinement import Refinement, RefinementSettings, refine
 
 _INITIAL_STATE = RefinementSettings(steps=20, rounds=1, step_tolerance=0.01)
 
@@ -41,6 +45,7 @@ def respond(
     manoeuvre: Manoeuvre,
     variance: NDArray[np.float64],
     *,
+    effects: Sequence[ActiveEffect] = (),
     constants_of: tuple[str, ...] = (),
 ) -> Response:
     """The open-loop response of `model` to the inputs of a log.
@@ -53,6 +58,8 @@ def respond(
         Its measurements give the initial state, and nothing else.
     variance : ndarray, shape (8,)
         Weights of the outputs in that estimate, SI squared.
+    effects : sequence of ActiveEffect
+        Effects that are no term, with their numbers, which are kept as well.
     constants_of : tuple of str
         Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
         differ between flights.
@@ -64,6 +71,7 @@ def respond(
             model,
             [manoeuvre],
             constants,
+            effects=[frozen(active) for active in effects],
             variance=variance,
             hold_variance=True,
             filtering=False,
@@ -73,7 +81,9 @@ def respond(
         empty = np.full(manoeuvre.flight.measured.shape, np.nan)
         return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
     model = fitted.model
-    outputs, states = simulate_outputs(fitted.states[0], manoeuvre.flight, model.values, model.table, model.constants)
+    flight, _ = acting_flight(model, manoeuvre, fitted.effects)
+    outputs, states = simulate_outputs(fitted.states[0], flight, model.values, model.table, model.constants)
+    recorded(outputs, manoeuvre, fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
     for i, name in enumerate(OUTPUTS):
@@ -82,3 +92,38 @@ def respond(
             error = difference[held, i]
             rms[name] = float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else None
     return Response(outputs, states, rms)
+
+
+def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
+    """The completed model's effects as they act on a log that may not have been fitted.
+
+    Everything acts as it was found but a sudden change, which no channel announces: on a log where none was found it is
+    placed, with its size kept, at the moment where it fits that log best, or nowhere, like the initial state.
+    """
+    own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
+    jumps = [active for active in completed.effects if active.log and active.log != manoeuvre.name]
+    if not jumps or any(active.log == manoeuvre.name for active in completed.effects):
+        return own
+    time = manoeuvre.flight.time
+    shifts = [moment(active) - time[0] for active in jumps]
+    interval = float(np.median(np.diff(time)))
+    span = float(np.ptp(time))
+
+    def misfit(start: float | None) -> float:
+        placed = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
+        rms = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed)).rms
+        weights = np.sqrt(completed.variance)
+        ratios = [np.inf if value is None else value / weights[OUTPUTS.index(name)] for name, value in rms.items()]
+        return float(np.sum(np.square(ratios)))
+
+    grid: list[float | None] = [
+        None,
+        *np.clip(shifts, 0.0, span).tolist(),
+        *(span * np.linspace(0.05, 0.95, 19)).tolist(),
+    ]
+    best = min(grid, key=misfit)
+    if best is None:
+        return own
+    for reach in (span / 20.0, span / 200.0):
+        best = min((best + reach * np.linspace(-1.0, 1.0, 9)).tolist(), key=misfit)
+    return (*own, *(at_moment(active, time[0] + best, manoeuvre.name, interval) for active in jumps))

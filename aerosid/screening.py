@@ -46,7 +46,7 @@ def screen(
     model = chain.model.extended(candidates)
     density = choose_error_density(chain.model, manoeuvres, settings)
     histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in chain.fed]
-    gains = {score.entry: score for score in scores}
+    gains = {score.hypothesis.entries[0]: score for score in scores if score.hypothesis.entries}
     declared = model.indices(chain.entries)
     rows = []
     for equation in range(3):

@@ -54,8 +54,7 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     """One sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
     sentence = verdict.value
     if effects:
-        named = " and ".join(f"{e.where} {e.term} = {e.value:.4g} ± {e.std_error:.2g}" for e in effects)
-        sentence = f"The declared model lacks {named}."
+        sentence = f"The declared model lacks {' and '.join(_named(effect) for effect in effects)}."
         if verdict is Verdict.PARTLY_EXPLAINED:
             sentence += " More is missing than this explains."
     role = "validation" if any(row.role == "validation" for row in errors) else "identification"
@@ -68,3 +67,13 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
         before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
         sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
     return sentence
+
+
+def _named(effect: Effect) -> str:
+    """An effect with its number, as a person writes it."""
+    if effect.kind == "aero_term":
+        return f"{effect.where} {effect.term} = {effect.value:.4g} ± {effect.std_error:.2g}"
+    unit = "" if effect.unit == "1" else f" {effect.unit}"
+    moment = "" if effect.time is None else f" at {effect.time:.2f} s"
+    words = effect.kind.replace("_", " ")
+    return f"a {words} of {effect.where}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"

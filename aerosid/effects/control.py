@@ -1,0 +1,107 @@
+"""Effects of the control system: the surface that acts is not the one that was recorded, or acts later."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
+from aerosid.effects.operators import deadbanded, delayed_linear, lagged, rate_limited
+
+
+def _lateness(name: str) -> EffectParameter:
+    return EffectParameter(name, "s", trials=(0.03, 0.1, 0.25), lowest=0.0, highest=2.0, step=1e-4)
+
+
+def control_lag(channel: str) -> InputEffect:
+    """The surface follows the recorded control with a first-order lag: d' = (d_recorded - d)/T."""
+    return InputEffect(
+        "control_lag",
+        channel,
+        (_lateness("time_constant"),),
+        lambda time, values, p: lagged(time, values[:, None], p[0])[:, 0],
+        lambda p, interval: _lag_noise(p[0], interval),
+        "MIL-F-8785C equivalent systems: actuator as a first-order lag",
+    )
+
+
+def control_delay(channel: str) -> InputEffect:
+    """The surface follows the recorded control after a pure delay."""
+    return InputEffect(
+        "control_delay",
+        channel,
+        (_lateness("delay"),),
+        lambda time, values, p: delayed_linear(time, values, p[0]),
+        lambda _p, _interval: (1.0, 0.0),
+        "MIL-F-8785C equivalent time delay",
+    )
+
+
+def control_rate_limit(channel: str, fastest: float) -> InputEffect:
+    """The surface moves no faster than a limit; `fastest` [1/s] is the greatest rate in the record."""
+    return InputEffect(
+        "control_rate_limit",
+        channel,
+        (
+            EffectParameter(
+                "limit",
+                "rad/s",
+                trials=(0.02 * fastest, 0.1 * fastest, 0.4 * fastest),
+                lowest=1e-3 * fastest,
+                highest=fastest,
+                step=1e-4 * fastest,
+                null=fastest,
+            ),
+        ),
+        lambda time, values, p: rate_limited(time, values, p[0]),
+        lambda _p, _interval: (1.0, 0.0),
+        "rate saturation of an actuator",
+    )
+
+
+def control_deadband(channel: str, widest: float) -> InputEffect:
+    """Excursions of the recorded control within a band do not move the surface; `widest` is the greatest excursion."""
+    return InputEffect(
+        "control_deadband",
+        channel,
+        (
+            EffectParameter(
+                "width",
+                "rad",
+                trials=(0.05 * widest, 0.2 * widest),
+                lowest=0.0,
+                highest=0.9 * widest,
+                step=1e-4 * widest,
+            ),
+        ),
+        lambda _time, values, p: deadbanded(values, p[0]),
+        lambda _p, _interval: (1.0, 0.0),
+        "free play of a control run",
+    )
+
+
+def control_effects(channel: str, time: Signal, values: Signal) -> tuple[InputEffect, ...]:
+    """All effects of one control, limits taken from its record."""
+    fastest = float(np.max(np.abs(np.diff(values) / np.diff(time))))
+    widest = float(np.max(np.abs(values - values[0])))
+    if fastest == 0.0 or widest == 0.0:
+        return ()
+    return (
+        control_lag(channel),
+        control_delay(channel),
+        control_rate_limit(channel, fastest),
+        control_deadband(channel, widest),
+    )
+
+
+def _lag_noise(constant: float, interval: float) -> tuple[float, float]:
+    """White noise through the lag: its variance's factor and its memory over one interval."""
+    if constant <= 0.0:
+        return 1.0, 0.0
+    decay = float(np.exp(-interval / constant))
+    ramp = constant * (1.0 - decay) / interval
+    now, before = 1.0 - ramp, ramp - decay
+    # y_k = now x_k + (before + decay now) x_(k-1) + decay (before + decay now) x_(k-2) + ...
+    tail = (before + decay * now) ** 2 / (1.0 - decay**2)
+    variance = now**2 + tail
+    covariance = now * (before + decay * now) + decay * tail
+    return variance, covariance / variance

@@ -1,0 +1,136 @@
+"""What an effect is to the estimator: where it enters, its parameters, and how it changes inputs or outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Signal = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect.
+
+    Attributes
+    ----------
+    name, unit : str
+        As reported.
+    trials : tuple of float
+        Values from which a fit is started; the likelihood of a delay has more than one maximum.
+    lowest, highest : float
+        Beyond these the effect means something else.
+    step : float
+        For differences with respect to it.
+    null : float
+        The value at which the effect is none.
+    """
+
+    name: str
+    unit: str
+    trials: tuple[float, ...]
+    lowest: float
+    highest: float
+    step: float
+    null: float = 0.0
+
+
+@dataclass(frozen=True)
+class InputEffect:
+    """An effect between the recorded control and the one that acts: lag, delay, rate limit, dead band.
+
+    `where` as reported; `where_acts` the input column that changes (a step change of C_m acts on a column of its own).
+    `transform(time, values, parameters)` gives the acting signal (N,); `noise(parameters, interval)` the factor on the
+    recorded signal's noise variance and its memory from sample to sample.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    transform: Callable[[Signal, Signal, tuple[float, ...]], Signal]
+    noise: Callable[[tuple[float, ...], float], tuple[float, float]]
+    source: str
+    column: str = ""
+
+    @property
+    def where_acts(self) -> str:
+        """The input column that the effect changes."""
+        return self.column or self.where
+
+
+@dataclass(frozen=True)
+class OutputEffect:
+    """An effect between the true and the recorded response: bias, scale, delay, lag.
+
+    `transform(time, values, parameters)` acts on the simulated output and, being linear but for `offset`, on each of
+    its derivatives: (N, C) -> (N, C). `offset(parameters)` is added to the output alone.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    transform: Callable[[Signal, Signal, tuple[float, ...]], Signal]
+    offset: Callable[[tuple[float, ...]], float]
+    source: str
+
+    def output(self, time: Signal, values: Signal, parameters: tuple[float, ...]) -> Signal:
+        """The recorded signal (N, 1) for a simulated one (N, 1)."""
+        return self.transform(time, np.ascontiguousarray(values), parameters) + self.offset(parameters)
+
+
+Effect = InputEffect | OutputEffect
+
+
+@dataclass(frozen=True)
+class ActiveEffect:
+    """An effect with numbers; `log` names the one manoeuvre that it belongs to, empty where it belongs to all."""
+
+    effect: Effect
+    values: tuple[float, ...]
+    log: str = ""
+
+    def acts_on(self, log: str) -> bool:
+        """Whether the effect belongs to the manoeuvre of that name."""
+        return not self.log or self.log == log
+
+    def moved(self, step: Signal) -> ActiveEffect:
+        """The effect after a step in its parameters, kept within their limits."""
+        values = tuple(
+            float(np.clip(value + change, parameter.lowest, parameter.highest))
+            for value, change, parameter in zip(self.values, step, self.effect.parameters, strict=True)
+        )
+        return replace(self, values=values)
+
+    def beside(self, place: int, step: float) -> ActiveEffect:
+        """The effect with one parameter moved by `step`, kept within its limits: for differences."""
+        change = np.zeros(len(self.values))
+        change[place] = step
+        return self.moved(change)
+
+    @property
+    def name(self) -> tuple[str, str]:
+        """Kind and place."""
+        return self.effect.kind, self.effect.where
+
+
+def frozen(active: ActiveEffect) -> ActiveEffect:
+    """The effect acting as it is, with no number left to estimate."""
+    values, effect = active.values, active.effect
+    if isinstance(effect, InputEffect):
+        bound = replace(
+            effect,
+            parameters=(),
+            transform=lambda time, signal, _p: effect.transform(time, signal, values),
+            noise=lambda _p, interval: effect.noise(values, interval),
+        )
+        return ActiveEffect(bound, (), active.log)
+    fixed = replace(
+        effect,
+        parameters=(),
+        transform=lambda time, signal, _p: effect.transform(time, signal, values),
+        offset=lambda _p: effect.offset(values),
+    )
+    return ActiveEffect(fixed, (), active.log)

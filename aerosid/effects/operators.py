@@ -1,0 +1,80 @@
+"""Operators on sampled signals: delay, first-order lag, rate limit and dead band."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from aerosid.compiled import njit
+
+
+def delayed(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
+    """The signal `delay` s later: value at t is that of t - delay, (N, C); before the record its first value.
+
+    Cubic interpolation through the four samples around t - delay, so that the operator is linear in the samples.
+
+    Parameters
+    ----------
+    time : (N,) s, strictly increasing.
+    values : (N, C) samples.
+    delay : s, of either sign; past the end the last value is held.
+    """
+    wanted = np.clip(time - delay, time[0], time[-1])
+    if time.size < 4:
+        return np.column_stack([np.interp(wanted, time, column) for column in values.T])
+    first = np.clip(np.searchsorted(time, wanted, side="right") - 2, 0, time.size - 4)
+    nodes = time[first[:, None] + np.arange(4)]
+    result = np.zeros_like(values)
+    for i in range(4):
+        weight = np.ones(time.size)
+        for j in range(4):
+            if j != i:
+                weight *= (wanted - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
+        result += weight[:, None] * values[first + i]
+    return result
+
+
+def delayed_linear(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
+    """As `delayed`, (N,), with linear interpolation: for inputs, which are linear between samples and have corners."""
+    return np.asarray(np.interp(time - delay, time, values))
+
+
+@njit
+def lagged(time: NDArray[np.float64], values: NDArray[np.float64], constant: float) -> NDArray[np.float64]:
+    """The signal through a first-order lag, y' = (x - y)/constant, (N, C), exact for x linear between samples.
+
+    It starts in the steady state of the first sample. A constant of zero or below gives the signal itself.
+    """
+    result = values.copy()
+    if constant <= 0.0:
+        return result
+    for k in range(1, time.shape[0]):
+        interval = time[k] - time[k - 1]
+        decay = np.exp(-interval / constant)
+        ramp = constant * (1.0 - decay) / interval
+        for c in range(values.shape[1]):
+            result[k, c] = decay * result[k - 1, c] + (ramp - decay) * values[k - 1, c] + (1.0 - ramp) * values[k, c]
+    return result
+
+
+@njit
+def rate_limited(time: NDArray[np.float64], values: NDArray[np.float64], limit: float) -> NDArray[np.float64]:
+    """The signal followed by a surface that moves no faster than `limit` per second, (N,)."""
+    result = values.copy()
+    for k in range(1, time.shape[0]):
+        reach = limit * (time[k] - time[k - 1])
+        step = values[k] - result[k - 1]
+        result[k] = result[k - 1] + min(max(step, -reach), reach)
+    return result
+
+
+def deadbanded(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """The signal without its excursions of up to `width` either side of its first value, (N,).
+
+    The band acts on a five-sample mean, and the rest of the signal passes: noise must not be cut by the band, or a
+    band as wide as the noise would look like an improvement of every record.
+    """
+    smooth = uniform_filter1d(values, min(5, values.size), mode="nearest")
+    excursion = smooth - smooth[0]
+    return np.asarray(values - np.clip(excursion, -width, width))

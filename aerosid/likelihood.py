@@ -1,0 +1,401 @@
+"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives, stretch by stretch.
+
+Parameters are, in this order: the free terms, five initial states of each manoeuvre, the parameters of the effects.
+Outputs are simulated open loop; the noise of the measured inputs is accounted for by whitening. An aircraft that runs
+away in open loop is held to the data by the filter form instead (`aerosid.prediction`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
+from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
+from aerosid.response import make_trace, make_trace_carry, trace_stretch
+from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
+
+STRETCH = 20_000
+"""Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """Residuals and sensitivities of one stretch of one manoeuvre, in units of their standard deviation.
+
+    `log` its index; `residual` (n, 8), NaN where nothing was measured; `columns` (n, 8, M) with respect to all
+    parameters of the estimate; `predicted` (n, 8) in SI; `log_sum` the sum of the logarithms of the innovations'
+    variances.
+    """
+
+    log: int
+    residual: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    log_sum: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """A set of parameters with everything that a search asks about it.
+
+    `values` (T,) of all terms; `states` the initial ones; `effects` with their numbers; `variance` (8,) of the output
+    noise; `cost` -2 ln L but for a constant; `normal` (M, M) and `gradient` (M,) of the Gauss-Newton step;
+    `mean_square` (8,) of each output's whitened residual.
+    """
+
+    values: NDArray[np.float64]
+    states: tuple[NDArray[np.float64], ...]
+    effects: tuple[ActiveEffect, ...]
+    variance: NDArray[np.float64]
+    cost: float
+    normal: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    mean_square: NDArray[np.float64]
+
+
+class OutOfRangeError(Exception):
+    """A simulation left the angle-of-attack limit; the search shortens its step."""
+
+
+def acting_flight(
+    model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]
+) -> tuple[Flight, NDArray[np.float64]]:
+    """The flight with the inputs that act, and the memory (E) of their noise.
+
+    Columns of the model that no channel gives are zero: an effect fills them.
+    """
+    flight = manoeuvre.flight
+    samples, extra = flight.time.size, len(model.columns) - 8
+    inputs, variance, memory = flight.inputs, flight.input_variance, np.zeros(extra)
+    held = manoeuvre.columns
+    if model.columns != held:
+        inputs = np.zeros((samples, len(model.columns)))
+        inputs[:, : len(held)] = flight.inputs
+        variance = np.zeros(extra)
+        variance[: len(held) - 8] = flight.input_variance
+    acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
+    if acting:
+        inputs, variance = inputs.copy(), variance.copy()
+        interval = float(np.median(np.diff(flight.time)))
+        for active in acting:
+            effect = active.effect
+            assert isinstance(effect, InputEffect)
+            place = model.columns.index(effect.where_acts)
+            inputs[:, place] = effect.transform(flight.time, inputs[:, place], active.values)
+            factor, remembered = effect.noise(active.values, interval)
+            variance[place - 8] *= factor
+            memory[place - 8] = max(memory[place - 8], remembered)
+    return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
+
+
+def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
+    """Let the sensors' effects act on simulated outputs (N, 8), in place."""
+    for active in effects:
+        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
+            i = OUTPUTS.index(active.effect.where)
+            given = np.ascontiguousarray(outputs[:, i : i + 1])
+            outputs[:, i] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
+
+
+class Likelihood:
+    """The likelihood of a fixed structure on fixed manoeuvres, and its derivatives.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        Terms and constants; the values are given anew with each evaluation.
+    manoeuvres : tuple of Manoeuvre
+        One joint estimate.
+    free : tuple of Entry
+        Terms whose derivatives are wanted.
+    filtering : bool
+        Whether the noise of measured inputs is accounted for.
+    priors : tuple of (entry, value, standard deviation)
+        A-priori knowledge that enters as such.
+    """
+
+    def __init__(
+        self,
+        model: AerodynamicModel,
+        manoeuvres: tuple[Manoeuvre, ...],
+        free: tuple[Entry, ...],
+        filtering: bool = True,
+        priors: tuple[tuple[Entry, float, float], ...] = (),
+    ) -> None:
+        self.model = model
+        self.manoeuvres = manoeuvres
+        self.free = model.indices(free)
+        self.filtering = filtering
+        self.held_to_data = 0.0
+        """Factor on the inputs' noise in the filter form; 0: open loop."""
+        spread = np.array([[_spread_of(column) for column in m.flight.measured.T] for m in manoeuvres])
+        # Numbers of seven digits carry noise of this size even where the simulation that made them had none.
+        self.variance_floor = (1e-6 * spread.max(axis=0)) ** 2 + 1e-24
+        self.priors = [(int(model.index(entry)), value, sigma) for entry, value, sigma in priors]
+
+    def starting_variance(self) -> NDArray[np.float64]:
+        """Noise variances of the logs, their mean over the manoeuvres; 1 for outputs that nobody measured."""
+        noise = np.array([manoeuvre.noise for manoeuvre in self.manoeuvres])
+        mean = np.array(
+            [np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 1.0 for column in noise.T]
+        )
+        return np.asarray(np.maximum(mean, self.variance_floor))
+
+    def parameter_count(self, effects: Sequence[ActiveEffect]) -> int:
+        """Number of parameters M."""
+        return self.free.size + 5 * len(self.manoeuvres) + sum(len(active.values) for active in effects)
+
+    def active(self, effects: Sequence[ActiveEffect]) -> NDArray[np.bool_]:
+        """Which parameters the data can move, (M,): altitude acts on nothing where it is not measured."""
+        active = np.ones(self.parameter_count(effects), dtype=bool)
+        for n, manoeuvre in enumerate(self.manoeuvres):
+            active[self.free.size + 5 * n + 4] = "h" in manoeuvre.outputs
+        return active
+
+    def stretches(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect] = (),
+    ) -> Iterator[Whitened]:
+        """Residuals and sensitivities stretch by stretch.
+
+        `tested` effects do not act: only their columns are wanted, after those of the acting ones.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the simulation leaves the model's range.
+        """
+        for log in range(len(self.manoeuvres)):
+            if self.held_to_data > 0.0:
+                yield from self._predicted(log, values, states[log], effects, variance)
+            else:
+                yield from self._simulated(log, values, states[log], effects, variance, tested)
+
+    def _simulated(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
+    ) -> Iterator[Whitened]:
+        """Open loop, whitened."""
+        manoeuvre = self.manoeuvres[log]
+        flight, memory = acting_flight(self.model, manoeuvre, effects)
+        noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
+        directions = self._directions(manoeuvre, effects, flight, tested)
+        own = self.free.size + 5
+        width = own + sum(len(active.values) for active in (*effects, *tested))
+        samples, extra = flight.time.size, memory.size
+        # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
+        remembers = any(isinstance(active.effect, OutputEffect) for active in effects)
+        reach = samples if remembers and samples <= 5 * STRETCH else STRETCH
+        carry = make_trace_carry(state, self.free.size, directions.shape[2])
+        whitening = make_whitening_carry(noise, width + 1)
+        held = np.isfinite(flight.measured)
+        for begin in range(0, samples, reach):
+            stop = min(begin + reach, samples)
+            trace = make_trace(stop - begin, extra, own + directions.shape[2])
+            arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
+            if not trace_stretch(begin, stop, carry, flight, *arguments):
+                raise OutOfRangeError
+            block = np.zeros((stop - begin, OUTPUT_COUNT, width + 1))
+            block[:, :, 1 : own + 1] = trace.columns[:, :, :own]
+            time = flight.time[begin:stop]
+            self._enter_effects(block, trace.outputs, trace.columns[:, :, own:], time, manoeuvre, effects, tested)
+            here = held[begin:stop]
+            block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
+            log_sum = whiten_stretch(here, block, trace, variance, noise, whitening)
+            residual = np.where(here, block[:, :, 0], np.nan)
+            yield Whitened(log, residual, self._spread(block[:, :, 1:], log), trace.outputs, float(log_sum))
+
+    def _directions(
+        self,
+        manoeuvre: Manoeuvre,
+        effects: Sequence[ActiveEffect],
+        flight: Flight,
+        tested: Sequence[ActiveEffect],
+    ) -> NDArray[np.float64]:
+        """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
+        time = manoeuvre.flight.time
+        moves = []
+        for active, n in _parameters(effects, InputEffect):
+            move = np.zeros((time.size, len(self.model.columns) - 8))
+            if active.acts_on(manoeuvre.name):
+                sides = (
+                    active.beside(n, active.effect.parameters[n].step),
+                    active.beside(n, -active.effect.parameters[n].step),
+                )
+                upper, lower = (
+                    acting_flight(self.model, manoeuvre, [side if other is active else other for other in effects])[0]
+                    for side in sides
+                )
+                move = (upper.inputs - lower.inputs)[:, 8:] / (sides[0].values[n] - sides[1].values[n])
+            moves.append(move)
+        for active, n in _parameters(tested, InputEffect):
+            move = np.zeros((time.size, len(self.model.columns) - 8))
+            effect = active.effect
+            assert isinstance(effect, InputEffect)
+            if active.acts_on(manoeuvre.name):
+                place = self.model.columns.index(effect.where_acts)
+                sides = active.beside(n, effect.parameters[n].step), active.beside(n, -effect.parameters[n].step)
+                upper_side, lower_side = (effect.transform(time, flight.inputs[:, place], s.values) for s in sides)
+                move[:, place - 8] = (upper_side - lower_side) / (sides[0].values[n] - sides[1].values[n])
+            moves.append(move)
+        return np.stack(moves, axis=2) if moves else np.zeros((time.size, len(self.model.columns) - 8, 0))
+
+    def _enter_effects(
+        self,
+        block: NDArray[np.float64],
+        outputs: NDArray[np.float64],
+        input_columns: NDArray[np.float64],
+        time: NDArray[np.float64],
+        manoeuvre: Manoeuvre,
+        effects: Sequence[ActiveEffect],
+        tested: Sequence[ActiveEffect],
+    ) -> None:
+        """Put the effects' columns into `block` and let acting output effects change outputs and columns, in place."""
+        place = 1 + self.free.size + 5
+        taken = 0
+        places = []
+        for active in (*effects, *tested):
+            places.append(place)
+            if isinstance(active.effect, InputEffect):
+                count = len(active.values)
+                block[:, :, place : place + count] = input_columns[:, :, taken : taken + count]
+                taken += count
+            place += len(active.values)
+        for n, active in enumerate((*effects, *tested)):
+            effect = active.effect
+            if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
+                continue
+            i = OUTPUTS.index(effect.where)
+            given = outputs[:, i : i + 1]
+            slopes = []
+            for parameter in range(len(effect.parameters)):
+                step = effect.parameters[parameter].step
+                sides = active.beside(parameter, step), active.beside(parameter, -step)
+                upper, lower = (effect.output(time, given, side.values)[:, 0] for side in sides)
+                slopes.append((upper - lower) / (sides[0].values[parameter] - sides[1].values[parameter]))
+            if n < len(effects):
+                block[:, i, 1:] = effect.transform(time, np.ascontiguousarray(block[:, i, 1:]), active.values)
+                outputs[:, i] = effect.output(time, given, active.values)[:, 0]
+            for parameter, slope in enumerate(slopes):
+                block[:, i, places[n] + parameter] = slope
+
+    def _predicted(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+    ) -> Iterator[Whitened]:
+        """One step ahead, the filter's gain holding the prediction to the data; effects are not free here."""
+        flight, _ = acting_flight(self.model, self.manoeuvres[log], effects)
+        if self.filtering:
+            flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
+        else:
+            flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
+        samples, extra, free = flight.time.size, flight.input_variance.size, self.free.size
+        directions = no_directions(samples, extra)
+        carry = start_carry(state, flight, free, directions)
+        parameters = sum(len(active.values) for active in effects)
+        for begin in range(0, samples, STRETCH):
+            stop = min(begin + STRETCH, samples)
+            predicted, white = np.empty((stop - begin, OUTPUT_COUNT)), np.empty((stop - begin, OUTPUT_COUNT))
+            columns = np.zeros((stop - begin, OUTPUT_COUNT, free + 5))
+            arguments = (values, self.free, self.model.table, self.model.constants, variance, directions)
+            inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
+            if not inside:
+                raise OutOfRangeError
+            wide = np.concatenate([columns, np.zeros((stop - begin, OUTPUT_COUNT, parameters))], axis=2)
+            yield Whitened(log, white, self._spread(wide, log), predicted, float(log_sum))
+
+    def _spread(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
+        """The columns of one manoeuvre in the places of the joint parameter vector."""
+        logs = len(self.manoeuvres)
+        if logs == 1:
+            return columns
+        free = self.free.size
+        wide = np.zeros((*columns.shape[:2], columns.shape[2] + 5 * (logs - 1)))
+        wide[:, :, :free] = columns[:, :, :free]
+        wide[:, :, free + 5 * log : free + 5 * log + 5] = columns[:, :, free : free + 5]
+        wide[:, :, free + 5 * logs :] = columns[:, :, free + 5 :]
+        return wide
+
+    def evaluate(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+    ) -> Point | None:
+        """Likelihood, gradient and information; None where the simulation leaves the model's range."""
+        count = self.parameter_count(effects)
+        normal, gradient = np.zeros((count, count)), np.zeros(count)
+        squares, counts = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT)
+        cost = 0.0
+        try:
+            for part in self.stretches(values, states, effects, variance):
+                held = np.isfinite(part.residual)
+                residual = np.where(held, part.residual, 0.0)
+                flat = part.columns.reshape(-1, count)
+                normal += flat.T @ flat
+                gradient += flat.T @ residual.ravel()
+                squares += np.sum(residual**2, axis=0)
+                counts += held.sum(axis=0)
+                cost += part.log_sum
+        except OutOfRangeError:
+            return None
+        cost += float(squares.sum())
+        for place, value, sigma in self.priors:
+            at = int(np.flatnonzero(self.free == place)[0])
+            cost += ((values[place] - value) / sigma) ** 2
+            normal[at, at] += 1.0 / sigma**2
+            gradient[at] += (value - values[place]) / sigma**2
+        if not np.isfinite(cost):
+            return None
+        mean_square = np.where(counts > 0, squares / np.maximum(counts, 1), 1.0)
+        states = tuple(np.array(state) for state in states)
+        return Point(np.array(values), states, tuple(effects), variance, cost, normal, gradient, mean_square)
+
+    def moved(
+        self, point: Point, step: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], list[NDArray[np.float64]], tuple[ActiveEffect, ...]]:
+        """Term values, initial states and effects after a step in the parameters."""
+        free = self.free.size
+        values = point.values.copy()
+        values[self.free] += step[:free]
+        states = [state + step[free + 5 * n : free + 5 * n + 5] for n, state in enumerate(point.states)]
+        place = free + 5 * len(point.states)
+        effects = []
+        for active in point.effects:
+            effects.append(active.moved(step[place : place + len(active.values)]))
+            place += len(active.values)
+        return values, states, tuple(effects)
+
+
+def _parameters(effects: Sequence[ActiveEffect], kind: type) -> Iterator[tuple[ActiveEffect, int]]:
+    """Every parameter of the effects of one kind: the effect and the parameter's place in it."""
+    for active in effects:
+        if isinstance(active.effect, kind):
+            for n in range(len(active.values)):
+                yield active, n
+
+
+def _spread_of(values: NDArray[np.float64]) -> float:
+    held = values[np.isfinite(values)]
+    return float(held.std()) if held.size else 1.0
