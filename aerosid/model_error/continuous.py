@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerosid.compiled import njit
 from aerosid.errors import EstimationError
-from aerosid.model_error.functions import Function, ModelFunctions, StepFunction, call_driver, model_functions
+from aerosid.model_error.functions import (
+    Function,
+    ModelFunctions,
+    StepFunction,
+    call_driver,
+    jitable,
+    model_functions,
+)
 from aerosid.model_error.history import ModelErrorHistory
 from aerosid.model_error.invariant_embedding import StepWork, estimator_step, step_work
 from aerosid.model_error.records import Records, as_records
@@ -17,6 +25,108 @@ from aerosid.model_error.residuals import multiply, weigh_sample, weigh_step
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]
+
+
+class Scratch(NamedTuple):
+    """Work arrays of one recursion; make them by `make_scratch`."""
+
+    HQ: Array
+    C: Array
+    weight: Array
+    r: Array
+    g0: Array
+    g1: Array
+    e: Array
+    step: StepWork
+
+
+def make_scratch(n: int, p: int) -> Scratch:
+    """Work arrays for n states and p outputs."""
+    return Scratch(
+        np.empty((n, p)),
+        np.empty((n, n)),
+        np.empty(p),
+        np.empty(p),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        step_work(n),
+    )
+
+
+@njit
+def model_error_at(S: Array, H: Array, Q1: Array, residual: Array, d: Array, scratch: Scratch) -> None:
+    """Model error 2 S H' Q1 (y - h), (23), into `d`; outputs whose residual is NaN take no part."""
+    weigh_sample(H, Q1, residual, scratch.weight, scratch.r, scratch.HQ, scratch.C, scratch.g0)
+    multiply(S, scratch.g0, d)
+
+
+@jitable
+def advance(
+    step: StepFunction,
+    h: Function,
+    f_x: Function,
+    h_x: Function,
+    t0: float,
+    t1: float,
+    u0: Array,
+    u1: Array,
+    y1: Array,
+    Q1: Array,
+    W: Array,
+    x0: Array,
+    before: Array,
+    S0: Array,
+    x1: Array,
+    after: Array,
+    S1: Array,
+    innovation: Array,
+    F: Array,
+    H_step: Array,
+    H1: Array,
+    scratch: Scratch,
+) -> bool:
+    """One sample of the recursion; False where it stops being finite. Runs as Python or compiled.
+
+    The linearisation is taken in the middle of the step's open-loop path, which makes the whole of second order.
+
+    Parameters
+    ----------
+    step, h, f_x, h_x : functions
+        Of `ModelFunctions`.
+    t0, t1 : float
+        Times of the sample before and of this one, s.
+    u0, u1 : (m,)
+        Inputs at them.
+    y1 : (p,)
+        Measurements at t1, NaN where missing.
+    Q1, W : (p, p), (n, n)
+        Weight of the residual and (1/2) Q2^-1 of this step.
+    x0, before, S0 : (n,), (p,), (n, n)
+        x^, y - h and S at t0.
+    x1, after, S1 : (n,), (p,), (n, n)
+        Out: the same at t1.
+    innovation : (p,)
+        Out: y - h at t1 on the open-loop path.
+    F, H_step, H1 : (n, n), (p, n), (p, n)
+        Out: f_x and h_x of the step, h_x at t1.
+    scratch : Scratch
+    """
+    dt = t1 - t0
+    path_end = step(x0, u0, u1, t0, dt)
+    innovation[:] = y1 - h(path_end, u1, t1)
+    middle, u_middle, t_middle = 0.5 * (x0 + path_end), 0.5 * (u0 + u1), t0 + 0.5 * dt
+    F[:] = f_x(middle, u_middle, t_middle)
+    H_step[:] = h_x(middle, u_middle, t_middle)
+    weigh_step(H_step, Q1, before, innovation, scratch.weight, scratch.r, scratch.HQ, scratch.C, scratch.g0, scratch.g1)
+    if not estimator_step(S0, F, W, scratch.C, scratch.g0, scratch.g1, dt, S1, scratch.e, scratch.step):
+        return False
+    x1[:] = path_end + scratch.e
+    if not np.all(np.isfinite(x1)):
+        return False
+    after[:] = y1 - h(x1, u1, t1)
+    H1[:] = h_x(x1, u1, t1)
+    return True
 
 
 def _drive(
@@ -36,40 +146,23 @@ def _drive(
     F: Array,
     H: Array,
     H_step: Array,
-    work: StepWork,
+    scratch: Scratch,
 ) -> int:
-    """Fill the histories; return the first sample that could not be reached, or -1. Runs as Python or compiled.
-
-    The linearisation of a step is taken in the middle of its open-loop path, which makes the whole of second order.
-    """
-    N, p = y.shape
-    n = x.shape[1]
-    HQ, C = np.empty((n, p)), np.empty((n, n))
-    weight, r = np.empty(p), np.empty(p)
-    g0, g1, e = np.empty(n), np.empty(n), np.empty(n)
+    """Fill the histories; return the first sample that could not be reached, or -1. Runs as Python or compiled."""
+    N = time.shape[0]
     innovations[0] = y[0] - h(x[0], u[0], time[0])
-    before = innovations[0].copy()
     H[0] = h_x(x[0], u[0], time[0])
-    for k in range(N):
-        q = min(k, Q1.shape[0] - 1)
-        weigh_sample(H[k], Q1[q], before, weight, r, HQ, C, g0)
-        multiply(S[k], g0, d[k])
-        if k == N - 1:
-            break
-        dt = time[k + 1] - time[k]
-        path_end = step(x[k], u[k], u[k + 1], time[k], dt)
-        innovations[k + 1] = y[k + 1] - h(path_end, u[k + 1], time[k + 1])
-        middle, u_middle, t_middle = 0.5 * (x[k] + path_end), 0.5 * (u[k] + u[k + 1]), time[k] + 0.5 * dt
-        F[k] = f_x(middle, u_middle, t_middle)
-        H_step[k] = h_x(middle, u_middle, t_middle)
-        weigh_step(H_step[k], Q1[q], before, innovations[k + 1], weight, r, HQ, C, g0, g1)
-        if not estimator_step(S[k], F[k], W[min(k, W.shape[0] - 1)], C, g0, g1, dt, S[k + 1], e, work):
+    before, after = innovations[0].copy(), innovations[0].copy()
+    model_error_at(S[0], H[0], Q1[0], before, d[0], scratch)
+    for k in range(N - 1):
+        if not advance(
+            step, h, f_x, h_x, time[k], time[k + 1], u[k], u[k + 1], y[k + 1],
+            Q1[min(k, Q1.shape[0] - 1)], W[min(k, W.shape[0] - 1)],
+            x[k], before, S[k], x[k + 1], after, S[k + 1], innovations[k + 1], F[k], H_step[k], H[k + 1], scratch,
+        ):  # fmt: skip
             return k + 1
-        x[k + 1] = path_end + e
-        if not np.all(np.isfinite(x[k + 1])):
-            return k + 1
-        before = y[k + 1] - h(x[k + 1], u[k + 1], time[k + 1])
-        H[k + 1] = h_x(x[k + 1], u[k + 1], time[k + 1])
+        before[:] = after
+        model_error_at(S[k + 1], H[k + 1], Q1[min(k + 1, Q1.shape[0] - 1)], before, d[k + 1], scratch)
     return -1
 
 
@@ -153,7 +246,7 @@ def run_continuous(functions: ModelFunctions, records: Records) -> ModelErrorHis
     x[0], S[0] = records.x0, records.weights.S0
     failed = call_driver(
         _drive, functions, records.time, records.y, records.u, records.Q1, records.W,
-        x, d, S, innovations, F, H, H_step, step_work(n),
+        x, d, S, innovations, F, H, H_step, make_scratch(n, p),
     )  # fmt: skip
     if failed >= 0:
         raise EstimationError(

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
-from numba.extending import is_jitted
+from numba.extending import is_jitted, register_jitable
 from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
@@ -36,6 +36,14 @@ _matrix = numba.float64[:, ::1]
 VECTOR_FUNCTION = numba.types.FunctionType(_vector(_vector, _vector, numba.float64))
 MATRIX_FUNCTION = numba.types.FunctionType(_matrix(_vector, _vector, numba.float64))
 STEP_FUNCTION = numba.types.FunctionType(_vector(_vector, _vector, _vector, numba.float64, numba.float64))
+
+
+_Jitable = TypeVar("_Jitable", bound=Callable[..., Any])
+
+
+def jitable(function: _Jitable) -> _Jitable:
+    """The function, callable from Python with Python functions and from compiled code with compiled ones."""
+    return register_jitable(function)
 
 
 class ModelFunctions(NamedTuple):

@@ -59,18 +59,17 @@ class StepWork(NamedTuple):
     forcing: Array  # (2n, k): forcing columns of (x, lambda), given in the caller's units
 
 
-# Blocks that hold the step after `step_map`, in balanced units (state i in units of scale[0, i]).
-_SCALE = 0  # (1, n)
-_E = 1  # (n, n): Phi - I, kept apart since the Phi of a short step is I to many digits
-_Q = 2  # (n, n)
-_G = 3  # (n, n)
-_C_X = 4  # (n, K)
-_C_LAMBDA = 5  # (n, K)
-# Blocks for passing results.
-_AUGMENTED = 6  # (n, 3n + K): a system of equations and its right-hand sides
-_LEFT = 7  # (n, 2n + K)
-_MIDDLE = 8  # (n, n + K)
-_BLOCKS = 15
+# Blocks that hold the step after `step_map`, in balanced units (state i in units of blocks[_SCALE, 0, i]). What meets
+# in one product stands side by side, so that one loop serves all of it.
+_SCALE = 0
+_AHEAD = 1  # (n, 2n + K): Q | c_x | Phi - I; Phi - I, since the Phi of a short step is I to many digits
+_BACK = 2  # (n, n + K): -c_lambda | G
+# Work blocks.
+_AUGMENTED = 3  # (n, 3n + K): a system of equations and its right-hand sides
+_LEFT = 4  # (n, 2n + K)
+_MIDDLE = 5  # (n, n + K)
+_SERIES = 6  # five of (2n, 2n + K)
+_BLOCKS = 11
 
 
 def step_work(n: int, constant: int = 2, ramp: int = 1) -> StepWork:
@@ -205,99 +204,84 @@ def _balance(F: Array, W: Array, C: Array, scale: Array) -> float:
 
 
 @njit
-def _short_step(work: StepWork) -> bool:
-    """(Phi - I, Q, G, c) of the step whose Hamiltonian times its length is in block 8, by a ninth-degree Taylor series.
+def _series_term(c: int, W0: Array, W1: Array, W2: Array, out: Array, n2: int, k: int, K: int) -> None:
+    """Three terms, (W0 + W1/(c + 2) + W2/(c + 2)(c + 3))/(c + 1)!, added; ramp columns are one factorial further."""
+    factorial = 1.0
+    for i in range(2, c + 2):
+        factorial *= i
+    for i in range(n2):
+        f0 = 1.0 / factorial
+        f1 = f0 / (c + 2)
+        f2 = f1 / (c + 3)
+        for j in range(n2 + K):
+            if j == n2 + k:
+                f0, f1, f2 = f1, f2, f2 / (c + 4)
+            out[i, j] += f0 * W0[i, j] + f1 * W1[i, j] + f2 * W2[i, j]
 
-    The polynomial is summed in powers of A^3 (Paterson and Stockmeyer), the forcing by phi_1 and phi_2 alike.
+
+@njit
+def _short_step(work: StepWork) -> bool:
+    """The step whose Hamiltonian A and forcing b, times its length, stand as A | b | b of the ramps in block _SERIES.
+
+    M - I = phi_1(A) A and the responses phi_1(A) b, phi_2(A) b by the Taylor series to the ninth power of A, summed in
+    powers of A^3 (Paterson and Stockmeyer) for all columns together; phi_m(A) = sum A^j/(j + m)!.
     """
-    blocks, b0 = work.blocks, work.forcing
-    A, A2, A3, M, M_inner = blocks[8], blocks[9], blocks[10], blocks[11], blocks[12]
-    b1, b2, z, z_inner = blocks[7], blocks[13], blocks[14], blocks[6]
-    n2, k = b0.shape
+    blocks = work.blocks
+    W0, W1, W2, T, M = (
+        blocks[_SERIES], blocks[_SERIES + 1], blocks[_SERIES + 2], blocks[_SERIES + 3], blocks[_SERIES + 4],
+    )  # fmt: skip
+    n2, k = work.forcing.shape
     n = n2 // 2
     K = blocks.shape[2] - 3 * n
-    ramp = K - k
-    _multiply(A, A, A2, n2, n2, n2)
-    _multiply(A, A2, A3, n2, n2, n2)
+    width = n2 + K
+    _multiply(W0, W0, W1, n2, n2, width)
+    _multiply(W0, W1, W2, n2, n2, width)  # begins with A^3
     for i in range(n2):
-        for j in range(n2):
-            M[i, j] = A3[i, j] / 362880.0 + A2[i, j] / 40320.0 + A[i, j] / 5040.0
-        M[i, i] += 1.0 / 720.0
-    _multiply(A3, M, M_inner, n2, n2, n2)
-    for i in range(n2):
-        for j in range(n2):
-            M_inner[i, j] += A2[i, j] / 120.0 + A[i, j] / 24.0
-        M_inner[i, i] += 1.0 / 6.0
-    _multiply(A3, M_inner, M, n2, n2, n2)
-    for i in range(n2):
-        for j in range(n2):
-            M[i, j] += A2[i, j] / 2.0 + A[i, j]
+        for j in range(width):
+            T[i, j] = 0.0
+    _series_term(6, W0, W1, W2, T, n2, k, K)
+    _multiply(W2, T, M, n2, n2, width)
+    _series_term(3, W0, W1, W2, M, n2, k, K)
+    _multiply(W2, M, T, n2, n2, width)
+    _series_term(0, W0, W1, W2, T, n2, k, K)
 
-    _multiply(A, b0, b1, n2, n2, k)
-    _multiply(A2, b0, b2, n2, n2, k)
-    for i in range(n2):
-        for j in range(k):
-            z[i, j] = b0[i, j] / 5040.0 + b1[i, j] / 40320.0 + b2[i, j] / 362880.0
-        for j in range(k, K):
-            m = j - ramp
-            z[i, j] = b0[i, m] / 40320.0 + b1[i, m] / 362880.0 + b2[i, m] / 3628800.0
-    _multiply(A3, z, z_inner, n2, n2, K)
-    for i in range(n2):
-        for j in range(k):
-            z_inner[i, j] += b0[i, j] / 24.0 + b1[i, j] / 120.0 + b2[i, j] / 720.0
-        for j in range(k, K):
-            m = j - ramp
-            z_inner[i, j] += b0[i, m] / 120.0 + b1[i, m] / 720.0 + b2[i, m] / 5040.0
-    _multiply(A3, z_inner, z, n2, n2, K)
-    for i in range(n2):
-        for j in range(k):
-            z[i, j] += b0[i, j] + b1[i, j] / 2.0 + b2[i, j] / 6.0
-        for j in range(k, K):
-            m = j - ramp
-            z[i, j] += b0[i, m] / 2.0 + b1[i, m] / 6.0 + b2[i, m] / 24.0
-
-    # From one-ended to two-ended: Phi' = M22^-1, G = M22^-1 M21, c_lambda = -M22^-1 z_lambda.
-    aug = blocks[_AUGMENTED]
+    # From one-ended to two-ended: Phi' = M22^-1, G = M22^-1 M21, -c_lambda = M22^-1 z_lambda.
+    aug, ahead, back = blocks[_AUGMENTED], blocks[_AHEAD], blocks[_BACK]
     for i in range(n):
         for j in range(n):
-            aug[i, j] = M[n + i, n + j]
-            aug[i, n + j] = -M[n + i, n + j]
-            aug[i, 2 * n + j] = M[n + i, j]
+            aug[i, j] = T[n + i, n + j]
+            aug[i, n + j] = -T[n + i, n + j]
+            aug[i, n2 + K + j] = T[n + i, j]
         aug[i, i] += 1.0
         for j in range(K):
-            aug[i, 3 * n + j] = -z[n + i, j]
+            aug[i, n2 + j] = T[n + i, n2 + j]
     if not solve_in_place(aug, n, 3 * n + K):
         return False
-    E, Q, G, c_x, c_lambda = blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA]
     for i in range(n):
+        for j in range(n + K):
+            back[i, j] = aug[i, n2 + j]
+            ahead[i, j] = T[i, n + j]  # M12 | z_x
         for j in range(n):
-            E[j, i] = aug[i, n + j]
-            G[i, j] = 0.5 * (aug[i, 2 * n + j] + aug[j, 2 * n + i])
-        for j in range(K):
-            c_lambda[i, j] = aug[i, 3 * n + j]
-    for i in range(n):
-        for j in range(n):
-            value = M[i, n + j]
-            for m in range(n):
-                value += M[i, n + m] * E[j, m]
-            Q[i, j] = value
-        for j in range(K):
-            value = z[i, j]
-            for m in range(n):
-                value += M[i, n + m] * c_lambda[m, j]
-            c_x[i, j] = value
-    _symmetrise(Q, n)
+            ahead[i, n + K + j] = aug[j, n + i]
+        for m in range(n):
+            t = T[i, n + m]
+            for j in range(n):
+                ahead[i, j] += t * aug[m, n + j]
+            for j in range(n, n + K):
+                ahead[i, j] -= t * aug[m, n + j]
+    _symmetrise(ahead, 0, n)
+    _symmetrise(back, K, n)
     return True
 
 
 @njit
-def _symmetrise(A: Array, n: int) -> None:
-    """A replaced by (A + A')/2."""
+def _symmetrise(A: Array, first: int, n: int) -> None:
+    """The n columns of A from `first` on replaced by their symmetric part."""
     for i in range(n):
         for j in range(i):
-            mean = 0.5 * (A[i, j] + A[j, i])
-            A[i, j] = mean
-            A[j, i] = mean
+            mean = 0.5 * (A[i, first + j] + A[j, first + i])
+            A[i, first + j] = mean
+            A[j, first + i] = mean
 
 
 @njit
@@ -308,101 +292,73 @@ def _double(work: StepWork) -> bool:
     Phi <- Phi V Phi, Q <- Q + Phi V Q Phi', G <- G + Phi' G V Phi,
     and, with the first half's forcing a and the second half's b, y = V (a_x + Q b_lambda),
     c_x <- b_x + Phi y, c_lambda <- a_lambda + Phi' (b_lambda - G y).
+    V Phi = I + Z gives Phi V Phi - I = E + Phi Z with E = Phi - I, which is exact where the step is short.
     """
     blocks = work.blocks
-    E, Q, G, c_x, c_lambda = blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA]
-    left, aug, Y = blocks[_LEFT], blocks[_AUGMENTED], blocks[_MIDDLE]
-    n = work.forcing.shape[0] // 2
-    k = work.forcing.shape[1]
+    ahead, back, left, aug, middle = (
+        blocks[_AHEAD], blocks[_BACK], blocks[_LEFT], blocks[_AUGMENTED], blocks[_MIDDLE],
+    )  # fmt: skip
+    n2, k = work.forcing.shape
+    n = n2 // 2
     K = blocks.shape[2] - 3 * n
     ramp = K - k
-    # The first half of a ramp is half a ramp; its second half is half a constant and half a ramp.
+    e = n + K  # where Phi - I begins in `ahead`, and Z after V Q Phi' and y in the solution
     for i in range(n):
+        # left: G | Phi' | b_lambda. A ramp begins as half a ramp and goes on as half a constant and half a ramp.
         for j in range(n):
-            left[i, j] = G[i, j]
-            left[i, n + j] = E[j, i]
+            left[i, j] = back[i, K + j]
+            left[i, n + j] = ahead[j, e + i]
         left[i, n + i] += 1.0
         for j in range(k):
-            left[i, 2 * n + j] = c_lambda[i, j]
+            left[i, n2 + j] = -back[i, j]
         for j in range(k, K):
-            left[i, 2 * n + j] = 0.5 * (c_lambda[i, j - ramp] + c_lambda[i, j])
-            c_lambda[i, j] *= 0.5
+            back[i, j] *= 0.5
+            left[i, n2 + j] = -0.5 * back[i, j - ramp] - back[i, j]
+    # aug: I + Q G | Q Phi' | a_x + Q b_lambda | Q G Phi
+    _multiply(ahead, left, aug, n, n, n2 + K)
     for i in range(n):
-        # Columns of aug: I + Q G | Q G Phi | Q Phi' | a_x + Q b_lambda
-        for j in range(3 * n + K):
-            aug[i, j] = 0.0
-        for m in range(n):
-            q = Q[i, m]
-            for j in range(n):
-                aug[i, j] += q * left[m, j]
-            for j in range(n, 2 * n + K):
-                aug[i, n + j] += q * left[m, j]
         for j in range(n):
-            aug[i, n + j] = aug[i, j]
+            aug[i, n2 + K + j] = aug[i, j]
         for m in range(n):
             t = aug[i, m]
             for j in range(n):
-                aug[i, n + j] += t * E[m, j]
+                aug[i, n2 + K + j] += t * ahead[m, e + j]
         aug[i, i] += 1.0
         for j in range(k):
-            aug[i, 3 * n + j] += c_x[i, j]
+            aug[i, n2 + j] += ahead[i, n + j]
         for j in range(k, K):
-            aug[i, 3 * n + j] += 0.5 * c_x[i, j]
+            aug[i, n2 + j] += 0.5 * ahead[i, n + j]
+            ahead[i, n + j] = 0.5 * (ahead[i, n + j] + ahead[i, n + j - ramp])
     if not solve_in_place(aug, n, 3 * n + K):
         return False
-    # aug now holds X = V Q G Phi, V Q Phi' and y. V Phi = I + Z with Z = E - X, so that Phi V Phi - I = E + Z + E Z.
-    for i in range(n):
+    for i in range(n):  # the last columns hold V Q G Phi; Z = E - V Q G Phi
         for j in range(n):
-            aug[i, n + j] = E[i, j] - aug[i, n + j]
-    for i in range(n):
-        for j in range(n):
-            Y[i, j] = G[i, j]
+            aug[i, n2 + K + j] = ahead[i, e + j] - aug[i, n2 + K + j]
+    for i in range(n):  # G y - b_lambda | G V Phi
         for j in range(K):
-            Y[i, n + j] = left[i, 2 * n + j]
-        for m in range(n):
-            g = G[i, m]
-            for j in range(n):
-                Y[i, j] += g * aug[m, n + j]
-            for j in range(K):
-                Y[i, n + j] -= g * aug[m, 3 * n + j]
-    for i in range(n):
+            middle[i, j] = -left[i, n2 + j]
         for j in range(n):
-            G[i, j] += Y[i, j]
-        for j in range(K):
-            c_lambda[i, j] += Y[i, n + j]
+            middle[i, K + j] = left[i, j]
         for m in range(n):
-            t = E[m, i]
-            for j in range(n):
-                G[i, j] += t * Y[m, j]
-            for j in range(K):
-                c_lambda[i, j] += t * Y[m, n + j]
+            g = left[i, m]
+            for j in range(n + K):
+                middle[i, j] += g * aug[m, n2 + j]
     for i in range(n):
-        # left is free again: Phi - I of the double step, then copied over E.
-        for j in range(n):
-            left[i, j] = E[i, j] + aug[i, n + j]
-            Q[i, j] += aug[i, 2 * n + j]
-        for j in range(k, K):
-            c_x[i, j] = 0.5 * (c_x[i, j - ramp] + c_x[i, j])
-        for j in range(K):
-            c_x[i, j] += aug[i, 3 * n + j]
         for m in range(n):
-            t = E[i, m]
-            for j in range(n):
-                left[i, j] += t * aug[m, n + j]
-                Q[i, j] += t * aug[m, 2 * n + j]
-            for j in range(K):
-                c_x[i, j] += t * aug[m, 3 * n + j]
-    for i in range(n):
-        for j in range(n):
-            E[i, j] = left[i, j]
-    _symmetrise(Q, n)
-    _symmetrise(G, n)
+            t = left[i, n + m]  # Phi'
+            for j in range(n + K):
+                back[i, j] += t * middle[m, j]
+            t = left[m, n + i]  # Phi
+            for j in range(n2 + K):
+                ahead[i, j] += t * aug[m, n + j]
+    _symmetrise(ahead, 0, n)
+    _symmetrise(back, K, n)
     return True
 
 
 @njit
 def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
-    """(Phi - I, Q, G, c_x, c_lambda) of a step into `work`, in balanced units; False where it cannot be formed.
+    """The step's Phi, Q, G, c_x, c_lambda into `work`, in balanced units; False where they cannot be formed.
 
     Parameters
     ----------
@@ -415,11 +371,12 @@ def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
     dt : float
         Length of the step, s.
     work : StepWork
-        work.forcing[:n] holds c, work.forcing[n:] holds -g, column by column, in the caller's units; it is
-        overwritten.
+        work.forcing[:n] holds c, work.forcing[n:] holds -g, column by column, in the caller's units.
     """
     n = F.shape[0]
-    scale, A, forcing = work.blocks[_SCALE, 0], work.blocks[8], work.forcing
+    scale, A, forcing = work.blocks[_SCALE, 0], work.blocks[_SERIES], work.forcing
+    k = forcing.shape[1]
+    K = work.blocks.shape[2] - 3 * n
     norm = _balance(F, W, C, scale) * dt
     if not norm < math.inf:
         return False
@@ -429,15 +386,16 @@ def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
         dt *= 0.5
         doublings += 1
     for i in range(n):
+        down, up = dt / scale[i], dt * scale[i]
         for j in range(n):
-            f = F[i, j] * dt * scale[j] / scale[i]
-            A[i, j] = f
-            A[n + j, n + i] = -f
-            A[i, n + j] = W[i, j] * dt / (scale[i] * scale[j])
-            A[n + i, j] = C[i, j] * dt * scale[i] * scale[j]
-        for j in range(forcing.shape[1]):
-            forcing[i, j] *= dt / scale[i]
-            forcing[n + i, j] *= dt * scale[i]
+            A[i, j] = F[i, j] * down * scale[j]
+            A[n + i, n + j] = -F[j, i] * up / scale[j]
+            A[i, n + j] = W[i, j] * down / scale[j]
+            A[n + i, j] = C[i, j] * up * scale[j]
+        for j in range(K):
+            m = j if j < k else j - (K - k)
+            A[i, 2 * n + j] = forcing[i, m] * down
+            A[n + i, 2 * n + j] = forcing[n + i, m] * up
     if not _short_step(work):
         return False
     sound = True
@@ -476,27 +434,28 @@ def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
     e = c_x + Phi S (I + G S)^-1 c_lambda uses the same factors.
     """
     blocks = work.blocks
-    scale, E, Q, G, c_x, c_lambda = (
-        blocks[_SCALE, 0], blocks[_E], blocks[_Q], blocks[_G], blocks[_C_X], blocks[_C_LAMBDA],
-    )  # fmt: skip
-    X, Y, L, R = blocks[_LEFT], blocks[_MIDDLE], blocks[9], blocks[10]
+    scale, ahead, back = blocks[_SCALE, 0], blocks[_AHEAD], blocks[_BACK]
+    X, middle, L, R, G = blocks[_LEFT], blocks[_MIDDLE], blocks[_SERIES], blocks[_SERIES + 1], blocks[_SERIES + 2]
     n = S.shape[0]
     K = blocks.shape[2] - 3 * n
+    e = n + K
     for i in range(n):
         for j in range(n):
             R[i, j] = S[i, j] / (scale[i] * scale[j])
+            G[i, j] = back[i, K + j]
     factor_information(R, G, L, R, X, n)
     # X = R^-1 L' [Phi' | c_lambda], row by row
     for i in range(n):
         for j in range(n):
             X[i, j] = L[j, i]
-            for m in range(i, n):
-                X[i, j] += L[m, i] * E[j, m]
-        for j in range(K):
-            value = 0.0
-            for m in range(i, n):
-                value += L[m, i] * c_lambda[m, j]
-            X[i, n + j] = value
+        for j in range(n, n + K):
+            X[i, j] = 0.0
+        for m in range(i, n):
+            t = L[m, i]
+            for j in range(n):
+                X[i, j] += t * ahead[j, e + m]
+            for j in range(K):
+                X[i, n + j] -= t * back[m, j]
         for m in range(i):
             r = R[i, m]
             for j in range(n + K):
@@ -506,18 +465,17 @@ def riccati_step(S: Array, work: StepWork, S_next: Array) -> bool:
             X[i, j] *= inverse
     finite = True
     for i in range(n):
+        for j in range(n + K):
+            middle[i, j] = ahead[i, j]
+        for m in range(n):
+            t = X[m, i]
+            for j in range(n + K):
+                middle[i, j] += t * X[m, j]
+    for i in range(n):
         for j in range(i + 1):
-            value = Q[i, j]
-            for m in range(n):
-                value += X[m, i] * X[m, j]
-            value *= scale[i] * scale[j]
+            value = middle[i, j] * scale[i] * scale[j]
             S_next[i, j] = value
             S_next[j, i] = value
-        for j in range(K):
-            value = c_x[i, j]
-            for m in range(n):
-                value += X[m, i] * X[m, n + j]
-            Y[i, n + j] = value
         finite = finite and S_next[i, i] < math.inf
     return finite
 
@@ -535,11 +493,12 @@ def start_from(delta: Array, work: StepWork) -> None:
     """The map in `work` for a deviation delta, (n,), at the beginning of the step: Phi delta and -G delta are added."""
     blocks, scale = work.blocks, work.blocks[_SCALE, 0]
     n = delta.shape[0]
+    K = blocks.shape[2] - 3 * n
     for i in range(n):
-        blocks[_C_X, i, 0] += delta[i] / scale[i]
+        blocks[_AHEAD, i, n] += delta[i] / scale[i]
         for j in range(n):
-            blocks[_C_X, i, 0] += blocks[_E, i, j] * delta[j] / scale[j]
-            blocks[_C_LAMBDA, i, 0] -= blocks[_G, i, j] * delta[j] / scale[j]
+            blocks[_AHEAD, i, n] += blocks[_AHEAD, i, n + K + j] * delta[j] / scale[j]
+            blocks[_BACK, i, 0] += blocks[_BACK, i, K + j] * delta[j] / scale[j]
 
 
 @njit
@@ -559,16 +518,17 @@ def costate_step(S: Array, costate: Array, future: Array, work: StepWork) -> boo
         After `step_map` with columns as for `read_response`, and `start_from`.
     """
     blocks = work.blocks
-    scale, E, Q, G, c_lambda = blocks[_SCALE, 0], blocks[_E], blocks[_Q], blocks[_G], blocks[_C_LAMBDA]
-    aug, left = blocks[_AUGMENTED], blocks[_LEFT]
+    scale, ahead, back, aug, left = blocks[_SCALE, 0], blocks[_AHEAD], blocks[_BACK], blocks[_AUGMENTED], blocks[_LEFT]
     n = S.shape[0]
+    K = blocks.shape[2] - 3 * n
+    e = n + K
     for i in range(n):
-        aug[i, n] = costate[i] * scale[i] + c_lambda[i, 0] + c_lambda[i, 2]
+        aug[i, n] = costate[i] * scale[i] - back[i, 0] - back[i, 2]
         for j in range(n):
-            aug[i, n] += E[j, i] * costate[j] * scale[j]
+            aug[i, n] += ahead[j, e + i] * costate[j] * scale[j]
             aug[i, j] = 1.0 if i == j else 0.0
             for m in range(n):
-                aug[i, j] += G[i, m] * S[m, j] / (scale[m] * scale[j])
+                aug[i, j] += back[i, K + m] * S[m, j] / (scale[m] * scale[j])
     if not solve_in_place(aug, n, n + 1):
         return False
     for i in range(n):
@@ -580,16 +540,16 @@ def costate_step(S: Array, costate: Array, future: Array, work: StepWork) -> boo
             aug[i, n + j] = future[i, j] * (scale[i] * scale[j])
             for m in range(n):
                 N = future[i, m] * (scale[i] * scale[m])
-                aug[i, j] += N * Q[m, j]
-                aug[i, n + j] += N * E[m, j]
+                aug[i, j] += N * ahead[m, j]
+                aug[i, n + j] += N * ahead[m, e + j]
     if not solve_in_place(aug, n, 2 * n):
         return False
     for i in range(n):
         for j in range(n):
-            left[i, j] = G[i, j] + aug[i, n + j]
+            left[i, j] = back[i, K + j] + aug[i, n + j]
             for m in range(n):
-                left[i, j] += E[m, i] * aug[m, n + j]
-    _symmetrise(left, n)
+                left[i, j] += ahead[m, e + i] * aug[m, n + j]
+    _symmetrise(left, 0, n)
     for i in range(n):
         for j in range(n):
             future[i, j] = left[i, j] / (scale[i] * scale[j])
@@ -704,12 +664,12 @@ def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Arra
         forcing[i, i] = 1.0
     if not step_map(F, Phi, Phi, dt, work):
         return False
-    scale, E, c_x = work.blocks[_SCALE, 0], work.blocks[_E], work.blocks[_C_X]
+    scale, ahead = work.blocks[_SCALE, 0], work.blocks[_AHEAD]
     for i in range(n):
         for j in range(n):
-            Phi[i, j] = E[i, j] * scale[i] / scale[j]
-            Gamma1[i, j] = c_x[i, n + j] * scale[i]
-            Gamma0[i, j] = c_x[i, j] * scale[i] - Gamma1[i, j]
+            Phi[i, j] = ahead[i, 3 * n + j] * scale[i] / scale[j]
+            Gamma1[i, j] = ahead[i, 2 * n + j] * scale[i]
+            Gamma0[i, j] = ahead[i, n + j] * scale[i] - Gamma1[i, j]
         Phi[i, i] += 1.0
     return True
 
@@ -726,17 +686,18 @@ def read_map(work: StepWork, Phi: Array, Q: Array, G: Array, c_x: Array, c_lambd
     c_x, c_lambda : (n, K)
         Out: the response to each constant column, then to each ramp.
     """
-    blocks, scale = work.blocks, work.blocks[_SCALE, 0]
+    ahead, back, scale = work.blocks[_AHEAD], work.blocks[_BACK], work.blocks[_SCALE, 0]
     n = Phi.shape[0]
+    K = work.blocks.shape[2] - 3 * n
     for i in range(n):
         for j in range(n):
-            Phi[i, j] = blocks[_E, i, j] * scale[i] / scale[j]
-            Q[i, j] = blocks[_Q, i, j] * (scale[i] * scale[j])
-            G[i, j] = blocks[_G, i, j] / (scale[i] * scale[j])
+            Phi[i, j] = ahead[i, n + K + j] * scale[i] / scale[j]
+            Q[i, j] = ahead[i, j] * (scale[i] * scale[j])
+            G[i, j] = back[i, K + j] / (scale[i] * scale[j])
         Phi[i, i] += 1.0
-        for j in range(c_x.shape[1]):
-            c_x[i, j] = blocks[_C_X, i, j] * scale[i]
-            c_lambda[i, j] = blocks[_C_LAMBDA, i, j] / scale[i]
+        for j in range(K):
+            c_x[i, j] = ahead[i, n + j] * scale[i]
+            c_lambda[i, j] = -back[i, j] / scale[i]
 
 
 @njit
@@ -825,7 +786,7 @@ def measurement_update(P: Array, C: Array, g: Array, S: Array, d: Array, work: S
         False where S is not finite.
     """
     n = P.shape[0]
-    X, L, R = work.blocks[_LEFT], work.blocks[9], work.blocks[10]
+    X, L, R = work.blocks[_LEFT], work.blocks[_SERIES], work.blocks[_SERIES + 1]
     factor_information(P, C, L, R, X, n)
     for i in range(n):  # X = R^-1 L'
         for j in range(n):

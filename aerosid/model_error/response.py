@@ -7,6 +7,8 @@ steps, same gains, same missing samples) would have shown, had the model error b
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -30,6 +32,113 @@ def _product(A: Array, B: Array, out: Array) -> None:
                 out[i, j] += a * B[m, j]
 
 
+class ResponseScratch(NamedTuple):
+    """Work arrays of one recursion on candidates; make them by `response_scratch`."""
+
+    squares: Array  # (7, n, n)
+    HQ: Array
+    weight: Array
+    path: Array
+    columns: Array
+    columns2: Array
+    r0: Array
+    r1: Array
+    step: StepWork
+
+
+def response_scratch(n: int, p: int, m: int) -> ResponseScratch:
+    """Work arrays for n states, p outputs and m candidates."""
+    return ResponseScratch(
+        np.empty((7, n, n)), np.empty((n, p)), np.empty(p), np.empty((n, m)), np.empty((n, m)), np.empty((n, m)),
+        np.empty((p, m)), np.empty((p, m)), step_work(n, n, n),
+    )  # fmt: skip
+
+
+@njit
+def response_at(
+    S: Array, H: Array, Q1: Array, present: Array, epsilon: Array, response: Array, scratch: ResponseScratch
+) -> None:
+    """d^ of a sample for true states that lie epsilon, (n, m), off the estimates: 2 S H' Q1 H epsilon."""
+    C = scratch.squares[0]
+    information(H, Q1, present, scratch.HQ, C)
+    _product(C, epsilon, scratch.columns)
+    _product(S, scratch.columns, response)
+
+
+@njit
+def response_step(
+    dt: float,
+    S: Array,
+    F: Array,
+    W: Array,
+    Q1: Array,
+    H: Array,
+    H_step: Array,
+    H_next: Array,
+    present: Array,
+    present_next: Array,
+    candidates: Array,
+    candidates_next: Array,
+    epsilon: Array,
+    scratch: ResponseScratch,
+) -> bool:
+    """True minus estimated states of each candidate carried over one step, in place.
+
+    Parameters
+    ----------
+    dt : float
+        s.
+    S, F, W, Q1, H, H_step : arrays
+        Of the step, as the estimator used them.
+    H_next : (p, n)
+        h_x at the next sample.
+    present, present_next : (p,)
+        1 where measured, else 0.
+    candidates, candidates_next : (n, m)
+        Rates at the two samples, state units / s; linear between.
+    epsilon : (n, m)
+        True minus estimated state, in and out.
+    scratch : ResponseScratch
+    """
+    squares = scratch.squares
+    C, S_next, M0, M1, Phi, Gamma0, Gamma1 = (
+        squares[0], squares[1], squares[2], squares[3], squares[4], squares[5], squares[6],
+    )  # fmt: skip
+    HQ, weight, path, columns, columns2 = scratch.HQ, scratch.weight, scratch.path, scratch.columns, scratch.columns2
+    r0, r1 = scratch.r0, scratch.r1
+    n, m = epsilon.shape
+    if not transition_step(F, dt, Phi, Gamma0, Gamma1, scratch.step):
+        return False
+    _product(Phi, epsilon, path)
+    _product(Gamma0, candidates, columns)
+    _product(Gamma1, candidates_next, columns2)
+    for i in range(n):
+        for j in range(m):
+            path[i, j] += columns[i, j] + columns2[i, j]
+    _product(H, epsilon, r0)
+    _product(H_next, path, r1)
+    for i in range(H.shape[0]):
+        first = present[i] > 0.0
+        last = present_next[i] > 0.0
+        weight[i] = 1.0 if first and last else (0.5 if first or last else 0.0)
+        for j in range(m):
+            if not first:
+                r0[i, j] = r1[i, j]
+            if not last:
+                r1[i, j] = r0[i, j]
+    information(H_step, Q1, weight, HQ, C)
+    if not gain_step(S, F, W, C, dt, S_next, M0, M1, scratch.step):
+        return False
+    _product(HQ, r0, columns)
+    _product(M0, columns, epsilon)
+    _product(HQ, r1, columns)
+    _product(M1, columns, columns2)
+    for i in range(n):
+        for j in range(m):
+            epsilon[i, j] = path[i, j] - epsilon[i, j] - columns2[i, j]
+    return True
+
+
 @njit
 def _respond_continuous(
     time: Array,
@@ -43,63 +152,27 @@ def _respond_continuous(
     candidates: Array,
     epsilon: Array,
     response: Array,
-    work: StepWork,
+    scratch: ResponseScratch,
 ) -> int:
     N, p, n = H.shape
-    m = candidates.shape[2]
-    square = np.empty((10, n, n))
-    F_k, W_k, S_k, S_next, C, M0, M1, Phi, Gamma0, Gamma1 = (
-        square[0], square[1], square[2], square[3], square[4],
-        square[5], square[6], square[7], square[8], square[9],
+    # Copies of one sample each: the histories are read-only, which is another type to compiled code.
+    F_k, W_k, S_k, Q1_k = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((p, p))
+    H_k, H_between, H_next, here, there = (
+        np.empty((p, n)), np.empty((p, n)), np.empty((p, n)), np.empty(p), np.empty(p),
     )  # fmt: skip
-    HQ, H_k, Q1_k, weight = np.empty((n, p)), np.empty((p, n)), np.empty((p, p)), np.empty(p)
-    path, columns, columns2 = np.empty((n, m)), np.empty((n, m)), np.empty((n, m))
-    r0, r1 = np.empty((p, m)), np.empty((p, m))
     for k in range(N):
         Q1_k[:] = Q1[min(k, Q1.shape[0] - 1)]
-        H_k[:] = H[k]
-        S_k[:] = S[k]
-        for i in range(p):
-            weight[i] = present[k, i]
-        information(H_k, Q1_k, weight, HQ, C)
-        _product(C, epsilon, columns)
-        _product(S_k, columns, response[k])
+        H_k[:], S_k[:], here[:] = H[k], S[k], present[k]
+        response_at(S_k, H_k, Q1_k, here, epsilon, response[k], scratch)
         if k == N - 1:
             break
-        dt = time[k + 1] - time[k]
-        F_k[:] = F[k]
-        W_k[:] = W[min(k, W.shape[0] - 1)]
-        if not transition_step(F_k, dt, Phi, Gamma0, Gamma1, work):
+        F_k[:], W_k[:] = F[k], W[min(k, W.shape[0] - 1)]
+        H_between[:], H_next[:], there[:] = H_step[k], H[k + 1], present[k + 1]
+        if not response_step(
+            time[k + 1] - time[k], S_k, F_k, W_k, Q1_k, H_k, H_between, H_next, here, there,
+            candidates[k], candidates[k + 1], epsilon, scratch,
+        ):  # fmt: skip
             return k + 1
-        _product(Phi, epsilon, path)
-        _product(Gamma0, candidates[k], columns)
-        _product(Gamma1, candidates[k + 1], columns2)
-        for i in range(n):
-            for j in range(m):
-                path[i, j] += columns[i, j] + columns2[i, j]
-        _product(H_k, epsilon, r0)
-        H_k[:] = H[k + 1]
-        _product(H_k, path, r1)
-        for i in range(p):
-            first = present[k, i] > 0.0
-            last = present[k + 1, i] > 0.0
-            weight[i] = 1.0 if first and last else (0.5 if first or last else 0.0)
-            for j in range(m):
-                if not first:
-                    r0[i, j] = r1[i, j]
-                if not last:
-                    r1[i, j] = r0[i, j]
-        H_k[:] = H_step[k]
-        information(H_k, Q1_k, weight, HQ, C)
-        if not gain_step(S_k, F_k, W_k, C, dt, S_next, M0, M1, work):
-            return k + 1
-        _product(HQ, r0, columns)
-        _product(M0, columns, epsilon)
-        _product(HQ, r1, columns)
-        _product(M1, columns, columns2)
-        for i in range(n):
-            for j in range(m):
-                epsilon[i, j] = path[i, j] - epsilon[i, j] - columns2[i, j]
     return -1
 
 
@@ -181,7 +254,7 @@ def respond(history: ModelErrorHistory, candidates: ArrayLike, initial: ArrayLik
     W = 0.5 * history.weights.Q2_inverse.reshape(-1, n, n)
     failed = _respond_continuous(
         history.time, history.S, history.F, history.H, history.H_step, history.present, Q1, W, given, epsilon,
-        response, step_work(n, n, n),
+        response, response_scratch(n, p, m),
     )  # fmt: skip
     if failed >= 0:
         raise EstimationError(f"The response to the candidates stops being finite at sample {failed}.")
