@@ -8,16 +8,18 @@ at, and it stays so beside everything else that entered.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 
 from aerosid.aerodynamics import Entry
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.step_change import is_step, moment, step_change
-from aerosid.evidence import Deviations, Score, deviations, score_hypotheses
-from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_offsets
+from aerosid.evidence import Deviations, Score, deviations, score_hypotheses, unexplained_channels
+from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_gust, with_offsets
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, RefinementSettings, refine
 
@@ -142,6 +144,10 @@ def attribute(
     search = _Search(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings)
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
+    if unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
+        disturbed = search.disturbed(before)
+        if disturbed is not None and search.price(disturbed[0]) < search.price(current):
+            current, others = disturbed
     completed = refine(
         current.model,
         manoeuvres,
@@ -217,6 +223,41 @@ class _Search:
             current = improved
         return current, rounds
 
+    def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]] | None:
+        """The search with a gust in the air from the beginning; None where the flight did not meet one.
+
+        A gust must explain more than forces of any shape do: those follow whatever the model lacks.
+        """
+        room = self.with_room(start)
+        gusty = self.with_noise(replace(room, model=with_gust(room.model)), gust())
+        forced = self.with_noise(room, unmodelled_forces(self.stepping)) if self.stepping else gusty
+        if self.price(gusty) > self.price(forced) + self.critical**2 * (forced is not gusty):
+            return None
+        current, _ = self.forward(gusty)
+        return self.exchange(current)
+
+    def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
+        """The estimate with a disturbance, from the most likely of its trial values."""
+        trials = [
+            refine(
+                start.model,
+                self.manoeuvres,
+                start.free,
+                effects=(*start.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
+                states=start.states,
+                variance=self.noise_level(start),
+                settings=TRIAL,
+            )
+            for first in effect.parameters[0].trials
+        ]
+        return min(trials, key=lambda trial: trial.cost)
+
+    def noise_level(self, start: Refinement) -> NDArray[np.float64]:
+        """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
+        squares = np.nan_to_num(np.array([manoeuvre.noise**2 for manoeuvre in self.manoeuvres]))
+        known = np.count_nonzero(squares, axis=0)
+        return np.where(known > 0, squares.sum(axis=0) / np.maximum(known, 1), start.variance)
+
     def pruned_trials(self, trials: Sequence[Refinement]) -> Iterator[Refinement]:
         """The trials without their weak parts, the most likely first."""
         return (self.pruned(trial) for trial in sorted(trials, key=self.price))
@@ -251,17 +292,7 @@ class _Search:
         """The estimate with input columns for step changes."""
         if not self.stepping or current.held_to_data > 0.0:
             return current
-        return Refinement(
-            with_offsets(current.model, self.stepping),
-            current.free,
-            current.states,
-            current.effects,
-            current.variance,
-            current.cost,
-            current.information,
-            current.converged,
-            current.held_to_data,
-        )
+        return replace(current, model=with_offsets(current.model, self.stepping))
 
     def shortlist(self, scores: Sequence[Score]) -> list[Score]:
         """The hypotheses worth a fit: the best few whose score alone could pass, one a label."""
@@ -319,10 +350,21 @@ class _Search:
                 parts.append(_Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0
         for active in current.effects:
-            error = float(spread.effects[place]) if spread is not None else 0.0
+            if isinstance(active.effect, NoiseEffect):
+                error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
+            else:
+                error = float(spread.effects[place]) if spread is not None else 0.0
             parts.append(_Part(None, active, active.values[0], active.effect.parameters[0].null, error))
-            place += len(active.values)
+            place += active.slopes
         return parts
+
+    def independent_gusts(self, active: ActiveEffect) -> float:
+        """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
+        length = 0.0
+        for manoeuvre in self.manoeuvres:
+            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.flight.measured[:, 0]))
+            length += float(np.ptp(time)) * speed
+        return max(length / active.values[-1], 1.0)
 
     def pruned(self, current: Refinement) -> Refinement:
         """The estimate without those added parts that corrected deviations cannot tell from none."""
@@ -331,7 +373,8 @@ class _Search:
             if not parts:
                 return current
             weakest = min(parts, key=lambda part: part.ratio)
-            if weakest.ratio >= self.critical:
+            # A disturbance is judged by the likelihood alone: where it came from, it was weighed against others.
+            if weakest.ratio >= self.critical or (weakest.active and isinstance(weakest.active.effect, NoiseEffect)):
                 return current
             current = self.without(current, [weakest])
 
@@ -389,7 +432,10 @@ class _Search:
             place = current.free.index(part.entry)
             return float(spread.corrected[place] / spread.white[place]) ** 2
         assert part.active is not None
-        place = current.effects.index(part.active)
+        if isinstance(part.active.effect, NoiseEffect):
+            return 1.0
+        before = current.effects[: current.effects.index(part.active)]
+        place = sum(active.slopes for active in before)
         return float(spread.effects[place] / spread.effects_white[place]) ** 2
 
     def finding(self, part: _Part, gain: float, instead_of: str = "") -> Finding:

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.hypotheses import Hypothesis
-from aerosid.longitudinal import OUTPUT_COUNT
+from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, whiten
-from aerosid.residual_covariance import coloured_covariance_groups
+from aerosid.residual_covariance import coloured_covariance_groups, effective_samples
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def score_hypotheses(
     tested = [active for _, chord in asked for active in chord.effects]
     normal, gradient = _normal_equations(refinement, manoeuvres, entries, tested)
     free, states = len(refinement.free), 5 * len(manoeuvres)
-    own = sum(len(active.values) for active in refinement.effects)
+    own = sum(active.slopes for active in refinement.effects)
     present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
     present = present[np.diag(normal)[present] > 0.0]
     scale = np.sqrt(np.diag(normal)[present])
@@ -92,7 +92,7 @@ def score_hypotheses(
     best: dict[int, Score] = {}
     for hypothesis, chord in asked:
         columns = [place[entry] for entry in chord.entries]
-        count = sum(len(active.values) for active in chord.effects)
+        count = sum(active.slopes for active in chord.effects)
         columns += list(range(column, column + count))
         column += count
         score = _score(hypothesis, columns, normal, gradient, present, scale, inner, taken)
@@ -111,7 +111,7 @@ def _normal_equations(
     """Information and gradient of the present parameters and all that is tested."""
     columns = (*refinement.free, *entries)
     size = len(columns) + 5 * len(manoeuvres)
-    size += sum(len(active.values) for active in (*refinement.effects, *tested))
+    size += sum(active.slopes for active in (*refinement.effects, *tested))
     normal, gradient = np.zeros((size, size)), np.zeros(size)
     model = refinement.model.extended(entries)
     for part in whiten(refinement, manoeuvres, model=model, columns=columns, tested=tested):
@@ -209,3 +209,28 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Devia
         effects=np.sqrt(np.diag(corrected))[first:],
         effects_white=spread[first:],
     )
+
+
+NOISE_RATIO = 1.3
+"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
+
+WHITE_SHARE = 0.5
+"""Residuals worth fewer independent samples than this share of their number are coloured: noise repeats nothing."""
+
+
+def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """The channels whose residual is greater than their noise and coloured: there the model is still wrong."""
+    level = np.sqrt(refinement.variance)
+    wrong: dict[str, None] = {}
+    for part in whiten(refinement, manoeuvres):
+        manoeuvre = manoeuvres[part.log]
+        for i, name in enumerate(OUTPUTS):
+            residual = part.residual[:, i]
+            held = np.isfinite(residual)
+            if held.sum() < 20:
+                continue
+            rms = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i]
+            coloured = float(effective_samples(residual[held])) < WHITE_SHARE * held.sum()
+            if rms > NOISE_RATIO * manoeuvre.noise[i] and coloured:
+                wrong[name] = None
+    return tuple(wrong)

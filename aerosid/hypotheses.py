@@ -10,6 +10,7 @@ import numpy as np
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, Effect, EffectParameter
 from aerosid.effects.control import control_effects
+from aerosid.effects.disturbance import GUST_COLUMN
 from aerosid.effects.sensor import sensor_effects
 from aerosid.effects.step_change import jump_at, offset_column, offset_term
 from aerosid.longitudinal import OUTPUTS
@@ -122,6 +123,12 @@ def step_hypotheses(manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str]
             effects = tuple(at_null(jump_at(name, float(moment), interval), manoeuvre.name) for name in coefficients)
             found.append(Hypothesis("step_change", manoeuvre.name, effects=effects, time=float(moment)))
     return tuple(found)
+
+
+def with_gust(model: AerodynamicModel) -> AerodynamicModel:
+    """The model with an input column for the vertical gust velocity."""
+    extended = model.with_columns([GUST_COLUMN])
+    return replace(extended, constants=extended.constants._replace(gust=extended.columns.index(GUST_COLUMN) - 8))
 
 
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
@@ -92,6 +92,15 @@ def acting_flight(
             factor, remembered = effect.noise(active.values, interval)
             variance[place - 8] *= factor
             memory[place - 8] = max(memory[place - 8], remembered)
+    for active in effects:
+        if isinstance(active.effect, NoiseEffect):
+            variance = variance.copy()
+            interval = float(np.median(np.diff(flight.time)))
+            airspeed = float(np.nanmean(flight.measured[:, 0]))
+            numbers = active.effect.noise(active.values, interval, airspeed)
+            for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
+                place = model.columns.index(column)
+                variance[place - 8], memory[place - 8] = spread, remembered
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
 
 
@@ -150,7 +159,7 @@ class Likelihood:
 
     def parameter_count(self, effects: Sequence[ActiveEffect]) -> int:
         """Number of parameters M."""
-        return self.free.size + 5 * len(self.manoeuvres) + sum(len(active.values) for active in effects)
+        return self.free.size + 5 * len(self.manoeuvres) + sum(active.slopes for active in effects)
 
     def active(self, effects: Sequence[ActiveEffect]) -> NDArray[np.bool_]:
         """Which parameters the data can move, (M,): altitude acts on nothing where it is not measured."""
@@ -197,7 +206,7 @@ class Likelihood:
         noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
         directions = self._directions(manoeuvre, effects, flight, tested)
         own = self.free.size + 5
-        width = own + sum(len(active.values) for active in (*effects, *tested))
+        width = own + sum(active.slopes for active in (*effects, *tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect) for active in effects)
@@ -276,7 +285,7 @@ class Likelihood:
                 count = len(active.values)
                 block[:, :, place : place + count] = input_columns[:, :, taken : taken + count]
                 taken += count
-            place += len(active.values)
+            place += active.slopes
         for n, active in enumerate((*effects, *tested)):
             effect = active.effect
             if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
@@ -312,7 +321,7 @@ class Likelihood:
         samples, extra, free = flight.time.size, flight.input_variance.size, self.free.size
         directions = no_directions(samples, extra)
         carry = start_carry(state, flight, free, directions)
-        parameters = sum(len(active.values) for active in effects)
+        parameters = sum(active.slopes for active in effects)
         for begin in range(0, samples, STRETCH):
             stop = min(begin + STRETCH, samples)
             predicted, white = np.empty((stop - begin, OUTPUT_COUNT)), np.empty((stop - begin, OUTPUT_COUNT))
@@ -383,8 +392,8 @@ class Likelihood:
         place = free + 5 * len(point.states)
         effects = []
         for active in point.effects:
-            effects.append(active.moved(step[place : place + len(active.values)]))
-            place += len(active.values)
+            effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)
+            place += active.slopes
         return values, states, tuple(effects)
 
 

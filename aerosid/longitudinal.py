@@ -37,6 +37,8 @@ class Constants(NamedTuple):
     """U0 of q_hat and alpha_dot_hat [m/s]; 0 where the current airspeed is meant."""
     airspeed_of_V_hat: float
     """U0 of V_hat [m/s]."""
+    gust: int = -1
+    """Which of the extra inputs is the vertical gust velocity [m/s], positive down; -1: none."""
 
 
 class Workspace(NamedTuple):
@@ -200,7 +202,7 @@ def evaluate(
             x, u, table, constants, work, speed, plane, half_chord, current, pressure_area, slope, alpha_dot_used
         )
     if observe:
-        _observe(x, u, positions, work, speed, plane, differentiate)
+        _observe(x, u, positions, work, speed, plane, differentiate, constants.gust)
 
 
 @njit
@@ -348,6 +350,12 @@ def _differentiate_rates(
             f_p[0, t] += a_u * d_hat
             f_p[1, t] += a_w * d_hat
             f_p[2, t] += a_q * d_hat
+    if constants.gust >= 0:
+        # Air that moves down lowers alpha as if the aircraft rose; the inertial terms do not see it.
+        j = constants.gust
+        f_e[0, j] = -(f_x[0, 1] + q - r * d_v_w)
+        f_e[1, j] = -(f_x[1, 1] + p * d_v_w)
+        f_e[2, j] = -f_x[2, 1]
 
 
 @njit
@@ -359,6 +367,7 @@ def _observe(
     speed: float,
     plane: float,
     differentiate: bool,
+    gust: int,
 ) -> None:
     """Sensor outputs at their positions; angular accelerations other than q_dot are taken as zero."""
     u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
@@ -413,6 +422,9 @@ def _observe(
         y_e[4, j] = f_e[0, j] + f_e[2, j] * x_z
         y_e[5, j] = f_e[1, j] - f_e[2, j] * z_x
         y_e[6, j] = f_e[2, j]
+    if gust >= 0:
+        y_e[0, gust] = -y_x[0, 1]
+        y_e[1, gust] = -y_x[1, 1]
     for t in range(f_p.shape[1]):
         y_p[4, t] = f_p[0, t] + f_p[2, t] * x_z
         y_p[5, t] = f_p[1, t] - f_p[2, t] * z_x

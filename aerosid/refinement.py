@@ -7,13 +7,13 @@ path, and is accounted for. The likelihood itself is in `aerosid.likelihood`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.likelihood import Likelihood, Point, Whitened
 from aerosid.manoeuvre import Manoeuvre, initial_state
@@ -140,6 +140,7 @@ def refine(
     converged = False
     for _ in range(settings.rounds):
         point, converged = _levenberg_marquardt(likelihood, point, settings)
+        point = _likeliest_noise(likelihood, point)
         if hold_variance:
             break
         updated = np.maximum(point.variance * point.mean_square, likelihood.variance_floor)
@@ -223,6 +224,25 @@ def _levenberg_marquardt(likelihood: Likelihood, point: Point, settings: Refinem
         if np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance:
             return point, True
     return point, False
+
+
+def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
+    """The point with the statistics of its disturbances moved to where the likelihood is greater, one by one."""
+    for n, active in enumerate(point.effects):
+        if not isinstance(active.effect, NoiseEffect):
+            continue
+        for place, parameter in enumerate(active.effect.parameters):
+            for factor in (2.0, 0.5, 1.25, 0.8):
+                for _ in range(4):
+                    values = list(point.effects[n].values)
+                    values[place] = float(np.clip(values[place] * factor, parameter.lowest, parameter.highest))
+                    effects = list(point.effects)
+                    effects[n] = replace(active, values=tuple(values))
+                    trial = likelihood.evaluate(point.values, point.states, effects, point.variance)
+                    if trial is None or trial.cost >= point.cost - 1e-6:
+                        break
+                    point = trial
+    return point
 
 
 def _led_in(

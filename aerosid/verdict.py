@@ -7,35 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.attribution import Attribution
-from aerosid.longitudinal import OUTPUTS
+from aerosid.evidence import unexplained_channels
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.refinement import whiten
-from aerosid.residual_covariance import effective_samples
 from aerosid.results import Effect, ErrorRow, Verdict
-
-NOISE_RATIO = 1.3
-"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
-
-WHITE_SHARE = 0.5
-"""Residuals worth fewer independent samples than this share of their number are coloured: noise repeats nothing."""
-
-
-def unexplained_channels(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """The channels whose residual is greater than their noise and coloured: there the model is still wrong."""
-    level = np.sqrt(found.completed.variance)
-    wrong: dict[str, None] = {}
-    for part in whiten(found.completed, manoeuvres):
-        manoeuvre = manoeuvres[part.log]
-        for i, name in enumerate(OUTPUTS):
-            residual = part.residual[:, i]
-            held = np.isfinite(residual)
-            if held.sum() < 20:
-                continue
-            rms = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i]
-            coloured = float(effective_samples(residual[held])) < WHITE_SHARE * held.sum()
-            if rms > NOISE_RATIO * manoeuvre.noise[i] and coloured:
-                wrong[name] = None
-    return tuple(wrong)
 
 
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> Verdict:
@@ -44,7 +18,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> Verdict:
     values = np.array([abs(completed.model.value(entry)) for entry in completed.free])
     if values.size and not np.any(spread.corrected < 0.3 * values):
         return Verdict.NOT_EXCITED
-    left = unexplained_channels(found, manoeuvres)
+    left = unexplained_channels(found.completed, manoeuvres)
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
     return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING

@@ -81,7 +81,23 @@ class OutputEffect:
         return self.transform(time, np.ascontiguousarray(values), parameters) + self.offset(parameters)
 
 
-Effect = InputEffect | OutputEffect
+@dataclass(frozen=True)
+class NoiseEffect:
+    """A disturbance that no channel shows, known by its statistics alone.
+
+    `noise(parameters, interval, airspeed)` gives variance and memory of each of the input `columns`. Its parameters
+    move no output on average; they are found by the likelihood itself.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    columns: tuple[str, ...]
+    noise: Callable[[tuple[float, ...], float, float], tuple[tuple[float, ...], tuple[float, ...]]]
+    source: str
+
+
+Effect = InputEffect | OutputEffect | NoiseEffect
 
 
 @dataclass(frozen=True)
@@ -91,6 +107,11 @@ class ActiveEffect:
     effect: Effect
     values: tuple[float, ...]
     log: str = ""
+
+    @property
+    def slopes(self) -> int:
+        """How many of its numbers move the outputs: those that a Gauss-Newton step finds."""
+        return 0 if isinstance(self.effect, NoiseEffect) else len(self.values)
 
     def acts_on(self, log: str) -> bool:
         """Whether the effect belongs to the manoeuvre of that name."""
@@ -127,6 +148,8 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
             noise=lambda _p, interval: effect.noise(values, interval),
         )
         return ActiveEffect(bound, (), active.log)
+    if isinstance(effect, NoiseEffect):
+        return active
     fixed = replace(
         effect,
         parameters=(),

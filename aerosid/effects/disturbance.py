@@ -1,0 +1,54 @@
+"""Disturbances that no channel shows: gusts, and forces that no model holds. They act as noise with a memory."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerosid.effects.kinds import EffectParameter, NoiseEffect
+from aerosid.effects.step_change import offset_column
+
+GUST_COLUMN = "gust_w"
+"""Vertical gust velocity, m/s, positive down like w; zero in every simulation, uncertain in the likelihood."""
+
+
+def gust() -> NoiseEffect:
+    """Vertical turbulence: the air moves, the vane sees it, and so does every force that depends on alpha.
+
+    Exponentially correlated along the flight path with standard deviation sigma and scale length L, the simplest form
+    with the low-frequency content of Dryden's spectrum (MIL-F-8785C).
+    """
+    return NoiseEffect(
+        "gust",
+        "",
+        (
+            EffectParameter("sigma", "m/s", trials=(0.2, 1.0), lowest=1e-3, highest=20.0, step=0.0),
+            EffectParameter("length", "m", trials=(150.0,), lowest=10.0, highest=3000.0, step=0.0),
+        ),
+        (GUST_COLUMN,),
+        lambda p, interval, airspeed: ((p[0] ** 2,), (float(np.exp(-airspeed * interval / p[1])),)),
+        "MIL-F-8785C turbulence, first-order",
+    )
+
+
+def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
+    """Forces and moment of any shape: each coefficient wanders with a standard deviation of its own.
+
+    It explains nothing. It is what a gust has to beat before the flight may be said to have met one.
+    """
+    spreads = tuple(
+        EffectParameter(name, "1", trials=(2e-3,), lowest=1e-6, highest=1.0, step=0.0) for name in coefficients
+    )
+    memory = EffectParameter("memory", "s", trials=(0.3,), lowest=0.03, highest=10.0, step=0.0)
+
+    def noise(p: tuple[float, ...], interval: float, _airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        remembered = float(np.exp(-interval / p[-1]))
+        return tuple(value**2 for value in p[:-1]), (remembered,) * (len(p) - 1)
+
+    return NoiseEffect(
+        "unmodelled_forces",
+        "",
+        (*spreads, memory),
+        tuple(offset_column(name) for name in coefficients),
+        noise,
+        "the model error d(t) of Parameswaran & Raol 1994, with a memory",
+    )
