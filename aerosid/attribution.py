@@ -49,8 +49,11 @@ class AttributionSettings:
     price: float = 8.0
 
 
-TRIAL = RefinementSettings(steps=12, rounds=4, step_tolerance=0.03, variance_tolerance=0.01)
+TRIAL = RefinementSettings(steps=12, rounds=4, step_tolerance=0.03, variance_tolerance=0.01, disturbances=False)
 """A trial decides between hypotheses that differ by many units of -2 ln L: a few steps are enough."""
+
+BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01)
+"""As a trial, with the size of the disturbance estimated too."""
 
 
 @dataclass(frozen=True)
@@ -145,16 +148,17 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
-        disturbed = search.disturbed(before)
-        if disturbed is not None and search.price(disturbed[0]) < search.price(current):
-            current, others = disturbed
+        disturbed, around = search.disturbed(before)
+        if search.price(disturbed) < search.price(current):
+            current, others = disturbed, around
+    # Forces of any shape judged what is real; the numbers come from the estimator that gave those before.
     completed = refine(
         current.model,
         manoeuvres,
         current.free,
-        effects=current.effects,
+        effects=[active for active in current.effects if active.effect.kind != "unmodelled_forces"],
         states=current.states,
-        variance=current.variance,
+        variance=np.maximum(current.variance, before.variance),
     )
     spread = deviations(completed, manoeuvres)
     findings = search.findings(completed, spread)
@@ -223,17 +227,20 @@ class _Search:
             current = improved
         return current, rounds
 
-    def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]] | None:
-        """The search with a gust in the air from the beginning; None where the flight did not meet one.
+    def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search against a background of disturbances: a gust, or forces of any shape.
 
-        A gust must explain more than forces of any shape do: those follow whatever the model lacks.
+        Against it a term must bring more than what any force could: deviations and likelihoods then mean what they say
+        although the model is still wrong somewhere. A gust is named only where it explains more than forces of any
+        shape do, which follow whatever the model lacks and explain nothing.
         """
         room = self.with_room(start)
-        gusty = self.with_noise(replace(room, model=with_gust(room.model)), gust())
-        forced = self.with_noise(room, unmodelled_forces(self.stepping)) if self.stepping else gusty
-        if self.price(gusty) > self.price(forced) + self.critical**2 * (forced is not gusty):
-            return None
-        current, _ = self.forward(gusty)
+        background = self.with_noise(replace(room, model=with_gust(room.model)), gust())
+        if self.stepping:
+            forced = self.with_noise(room, unmodelled_forces(self.stepping))
+            if self.price(forced) < self.price(background) + self.critical**2:
+                background = forced
+        current, _ = self.forward(background)
         return self.exchange(current)
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
@@ -246,7 +253,7 @@ class _Search:
                 effects=(*start.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
                 states=start.states,
                 variance=self.noise_level(start),
-                settings=TRIAL,
+                settings=BACKGROUND,
             )
             for first in effect.parameters[0].trials
         ]
@@ -369,12 +376,14 @@ class _Search:
     def pruned(self, current: Refinement) -> Refinement:
         """The estimate without those added parts that corrected deviations cannot tell from none."""
         while True:
-            parts = self.parts(current, deviations(current, self.manoeuvres))
-            if not parts:
-                return current
-            weakest = min(parts, key=lambda part: part.ratio)
-            # A disturbance is judged by the likelihood alone: where it came from, it was weighed against others.
-            if weakest.ratio >= self.critical or (weakest.active and isinstance(weakest.active.effect, NoiseEffect)):
+            # A disturbance is judged by the likelihood alone, where it came from.
+            parts = [
+                part
+                for part in self.parts(current, deviations(current, self.manoeuvres))
+                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
+            ]
+            weakest = min(parts, key=lambda part: part.ratio, default=None)
+            if weakest is None or weakest.ratio >= self.critical:
                 return current
             current = self.without(current, [weakest])
 
@@ -405,6 +414,8 @@ class _Search:
         """The added parts, jumps at about the same moment together."""
         groups: dict[object, list[_Part]] = {}
         for part in self.parts(current, None):
+            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+                continue
             groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
         return list(groups.values())
 

@@ -37,7 +37,12 @@ def explained_shares(before: AerodynamicModel, after: AerodynamicModel, manoeuvr
 
     measured = _measured(flight, filtered, before.constants, smooth)
     rows = []
-    modelled = [_modelled(model, filtered) for model in (before, after)]
+    modelled = []
+    for model in (before, after):
+        # Columns that only an effect fills are zero here.
+        inputs = np.zeros((flight.time.size, len(model.columns)))
+        inputs[:, : filtered.inputs.shape[1]] = filtered.inputs
+        modelled.append(_modelled(model, filtered._replace(inputs=inputs)))
     for i, name in enumerate(("C_X", "C_Z", "C_m")):
         shares = []
         for coefficients in modelled:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect, frozen
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
@@ -380,6 +380,24 @@ class Likelihood:
         mean_square = np.where(counts > 0, squares / np.maximum(counts, 1), 1.0)
         states = tuple(np.array(state) for state in states)
         return Point(np.array(values), states, tuple(effects), variance, cost, normal, gradient, mean_square)
+
+    def cost(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+    ) -> float:
+        """-2 ln L alone, without the derivatives, which are most of the work; infinite out of the model's range."""
+        plain = Likelihood(self.model, self.manoeuvres, (), self.filtering)
+        plain.held_to_data = self.held_to_data
+        total = 0.0
+        try:
+            for part in plain.stretches(values, states, [frozen(active) for active in effects], variance):
+                total += part.log_sum + float(np.nansum(part.residual**2))
+        except OutOfRangeError:
+            return float("inf")
+        return total if np.isfinite(total) else float("inf")
 
     def moved(
         self, point: Point, step: NDArray[np.float64]

@@ -33,12 +33,15 @@ class RefinementSettings:
         A step below this share of the standard deviation of every parameter changes no printed digit.
     variance_tolerance : float
         Relative change of a noise variance that counts as none.
+    disturbances : bool
+        Whether the statistics of disturbances are estimated too, or kept.
     """
 
     steps: int = 30
     rounds: int = 12
     step_tolerance: float = 1e-3
     variance_tolerance: float = 1e-3
+    disturbances: bool = True
 
 
 @dataclass(frozen=True)
@@ -140,7 +143,8 @@ def refine(
     converged = False
     for _ in range(settings.rounds):
         point, converged = _levenberg_marquardt(likelihood, point, settings)
-        point = _likeliest_noise(likelihood, point)
+        if settings.disturbances:
+            point = _likeliest_noise(likelihood, point)
         if hold_variance:
             break
         updated = np.maximum(point.variance * point.mean_square, likelihood.variance_floor)
@@ -228,21 +232,27 @@ def _levenberg_marquardt(likelihood: Likelihood, point: Point, settings: Refinem
 
 def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
     """The point with the statistics of its disturbances moved to where the likelihood is greater, one by one."""
-    for n, active in enumerate(point.effects):
-        if not isinstance(active.effect, NoiseEffect):
-            continue
-        for place, parameter in enumerate(active.effect.parameters):
-            for factor in (2.0, 0.5, 1.25, 0.8):
-                for _ in range(4):
-                    values = list(point.effects[n].values)
-                    values[place] = float(np.clip(values[place] * factor, parameter.lowest, parameter.highest))
-                    effects = list(point.effects)
-                    effects[n] = replace(active, values=tuple(values))
-                    trial = likelihood.evaluate(point.values, point.states, effects, point.variance)
-                    if trial is None or trial.cost >= point.cost - 1e-6:
-                        break
-                    point = trial
-    return point
+    places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
+    if not places:
+        return point
+    effects = list(point.effects)
+    least = likelihood.cost(point.values, point.states, effects, point.variance)
+    start = least
+    for factor in (2.0, 1.25):
+        for n in places:
+            for place, parameter in enumerate(effects[n].effect.parameters):
+                for direction in (factor, 1.0 / factor):
+                    while True:
+                        values = list(effects[n].values)
+                        values[place] = float(np.clip(values[place] * direction, parameter.lowest, parameter.highest))
+                        trial = [*effects[:n], replace(effects[n], values=tuple(values)), *effects[n + 1 :]]
+                        cost = likelihood.cost(point.values, point.states, trial, point.variance)
+                        if cost >= least - 1e-3:
+                            break
+                        effects, least = trial, cost
+    if least == start:
+        return point
+    return likelihood.evaluate(point.values, point.states, effects, point.variance) or point
 
 
 def _led_in(
