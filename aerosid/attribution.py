@@ -42,7 +42,7 @@ class AttributionSettings:
         What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
     """
 
-    false_alarm: float = 0.01
+    false_alarm: float = 0.001
     shortlist: int = 6
     rounds: int = 6
     reach: float = 6.0
@@ -379,7 +379,7 @@ class _Search:
             # A disturbance is judged by the likelihood alone, where it came from.
             parts = [
                 part
-                for part in self.parts(current, deviations(current, self.manoeuvres))
+                for part in self.parts(current, deviations(current, self.manoeuvres, quick=True))
                 if part.active is None or not isinstance(part.active.effect, NoiseEffect)
             ]
             weakest = min(parts, key=lambda part: part.ratio, default=None)
@@ -422,7 +422,11 @@ class _Search:
     def within_reach(self, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]) -> list[Finding]:
         """Those trials that the data hardly tell from the chosen estimate."""
         base = {part.label for part in self.parts(reduced, None)}
-        chosen = [part for part in self.parts(current, deviations(current, self.manoeuvres)) if part.label not in base]
+        chosen = [
+            part
+            for part in self.parts(current, deviations(current, self.manoeuvres, quick=True))
+            if part.label not in base
+        ]
         if not chosen:
             return []
         inflation = max(1.0, *(self.inflation(current, part) for part in chosen))
@@ -431,14 +435,14 @@ class _Search:
         for trial in trials:
             loss = self.price(trial) - self.price(current)
             if loss < self.settings.reach * inflation:
-                spread = deviations(trial, self.manoeuvres)
+                spread = deviations(trial, self.manoeuvres, quick=True)
                 others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
                 found.extend(self.finding(part, -loss, _named(chosen[0].label)) for part in others)
         return found
 
     def inflation(self, current: Refinement, part: _Part) -> float:
         """By how much coloured residuals widen the variance of a part."""
-        spread = deviations(current, self.manoeuvres)
+        spread = deviations(current, self.manoeuvres, quick=True)
         if part.entry is not None:
             place = current.free.index(part.entry)
             return float(spread.corrected[place] / spread.white[place]) ** 2

@@ -122,6 +122,26 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
     )
 
 
+def published_covariance_groups(groups: Sequence[Group]) -> FloatArray:
+    """The covariance (m, m) with the residuals' autocorrelation as it is: a quick look, a little too small.
+
+    As `coloured_covariance_groups(...).published`, without the noise models that the corrected one needs.
+
+    Raises
+    ------
+    ValueError
+        As there.
+    """
+    rows, residuals, weights, _ = _checked(groups)
+    scale = np.sqrt(np.diag(np.asarray(sum(w * x.T @ x for x, w in zip(rows, weights, strict=True)))))
+    if not np.all(scale > 0.0):
+        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
+    rows = [x / scale for x in rows]
+    inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
+    measured = [autocovariance(r, r.size - 1) for r in residuals]
+    return np.asarray(_sandwich(inverse, rows, weights, measured) / np.outer(scale, scale))
+
+
 def effective_samples(residual: FloatArray) -> float:
     """How many white samples a residual (N,) with NaN where missing is worth for its mean: N over 1 + 2 sum rho_k."""
     values = np.asarray(residual, dtype=np.float64)
