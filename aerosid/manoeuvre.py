@@ -15,8 +15,8 @@ from aerosid.longitudinal import OUTPUTS
 from aerosid.noise import estimate_noise
 from aerosid.prediction import Flight
 
-LONGEST_SUBSTEP = 0.04
-"""s; a fourth-order step this long is exact to 2e-5 for a short period of 6 rad/s, far below any noise."""
+LONGEST_SUBSTEP = 0.02
+"""s; a fourth-order step this long is exact to 1e-6 for a short period of 10 rad/s."""
 
 SLOW_AIR = 2.0
 """s; density and speed of sound, which are ratios of noisy channels, are averaged over this time."""
