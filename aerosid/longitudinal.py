@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 from aerosid.terms import TermTable, term_partials, term_value
 
 GRAVITY = 9.80665
@@ -84,7 +84,7 @@ def make_workspace(extra_inputs: int, terms: int) -> Workspace:
     )
 
 
-@njit
+@njit_inline
 def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Workspace, differentiate: bool) -> None:
     """Sum value * term into the five coefficients, and their partials with respect to every variable."""
     work.coefficients[:] = 0.0
@@ -105,7 +105,7 @@ def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Worksp
                 work.partials[slot] = 0.0
 
 
-@njit
+@njit_inline
 def evaluate(
     x: NDArray[np.float64],
     u: NDArray[np.float64],
@@ -205,7 +205,7 @@ def evaluate(
         _observe(x, u, positions, work, speed, plane, differentiate, constants.gust)
 
 
-@njit
+@njit_inline
 def _differentiate_rates(
     x: NDArray[np.float64],
     u: NDArray[np.float64],
@@ -358,7 +358,7 @@ def _differentiate_rates(
         f_e[2, j] = -f_x[2, 1]
 
 
-@njit
+@njit_inline
 def _observe(
     x: NDArray[np.float64],
     u: NDArray[np.float64],

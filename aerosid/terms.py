@@ -21,7 +21,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit, njit_inline
+from aerosid.compiled import njit_inline
 from aerosid.errors import AircraftError
 from aerosid.nomenclature import CHANNELS
 
@@ -237,7 +237,7 @@ def _power(x: float, n: int) -> float:
     return value
 
 
-@njit
+@njit_inline
 def term_value(table: TermTable, t: int, variables: NDArray[np.float64]) -> float:
     """Value of term t.
 
@@ -256,7 +256,7 @@ def term_value(table: TermTable, t: int, variables: NDArray[np.float64]) -> floa
     return value
 
 
-@njit
+@njit_inline
 def term_partials(table: TermTable, t: int, variables: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Add the slopes d term / d variable of term t to `out`.
 
