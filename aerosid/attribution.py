@@ -17,6 +17,7 @@ from scipy.stats import norm
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gust, unmodelled_forces
+from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.step_change import is_step, moment, step_change
 from aerosid.evidence import Deviations, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_gust, with_offsets
@@ -76,6 +77,8 @@ class Finding:
         Rise of -2 ln L when it is struck out again.
     instead_of : str
         Of an alternative: what it could replace.
+    parameters : tuple of (name, value, standard error, unit)
+        All numbers of an effect that has several.
     """
 
     kind: str
@@ -89,6 +92,7 @@ class Finding:
     p_value: float
     gain: float
     instead_of: str = ""
+    parameters: tuple[tuple[str, float, float, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -147,6 +151,10 @@ def attribute(
     search = _Search(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings)
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
+    if coefficients and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
+        separated, around = search.separated(before)
+        if search.price(separated) < search.price(current):
+            current, others = separated, around
     if unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
         disturbed, around = search.disturbed(before)
         if search.price(disturbed) < search.price(current):
@@ -174,6 +182,16 @@ class _Part:
     value: float
     null: float
     std_error: float
+    std_errors: tuple[float, ...] = ()
+
+    @property
+    def parameters(self) -> tuple[tuple[str, float, float, str], ...]:
+        """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
+        if self.active is None or len(self.active.values) < 2 or is_step(self.active):
+            return ()
+        errors = self.std_errors or (self.std_error,) + (np.nan,) * (len(self.active.values) - 1)
+        numbers = zip(self.active.effect.parameters, self.active.values, errors, strict=True)
+        return tuple((parameter.name, value, error, parameter.unit) for parameter, value, error in numbers)
 
     @property
     def ratio(self) -> float:
@@ -242,6 +260,26 @@ class _Search:
                 background = forced
         current, _ = self.forward(background)
         return self.exchange(current)
+
+    def separated(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search with flow separation from the beginning: six numbers that can mimic much, asked late."""
+        room = self.with_room(start)
+        highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in self.manoeuvres)
+        drag, lift, moment_name = self.stepping
+        effect = flow_separation(highest, lift, (drag, moment_name))
+        trials = [
+            refine(
+                room.model,
+                self.manoeuvres,
+                room.free,
+                effects=(ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:]))),),
+                states=room.states,
+                variance=room.variance,
+                settings=TRIAL,
+            )
+            for first in effect.parameters[0].trials
+        ]
+        return min(trials, key=self.price), ()
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
         """The estimate with a disturbance, from the most likely of its trial values."""
@@ -357,11 +395,15 @@ class _Search:
                 parts.append(_Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0
         for active in current.effects:
+            errors: tuple[float, ...] = ()
             if isinstance(active.effect, NoiseEffect):
                 error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
+            elif spread is not None:
+                errors = tuple(float(number) for number in spread.effects[place : place + active.slopes])
+                error = errors[0]
             else:
-                error = float(spread.effects[place]) if spread is not None else 0.0
-            parts.append(_Part(None, active, active.values[0], active.effect.parameters[0].null, error))
+                error = 0.0
+            parts.append(_Part(None, active, active.values[0], active.effect.parameters[0].null, error, errors))
             place += active.slopes
         return parts
 
@@ -459,7 +501,18 @@ class _Search:
         unit = part.active.effect.parameters[0].unit if part.active is not None else "1"
         p_value = float(min(1.0, 2.0 * norm.sf(part.ratio) * len(self.hypotheses)))
         return Finding(
-            kind, where, term, part.entry, part.value, part.std_error, unit, part.time, p_value, gain, instead_of
+            kind=kind,
+            where=where,
+            term=term,
+            entry=part.entry,
+            value=part.value,
+            std_error=part.std_error,
+            unit=unit,
+            time=part.time,
+            p_value=p_value,
+            gain=gain,
+            instead_of=instead_of,
+            parameters=part.parameters,
         )
 
     def findings(self, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:

@@ -30,6 +30,7 @@ from aerosid.results import (
     ErrorHistory,
     ErrorRow,
     Evidence,
+    Parameter,
     PrefilterNote,
     ScreeningRow,
     Simulated,
@@ -271,6 +272,7 @@ def _effect(rank: int, finding: Finding, correlations: dict[Entry, float], gain:
         unit=finding.unit,
         evidence=Evidence(correlation, finding.p_value, gain, finding.gain),
         time=finding.time,
+        parameters={name: Parameter(value, _finite(error), unit) for name, value, error, unit in finding.parameters},
         instead_of=finding.instead_of,
     )
 
@@ -288,6 +290,7 @@ def _completed(aircraft: Aircraft, found: Attribution) -> Aircraft:
             value=finding.value,
             time=finding.time,
             std_error=_finite(finding.std_error),
+            parameters={name: value for name, value, _, _ in finding.parameters},
         )
         for finding in found.findings
         if finding.entry is None

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect, frozen
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect, StateEffect, frozen
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
+from aerosid.prediction import Flight, no_directions, predict_stretch, simulate_outputs, start_carry
 from aerosid.response import make_trace, make_trace_carry, trace_stretch
 from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
@@ -102,6 +102,58 @@ def acting_flight(
                 place = model.columns.index(column)
                 variance[place - 8], memory[place - 8] = spread, remembered
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
+
+
+def self_consistent(
+    model: AerodynamicModel,
+    flight: Flight,
+    values: NDArray[np.float64],
+    state: NDArray[np.float64],
+    effects: Sequence[ActiveEffect],
+    alpha: NDArray[np.float64] | None = None,
+) -> tuple[Flight, NDArray[np.float64]]:
+    """The flight with what its own motion adds to the inputs, and that motion's angle of attack (N,).
+
+    Simulation and addition follow each other until they agree; `alpha` is where to begin.
+
+    Raises
+    ------
+    OutOfRangeError
+        Where the simulation leaves the model's range.
+    """
+    moving = [active for active in effects if isinstance(active.effect, StateEffect)]
+    rounds = PICARD_ROUNDS if alpha is None else 2
+    if alpha is None:
+        alpha = _simulated_alpha(model, flight, values, state)
+    acting = flight
+    for _ in range(rounds):
+        inputs = flight.inputs.copy()
+        for active in moving:
+            effect = active.effect
+            assert isinstance(effect, StateEffect)
+            slope = sum(
+                float(value)
+                for (coefficient, term), value in zip(model.entries, values, strict=True)
+                if coefficient == effect.lift and str(term) == "alpha"
+            )
+            for column, change in effect.offsets(flight.time, alpha, slope, active.values).items():
+                inputs[:, model.columns.index(column)] += change
+        acting = flight._replace(inputs=inputs)
+        alpha = _simulated_alpha(model, acting, values, state)
+    return acting, alpha
+
+
+PICARD_ROUNDS = 6
+"""Rounds of simulation and separation: each gains about a digit, the lift that separates being a part of the whole."""
+
+
+def _simulated_alpha(
+    model: AerodynamicModel, flight: Flight, values: NDArray[np.float64], state: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    _, states = simulate_outputs(state, flight, values, model.table, model.constants)
+    if not np.isfinite(states).all():
+        raise OutOfRangeError
+    return np.asarray(np.arctan2(states[:, 1], states[:, 0]))
 
 
 def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
@@ -203,13 +255,17 @@ class Likelihood:
         """Open loop, whitened."""
         manoeuvre = self.manoeuvres[log]
         flight, memory = acting_flight(self.model, manoeuvre, effects)
+        exact: NDArray[np.float64] | None = None
+        if any(isinstance(active.effect, StateEffect) for active in effects):
+            flight, alpha = self_consistent(self.model, flight, values, state, effects)
+            exact = self._differences(manoeuvre, values, state, effects, flight, alpha)
         noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
         directions = self._directions(manoeuvre, effects, flight, tested)
         own = self.free.size + 5
         width = own + sum(active.slopes for active in (*effects, *tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
-        remembers = any(isinstance(active.effect, OutputEffect) for active in effects)
+        remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
         reach = samples if remembers and samples <= 5 * STRETCH else STRETCH
         carry = make_trace_carry(state, self.free.size, directions.shape[2])
         whitening = make_whitening_carry(noise, width + 1)
@@ -222,13 +278,65 @@ class Likelihood:
                 raise OutOfRangeError
             block = np.zeros((stop - begin, OUTPUT_COUNT, width + 1))
             block[:, :, 1 : own + 1] = trace.columns[:, :, :own]
+            if exact is not None:
+                block[:, :, 1 : own + 1] = exact[begin:stop, :, :own]
             time = flight.time[begin:stop]
-            self._enter_effects(block, trace.outputs, trace.columns[:, :, own:], time, manoeuvre, effects, tested)
+            moved = None if exact is None else exact[begin:stop, :, own:]
+            by_inputs = trace.columns[:, :, own:]
+            self._enter_effects(block, trace.outputs, by_inputs, moved, time, manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             log_sum = whiten_stretch(here, block, trace, variance, noise, whitening)
             residual = np.where(here, block[:, :, 0], np.nan)
             yield Whitened(log, residual, self._spread(block[:, :, 1:], log), trace.outputs, float(log_sum))
+
+    def _differences(
+        self,
+        manoeuvre: Manoeuvre,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        flight: Flight,
+        alpha: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Derivatives of the outputs before the sensors' effects, by differences of whole simulations.
+
+        (N, 8, free + 5 + the effects' numbers). What depends on the motion feeds back on it: the variational equations
+        of the kernel do not hold that path.
+        """
+
+        def outputs(
+            values: NDArray[np.float64], state: NDArray[np.float64], effects: Sequence[ActiveEffect]
+        ) -> NDArray[np.float64]:
+            acting, _ = acting_flight(self.model, manoeuvre, effects)
+            acting, _ = self_consistent(self.model, acting, values, state, effects, alpha)
+            response, _ = simulate_outputs(state, acting, values, self.model.table, self.model.constants)
+            return response
+
+        base, _ = simulate_outputs(state, flight, values, self.model.table, self.model.constants)
+        columns = []
+        for place in self.free:
+            step = 1e-4 * max(abs(float(values[place])), 0.05)
+            moved = values.copy()
+            moved[place] += step
+            columns.append((outputs(moved, state, effects) - base) / step)
+        for place, step in enumerate((1e-2, 1e-3, 1e-5, 1e-5, 1e-2)):
+            beside = state.copy()
+            beside[place] += step
+            columns.append((outputs(values, beside, effects) - base) / step)
+        for active in effects:
+            for n in range(active.slopes):
+                if isinstance(active.effect, OutputEffect):
+                    columns.append(np.zeros_like(base))
+                    continue
+                other = active.beside(n, active.effect.parameters[n].step)
+                if other.values[n] == active.values[n]:
+                    other = active.beside(n, -active.effect.parameters[n].step)
+                moved_effects = [other if each is active else each for each in effects]
+                change = outputs(values, state, moved_effects) - base
+                columns.append(change / (other.values[n] - active.values[n]))
+        held = np.isfinite(flight.measured)[:, :, None]
+        return np.where(held, np.stack(columns, axis=2), 0.0)
 
     def _directions(
         self,
@@ -270,6 +378,7 @@ class Likelihood:
         block: NDArray[np.float64],
         outputs: NDArray[np.float64],
         input_columns: NDArray[np.float64],
+        moved: NDArray[np.float64] | None,
         time: NDArray[np.float64],
         manoeuvre: Manoeuvre,
         effects: Sequence[ActiveEffect],
@@ -286,6 +395,8 @@ class Likelihood:
                 block[:, :, place : place + count] = input_columns[:, :, taken : taken + count]
                 taken += count
             place += active.slopes
+        if moved is not None:
+            block[:, :, 1 + self.free.size + 5 : 1 + self.free.size + 5 + moved.shape[2]] = moved
         for n, active in enumerate((*effects, *tested)):
             effect = active.effect
             if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):

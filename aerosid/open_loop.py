@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import CONSTANT, AerodynamicModel
-from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects import ActiveEffect, StateEffect, frozen
 from aerosid.effects.step_change import at_moment, moment
 from aerosid.errors import EstimationError
-from aerosid.likelihood import acting_flight, recorded
+from aerosid.likelihood import acting_flight, recorded, self_consistent
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs
@@ -82,6 +82,8 @@ def respond(
         return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
     model = fitted.model
     flight, _ = acting_flight(model, manoeuvre, fitted.effects)
+    if any(isinstance(active.effect, StateEffect) for active in fitted.effects):
+        flight, _ = self_consistent(model, flight, model.values, fitted.states[0], fitted.effects)
     outputs, states = simulate_outputs(fitted.states[0], flight, model.values, model.table, model.constants)
     recorded(outputs, manoeuvre, fitted.effects)
     difference = manoeuvre.flight.measured - outputs

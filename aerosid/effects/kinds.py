@@ -97,7 +97,24 @@ class NoiseEffect:
     source: str
 
 
-Effect = InputEffect | OutputEffect | NoiseEffect
+@dataclass(frozen=True)
+class StateEffect:
+    """An effect that depends on the motion itself and remembers it.
+
+    `offsets(time, alpha, slope, parameters)` gives what it adds to the input `columns`, (N,) each, for a simulated
+    angle of attack (N,); `slope` is the alpha derivative of the coefficient `lift`.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    offsets: Callable[[Signal, Signal, float, tuple[float, ...]], dict[str, Signal]]
+    lift: str
+    columns: tuple[str, ...]
+    source: str
+
+
+Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
 
 
 @dataclass(frozen=True)
@@ -150,6 +167,13 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
         return ActiveEffect(bound, (), active.log)
     if isinstance(effect, NoiseEffect):
         return active
+    if isinstance(effect, StateEffect):
+        held = replace(
+            effect,
+            parameters=(),
+            offsets=lambda time, alpha, slope, _p: effect.offsets(time, alpha, slope, values),
+        )
+        return ActiveEffect(held, (), active.log)
     fixed = replace(
         effect,
         parameters=(),
