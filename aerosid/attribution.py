@@ -50,11 +50,16 @@ class AttributionSettings:
     price: float = 8.0
 
 
-TRIAL = RefinementSettings(steps=12, rounds=4, step_tolerance=0.03, variance_tolerance=0.01, disturbances=False)
+TRIAL = RefinementSettings(
+    steps=8, rounds=3, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=1.0, disturbances=False
+)
 """A trial decides between hypotheses that differ by many units of -2 ln L: a few steps are enough."""
 
-BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01)
+BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
+
+RIVAL_SHARE = 0.5
+"""Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
 
 
 @dataclass(frozen=True)
@@ -440,8 +445,7 @@ class _Search:
             group = groups[0]
             done.add(group[0].label)
             reduced = self.without(current, group)
-            scores = self.scores(reduced, [part.label for part in group])
-            trials = [self.tried(reduced, score) for score in self.shortlist(scores)]
+            trials = [self.tried(reduced, score) for score in self.rivals(reduced, group)]
             best = min(trials, key=self.price, default=None)
             if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
                 trials = [*(trial for trial in trials if trial is not best), current]
@@ -451,6 +455,14 @@ class _Search:
                 alternatives = [other for other in alternatives if other.instead_of != _named(group[0].label)]
             alternatives.extend(self.within_reach(current, reduced, trials))
         return current, tuple(alternatives)
+
+    def rivals(self, reduced: Refinement, group: Sequence[_Part]) -> list[Score]:
+        """Hypotheses whose score, where a group was struck out, is not far below the group's own."""
+        labels = {part.label for part in group}
+        scores = self.scores(reduced)
+        own = [s.gain for s in scores if s.hypothesis.label in labels or (group[0].time and s.hypothesis.time)]
+        others = [s for s in scores if s.hypothesis.label not in labels and not (group[0].time and s.hypothesis.time)]
+        return self.shortlist([score for score in others if score.gain > RIVAL_SHARE * max(own, default=0.0)])
 
     def groups(self, current: Refinement) -> list[list[_Part]]:
         """The added parts, jumps at about the same moment together."""

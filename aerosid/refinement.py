@@ -33,6 +33,8 @@ class RefinementSettings:
         A step below this share of the standard deviation of every parameter changes no printed digit.
     variance_tolerance : float
         Relative change of a noise variance that counts as none.
+    cost_tolerance : float
+        Fall of -2 ln L in one step that decides nothing any more.
     disturbances : bool
         Whether the statistics of disturbances are estimated too, or kept.
     """
@@ -41,6 +43,7 @@ class RefinementSettings:
     rounds: int = 12
     step_tolerance: float = 1e-3
     variance_tolerance: float = 1e-3
+    cost_tolerance: float = 1e-3
     disturbances: bool = True
 
 
@@ -223,9 +226,10 @@ def _levenberg_marquardt(likelihood: Likelihood, point: Point, settings: Refinem
             if damping > 1e10:
                 return point, True
         damping = max(damping * 0.1, 1e-12)
+        fall = point.cost - trial.cost
         point = trial
         # Scaled by the information alone: at most a standard deviation per unit, less where parameters correlate.
-        if np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance:
+        if np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance or fall < settings.cost_tolerance:
             return point, True
     return point, False
 
