@@ -5,7 +5,7 @@ Flights are made by `aerosid.simulation`, which tests/test_simulation.py holds t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
 from aerosid.aircraft import Aircraft, Derivative, load_aircraft
+from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.candidates import candidate_entries
 from aerosid.flight_log import FlightLog
 from aerosid.manoeuvre import Manoeuvre, prepare
@@ -45,6 +46,24 @@ def entry(coefficient: str, text: str) -> Entry:
     return coefficient, parse_term(text)
 
 
+def from_derivatives(name: str, derivatives: Iterable[Derivative]) -> Aircraft:
+    """The light transport's body with other derivatives, as an aircraft file would say it."""
+    lines = [
+        "schema = 1",
+        f'aircraft = {{ name = "{name}", source = "tests" }}',
+        f"reference = {{ wing_area = {LIGHT.wing_area}, mean_chord = {LIGHT.mean_chord}, airspeed = 100.0 }}",
+        f"mass = {{ mass = {LIGHT.mass}, I_yy = {LIGHT.I_yy} }}",
+        f"air = {{ density = {LIGHT.density} }}",
+    ]
+    tables: dict[str, list[str]] = {}
+    for d in derivatives:
+        fixed = ", fixed = true" if d.fixed else ""
+        tables.setdefault(d.coefficient, []).append(f'"{d.term}" = {{ value = {float(d.value)!r}{fixed} }}')
+    for coefficient, rows in tables.items():
+        lines += [f"[derivatives.{coefficient}]", *rows]
+    return aircraft_from_text("\n".join(lines) + "\n", f"{name}.toml", "0" * 64)
+
+
 def declaring(aircraft: Aircraft, values: Truth, fixed: tuple[tuple[str, str], ...] = ()) -> Aircraft:
     """The aircraft with derivatives replaced or added, some of them fixed."""
     wanted = {entry(*key): value for key, value in values.items()}
@@ -54,17 +73,15 @@ def declaring(aircraft: Aircraft, values: Truth, fixed: tuple[tuple[str, str], .
         for d in aircraft.derivatives
     ]
     rows += [Derivative(c, t, value, None, (c, t) in held) for (c, t), value in wanted.items()]
-    order = aircraft.coefficients
-    return replace(aircraft, derivatives=tuple(sorted(rows, key=lambda d: order.index(d.coefficient))))
+    return from_derivatives("declaring", rows)
 
 
 UNSTABLE = declaring(LIGHT, {("C_m", "alpha"): 0.53})
 """Pitch divergence that doubles in about a second: `test_refinement.py` holds it to that."""
 
-LIFT_AND_DRAG = replace(
-    LIGHT,
-    name="light transport in lift and drag",
-    derivatives=tuple(
+LIFT_AND_DRAG = from_derivatives(
+    "light transport in lift and drag",
+    [
         Derivative(c, parse_term(text), value)
         for c, text, value in (
             ("C_D", "1", 0.030),
@@ -78,7 +95,7 @@ LIFT_AND_DRAG = replace(
             ("C_m", "q_hat", -16.3),
             ("C_m", "delta_e", -1.94),
         )
-    ),
+    ],
 )
 
 
@@ -151,7 +168,7 @@ class Problem:
         return model, prepare(log, self.aircraft, model.columns)
 
 
-def with_channels(log: FlightLog, **channels: NDArray[np.float64]) -> FlightLog:
+def with_channels(log: FlightLog, **channels: NDArray[np.float64] | None) -> FlightLog:
     """The log with channels added or replaced; a value of None drops one."""
     held = {name: values for name, values in {**log.channels, **channels}.items() if values is not None}
     units = {name: log.units.get(name, "1") for name in held}
