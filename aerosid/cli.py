@@ -183,6 +183,22 @@ def close_loop_command(
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 
 
+@app.command("reproduce")
+def reproduce_command(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/paper"),
+    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 200,
+) -> None:
+    """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
+    from aerosid.reproduce import write_reproduction
+    from aerosid.reproduce.console import print_reproduction, reproduce_with_progress
+
+    result = reproduce_with_progress(seeds)
+    files = write_reproduction(result, out)
+    output = console()
+    print_reproduction(result, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+
+
 @app.command()
 def formats() -> None:
     """Lists the formats of logs that can be read."""

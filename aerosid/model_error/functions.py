@@ -159,22 +159,34 @@ def model_functions(
         raise UsageError(
             "Some of f, h, f_x, h_x are compiled by numba and others are not: compile all of them or none."
         )
-    compiled = all(jitted)
-    scale = np.ones(n) if state_scale is None else np.array(state_scale, dtype=np.float64)
-    if not compiled:
-        f, h = _checked(f, "f", (n,)), _checked(h, "h", (p,))
-        f_x = None if f_x is None else _checked(f_x, "f_x", (n, n))
-        h_x = None if h_x is None else _checked(h_x, "h_x", (p, n))
-    made_f_x = _central_differences(f, n, scale) if f_x is None else f_x
-    made_h_x = _central_differences(h, p, scale) if h_x is None else h_x
-    step = _mapping(f) if substeps is None else _runge_kutta(f, substeps)
-    if compiled:
-        # Not cached: they are closures over the caller's functions, which may change without their file changing.
-        jit = numba.njit(error_model="numpy", nogil=True)
-        made_f_x = jit(made_f_x) if f_x is None else made_f_x
-        made_h_x = jit(made_h_x) if h_x is None else made_h_x
-        step = jit(step)
-    return ModelFunctions(f, step, h, made_f_x, made_h_x, compiled)
+    scale = (1.0,) * n if state_scale is None else tuple(float(value) for value in state_scale)
+    if all(jitted):
+        made_f_x = _compiled_differences(f, n, scale) if f_x is None else f_x
+        made_h_x = _compiled_differences(h, p, scale) if h_x is None else h_x
+        return ModelFunctions(f, _compiled_step(f, substeps), h, made_f_x, made_h_x, True)
+    f, h = _checked(f, "f", (n,)), _checked(h, "h", (p,))
+    made_f_x = _central_differences(f, n, np.array(scale)) if f_x is None else _checked(f_x, "f_x", (n, n))
+    made_h_x = _central_differences(h, p, np.array(scale)) if h_x is None else _checked(h_x, "h_x", (p, n))
+    return ModelFunctions(f, _make_step(f, substeps), h, made_f_x, made_h_x, False)
+
+
+def _make_step(f: Function, substeps: int | None) -> StepFunction:
+    return _mapping(f) if substeps is None else _runge_kutta(f, substeps)
+
+
+# Closures over the caller's functions are not cached on disk, since those may change without this file changing; within
+# a process they are compiled once for each function.
+_jit = numba.njit(error_model="numpy", nogil=True)
+
+
+@functools.lru_cache(maxsize=64)
+def _compiled_step(f: Function, substeps: int | None) -> StepFunction:
+    return cast(StepFunction, _jit(_make_step(f, substeps)))
+
+
+@functools.lru_cache(maxsize=64)
+def _compiled_differences(f: Function, size: int, scale: tuple[float, ...]) -> Function:
+    return cast(Function, _jit(_central_differences(f, size, np.array(scale))))
 
 
 @functools.cache

@@ -1,0 +1,46 @@
+"""paper.html: tables and figures beside what the paper printed, in one file that loads nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from markupsafe import Markup
+
+from aerosid import __version__
+from aerosid.reporting.inline_svg import drawing_style, inline_svg
+from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
+from aerosid.reproduce import table1, table2, table3, table4
+from aerosid.reproduce.figures import drawings
+from aerosid.reproduce.run import Reproduction
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def page_html(result: Reproduction) -> str:
+    """The text of paper.html; identical for an identical result and the same versions."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    figures = {}
+    with drawing_style():
+        for drawing in drawings(result.table1.fits, result.table2.fits):
+            svg = inline_svg(drawing.draw(), f"figure{drawing.number}", drawing.caption)
+            figures[drawing.number] = (drawing, svg)
+    parts = (
+        ("Discrete system", [table1.view(result.table1)], [figures[1], figures[2]]),
+        ("Continuous system", [table2.view(result.table2), table2.error_view(result.table2)], [figures[3]]),
+        (
+            "Light transport aircraft",
+            [table3.view(result.table3), table4.view(result.table4)],
+            [figures[4], figures[5]],
+        ),
+    )
+    # Safe: the package's own style sheet.
+    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    return environment.get_template("paper.html").render(parts=parts, style=style, version=__version__)
