@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
@@ -173,8 +173,9 @@ def attribute(
         states=current.states,
         variance=np.maximum(current.variance, before.variance),
     )
-    spread = deviations(completed, manoeuvres)
+    completed, spread = search.certain(completed)
     findings = search.findings(completed, spread)
+    others = tuple(other for other in others if other.instead_of in {_named(label) for label in labels(findings)})
     return Attribution(before, completed, spread, findings, others, tuple(rounds))
 
 
@@ -420,6 +421,28 @@ class _Search:
             length += float(np.ptp(time)) * speed
         return max(length / active.values[-1], 1.0)
 
+    def certain(self, completed: Refinement) -> tuple[Refinement, Deviations]:
+        """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
+        while True:
+            spread = deviations(completed, self.manoeuvres)
+            parts = [
+                part
+                for part in self.parts(completed, spread)
+                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
+            ]
+            weakest = min(parts, key=lambda part: part.ratio, default=None)
+            if weakest is None or weakest.ratio >= self.critical:
+                return completed, spread
+            rough = self.without(completed, [weakest])
+            completed = refine(
+                rough.model,
+                self.manoeuvres,
+                rough.free,
+                effects=rough.effects,
+                states=rough.states,
+                variance=rough.variance,
+            )
+
     def pruned(self, current: Refinement) -> Refinement:
         """The estimate without those added parts that corrected deviations cannot tell from none."""
         while True:
@@ -532,11 +555,23 @@ class _Search:
         rows = []
         for part in self.parts(completed, spread):
             gain = self.without(completed, [part]).cost - completed.cost
-            rows.append(self.finding(part, gain))
+            row = self.finding(part, gain)
+            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+                # A spread has no sign to be tested against zero: the likelihood ratio speaks.
+                p_value = float(min(1.0, chi2.sf(max(gain, 0.0), 1) * len(self.hypotheses)))
+                row = replace(row, p_value=p_value)
+            rows.append(row)
         return tuple(sorted(rows, key=lambda row: -row.gain))
+
+
+def labels(findings: Sequence[Finding]) -> set[tuple[str, str, str]]:
+    """Kind, place and term of each finding."""
+    return {(finding.kind, finding.where, finding.term) for finding in findings}
 
 
 def _named(label: tuple[str, str, str]) -> str:
     """A label as a person writes it."""
     kind, where, term = label
-    return f"{where} {term}" if kind == "aero_term" else f"{kind} of {where}"
+    if kind == "aero_term":
+        return f"{where} {term}"
+    return f"{kind} of {where}" if where else kind

@@ -50,4 +50,5 @@ def _named(effect: Effect) -> str:
     unit = "" if effect.unit == "1" else f" {effect.unit}"
     moment = "" if effect.time is None else f" at {effect.time:.2f} s"
     words = effect.kind.replace("_", " ")
-    return f"a {words} of {effect.where}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"
+    place = f" of {effect.where}" if effect.where else ""
+    return f"a {words}{place}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"
