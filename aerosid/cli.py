@@ -189,9 +189,10 @@ def reproduce_command(
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 200,
 ) -> None:
     """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
-    from aerosid.reproduce import write_reproduction
+    from aerosid.reproduce import require_folder, write_reproduction
     from aerosid.reproduce.console import print_reproduction, reproduce_with_progress
 
+    require_folder(out)
     result = reproduce_with_progress(seeds)
     files = write_reproduction(result, out)
     output = console()

@@ -82,7 +82,7 @@ def view(table: Table1) -> TableView:
             ),
             (
                 "The printed numbers differ from the truth in the third or fourth digit, ours in the seventh: "
-                "without noise d^ of (12) is exact as Q2 goes to 0, and d^(j) is regressed on the states of the step "
+                "without noise d̂ of (12) is exact as Q2 goes to 0, and d̂(j) is regressed on the states of the step "
                 "that it belongs to. The paper prints neither its weights nor X(0); ours are Q1 = 10⁶ I, Q2⁻¹ = I, "
                 "X(0) = (1, 0.5)."
             ),

@@ -74,8 +74,8 @@ def view(table: Table2) -> TableView:
                 "interval and X(0): ours are 0.1 s, (1, 0.5), both states measured."
             ),
             (
-                "Ours regresses d^ on what the estimator would have shown of each candidate. 'Direct' regresses d^ "
-                "of (23) on the candidates at the same samples: d^ lags by half a sampling interval, which a1, the "
+                "Ours regresses d̂ on what the estimator would have shown of each candidate. 'Direct' regresses d̂ "
+                "of (23) on the candidates at the same samples: d̂ lags by half a sampling interval, which a1, the "
                 "coefficient of the derivative of X2, takes up."
             ),
             (

@@ -134,7 +134,7 @@ def view(rows: tuple[Correlation, ...]) -> TableView:
         ),
         (
             (
-                "Each candidate carries its dynamic-pressure factor. 'Ours' correlates d^ with what the estimator "
+                "Each candidate carries its dynamic-pressure factor. 'Ours' correlates d̂ with what the estimator "
                 "would have shown of the candidate, 'direct' with the candidate at the estimated states, as the "
                 "paper describes: half a sampling interval of lag costs a few thousandths of correlation. The "
                 "printed 0.9995 lies between."

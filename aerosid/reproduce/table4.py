@@ -100,7 +100,7 @@ def our_chain(flight: Flight, measured: Array, deviation: Array, density: float)
 
 
 def paper_chain(flight: Flight, measured: Array, deviation: Array, density: float, cut_off_hz: float | None) -> Array:
-    """Both coefficients, (2,), as section 3.3 describes: d^ and the states filtered, then recursive least squares."""
+    """Both coefficients, (2,), as section 3.3 describes: d̂ and the states filtered, then recursive least squares."""
     history = estimate(flight, measured, deviation, (density, density))
     states, d = np.array(history.states), np.array(history.model_error)
     if cut_off_hz is not None:
@@ -167,10 +167,10 @@ def view(levels: tuple[NoiseLevel, ...]) -> TableView:
                 "error is the most likely one on the first record."
             ),
             (
-                "The paper's chain, step by step: one estimate with the deficient model at the same weight, d^ and "
+                "The paper's chain, step by step: one estimate with the deficient model at the same weight, d̂ and "
                 f"the states through one causal digital filter (Butterworth of order {FILTER_ORDER}, cut-off from the "
                 f"channels' spectra: {cut_offs}), recursive least squares of each error on its own candidate. It "
-                "misses by up to a few per cent, as the printed numbers do: d^ answers late and in part, a filtered "
+                "misses by up to a few per cent, as the printed numbers do: d̂ answers late and in part, a filtered "
                 "noisy state makes a noisy regressor, and these two errors may cancel. The printed errors are of one "
                 "record each, at a weight, a filter, an input and a flight condition that are not printed; nothing "
                 "here is tuned to them."

@@ -24,12 +24,16 @@ class TableView:
     notes: tuple[str, ...]
 
 
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 def number(value: float | None, digits: int = 6, given: str = "given") -> str:
     """A number with so many digits after the point, or the word for none."""
-    return given if value is None else f"{value:.{digits}f}".replace("-", "−")
+    # Adding zero turns a rounded -0.0 into 0.0.
+    return given if value is None else f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
 def scientific(value: float) -> str:
     """A small number as a power of ten."""
     mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{mantissa}·10^{int(exponent)}".replace("-", "−")
+    return f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
