@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 from aerosid.errors import EstimationError
 from aerosid.longitudinal import Constants, advance, evaluate, make_step, make_workspace
 from aerosid.manoeuvre import initial_state
 from aerosid.model_error.invariant_embedding import (
-    StepWork,
     cholesky,
     gain_step,
     information,
@@ -130,7 +129,6 @@ def estimate_aircraft_error(
         rate_per_unit,
         innovations,
         riccati,
-        step_work(STATE_COUNT, STATE_COUNT, STATE_COUNT),
     )
     if reached < samples:
         raise EstimationError(
@@ -188,7 +186,6 @@ def _run(
     rate_per_unit: NDArray[np.float64],
     innovations: NDArray[np.float64],
     riccati: NDArray[np.float64],
-    gains: StepWork,
 ) -> tuple[int, float]:
     """The recursion over a whole record; returns the number of samples that it reached, and -2 ln L."""
     n, p = 4, 4
@@ -209,6 +206,7 @@ def _run(
     Phi, Gamma0, Gamma1 = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     r0, r1, weight, here, there = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
     g0, g1 = np.zeros(n), np.zeros(n)
+    gains = step_work(n, n, n)
     back0, back1, moved_column = np.zeros(n), np.zeros(n), np.zeros(n)
     eps, eps_open = np.zeros((n, width)), np.zeros((n, width))
     for i in range(n):
@@ -318,7 +316,7 @@ def _run(
     return samples, cost
 
 
-@njit
+@njit_inline
 def _surprise(
     S: NDArray[np.float64],
     Phi: NDArray[np.float64],
