@@ -116,7 +116,7 @@ def estimate_aircraft_error(
     reached, cost = _run(
         flight,
         start,
-        model.values,
+        np.array(model.values),
         model.table,
         model.constants,
         measured,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,8 @@ def close_loop(
     found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
 
     progress("estimating the model error d(t)")
-    chain, screening, histories, correlations = _seen_in_d(declared, manoeuvres, candidates, found, settings.chain)
+    seen = _seen_in_d(declared, manoeuvres, candidates, found, settings.chain)
+    chain = seen.chain if seen else None
 
     progress("simulating every log")
     simulated, errors = _compare(declared, found, aircraft, manoeuvres, others)
@@ -122,7 +123,9 @@ def close_loop(
     ]
 
     gain = _validation_gain(errors)
-    effects = tuple(_effect(n, f, correlations, gain) for n, f in enumerate(found.findings, start=1))
+    effects = tuple(
+        _effect(n, f, seen.correlations if seen else {}, gain) for n, f in enumerate(found.findings, start=1)
+    )
     verdict = judge(found, manoeuvres)
     rows = _derivative_rows(aircraft, found, chain)
     return ClosedLoop(
@@ -140,9 +143,9 @@ def close_loop(
         coefficients=tuple(coefficients),
         errors=tuple(errors),
         simulated=tuple(simulated),
-        screening=screening,
-        model_error=histories,
-        prefilter=_prefilter_note(chain, settings.chain),
+        screening=seen.screening if seen else (),
+        model_error=seen.histories if seen else (),
+        prefilter=_prefilter_note(seen, settings.chain),
         notes=_notes(manoeuvres, others, chain),
     )
 
@@ -166,26 +169,40 @@ def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
     )
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """What the paper's chain shows: the completed structure's values, with and without the filter, and its pictures."""
+
+    chain: Chain
+    unfiltered: Chain
+    screening: tuple[ScreeningRow, ...]
+    histories: tuple[ErrorHistory, ...]
+    correlations: dict[Entry, float]
+
+
 def _seen_in_d(
     declared: AerodynamicModel,
     manoeuvres: Sequence[Manoeuvre],
     candidates: Sequence[Entry],
     found: Attribution,
     settings: ChainSettings,
-) -> tuple[Chain | None, tuple[ScreeningRow, ...], tuple[ErrorHistory, ...], dict[Entry, float]]:
-    """The paper's chain on the declared and on the completed structure; nothing where its recursion breaks down."""
+) -> _Seen | None:
+    """The paper's chain on the declared and on the completed structure; None where its recursion breaks down."""
     chosen = found.terms
+    structure = (*found.before.free, *chosen)
     try:
         deficient = run_chain(declared, manoeuvres, found.before.free, settings)
         scores = found.rounds[0] if found.rounds else ()
         screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
-        completed = deficient
-        if chosen:
-            completed = run_chain(declared.extended(chosen), manoeuvres, found.completed.free, settings)
+        completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings) if chosen else deficient
         histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
+        off = replace(settings, filtering="off")
+        unfiltered = completed
+        if settings.filtering != "off" and any(part.butterworth for part in completed.fed):
+            unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)
     except EstimationError:
-        return None, (), (), {}
-    return completed, screening, histories, correlations
+        return None
+    return _Seen(completed, unfiltered, screening, histories, correlations)
 
 
 def _compare(
@@ -347,13 +364,25 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _prefilter_note(chain: Chain | None, settings: ChainSettings) -> PrefilterNote:
-    if chain is None:
+def _prefilter_note(seen: _Seen | None, settings: ChainSettings) -> PrefilterNote:
+    if seen is None:
         return PrefilterNote(settings.filtering, None, "The model-error recursion broke down on this flight.", "")
-    fed = chain.fed[0]
-    cut_off = fed.cut_off.cut_off_hz if fed.cut_off is not None else None
-    reason = " ".join(f"{text}." for text in fed.cut_off.explanations) if fed.cut_off is not None else "Switched off."
-    return PrefilterNote(settings.filtering, cut_off, reason, "")
+    fed = seen.chain.fed[0]
+    if fed.cut_off is None:
+        return PrefilterNote("off", None, "Switched off.", "")
+    reason = " ".join(f"{text}." for text in fed.cut_off.explanations)
+    if seen.unfiltered is seen.chain:
+        return PrefilterNote("off", None, reason, "")
+    places = seen.chain.model.indices(seen.chain.entries)
+    moved = np.abs(seen.chain.model.values - seen.unfiltered.model.values)[places] / seen.chain.std_errors
+    most = int(np.nanargmax(moved))
+    coefficient, term = seen.chain.entries[most]
+    effect = (
+        f"Without the filter the estimates of recursive least squares move by {float(np.nanmedian(moved)):.2g} "
+        f"standard errors in the median and by at most {float(moved[most]):.2g} ({coefficient} {term}); the refined "
+        "values do not use it."
+    )
+    return PrefilterNote(settings.filtering, fed.cut_off.cut_off_hz, reason, effect)
 
 
 def _notes(manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre], chain: Chain | None) -> tuple[str, ...]:

@@ -88,7 +88,7 @@ def _measured(
 def _modelled(model: AerodynamicModel, flight: Flight) -> NDArray[np.float64]:
     """C_X, C_Z, C_m (N, 3) of the model at the measured states; NaN where V, alpha or q is missing."""
     coefficients = np.full((flight.time.size, 3), np.nan)
-    _evaluate_all(flight, model.values, model.table, model.constants, coefficients)
+    _evaluate_all(flight, np.array(model.values), model.table, model.constants, coefficients)
     return coefficients
 
 

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.noise import autocovariance
 from aerosid.refinement import Refinement, whiten
-from aerosid.residual_covariance import coloured_covariance_groups, effective_samples, published_covariance_groups
+from aerosid.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
 
 @dataclass(frozen=True)
@@ -234,8 +236,17 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
 NOISE_RATIO = 1.3
 """A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
 
-WHITE_SHARE = 0.5
-"""Residuals worth fewer independent samples than this share of their number are coloured: noise repeats nothing."""
+
+def is_coloured(residual: NDArray[np.float64]) -> bool:
+    """Whether a residual (N,) repeats itself, slowly or swinging: Ljung and Box's test at one in ten thousand."""
+    count = residual.size
+    lags = min(20, count // 5)
+    gamma = autocovariance(residual, lags)
+    if gamma[0] <= 0.0 or lags < 1:
+        return False
+    rho = gamma[1:] / gamma[0]
+    statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    return bool(statistic > chi2.isf(1e-4, lags))
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
@@ -250,7 +261,6 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
             if held.sum() < 20:
                 continue
             rms = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i]
-            coloured = float(effective_samples(residual[held])) < WHITE_SHARE * held.sum()
-            if rms > NOISE_RATIO * manoeuvre.noise[i] and coloured:
+            if rms > NOISE_RATIO * manoeuvre.noise[i] and is_coloured(residual[held]):
                 wrong[name] = None
     return tuple(wrong)

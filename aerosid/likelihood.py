@@ -237,6 +237,7 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
+        values = np.array(values)  # a model's own values may not be written, and kernels would compile anew for them
         for log in range(len(self.manoeuvres)):
             if self.held_to_data > 0.0:
                 yield from self._predicted(log, values, states[log], effects, variance)

@@ -97,7 +97,8 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
             noise[i] = estimate_noise(log.time, log[name])
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
     substeps = max(1, int(np.ceil(float(np.median(np.diff(log.time))) / LONGEST_SUBSTEP - 1e-9)))
-    flight = Flight(log.time, inputs, measured, positions, substeps, variance)
+    # A copy: kernels compile anew for arrays that may not be written.
+    flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
     outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
     return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)))
 

@@ -84,7 +84,7 @@ def respond(
     flight, _ = acting_flight(model, manoeuvre, fitted.effects)
     if any(isinstance(active.effect, StateEffect) for active in fitted.effects):
         flight, _ = self_consistent(model, flight, model.values, fitted.states[0], fitted.effects)
-    outputs, states = simulate_outputs(fitted.states[0], flight, model.values, model.table, model.constants)
+    outputs, states = simulate_outputs(fitted.states[0], flight, np.array(model.values), model.table, model.constants)
     recorded(outputs, manoeuvre, fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}

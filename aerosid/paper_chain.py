@@ -39,14 +39,17 @@ class ChainSettings:
     order : int
         Of the Butterworth filter; fourth, run both ways, is the field's habit.
     iterations : int
-        Passes with corrected derivatives: the regressors are formed on the estimated states, which improve.
+        Most passes with corrected derivatives: the regressors are formed on the estimated states, which improve.
+    tolerance : float
+        Share of a standard error below which a further pass changes nothing.
     error_density : tuple of float or None
         Q2^-1 of the u, w, q, theta equations, set by the user; None: from the log.
     """
 
     filtering: str = "zero-phase"
     order: int = 4
-    iterations: int = 3
+    iterations: int = 10
+    tolerance: float = 0.02
     error_density: tuple[float, float, float, float] | None = None
 
 
@@ -100,7 +103,7 @@ def feed(manoeuvre: Manoeuvre, settings: ChainSettings) -> Fed:
     if settings.filtering == "off":
         return Fed(flight, variance, None, None)
     channels = {name: flight.measured[:, i] for i, name in enumerate(_FED) if np.isfinite(noise[name])}
-    inputs = {f"input {j}": flight.inputs[:, 8 + j] for j in range(flight.inputs.shape[1] - 8)}
+    inputs = {name: flight.inputs[:, 8 + j] for j, name in enumerate(manoeuvre.columns[8:])}
     cut_off = prefilter.choose_cut_off(
         flight.time,
         {**channels, **inputs},
@@ -146,15 +149,20 @@ def run_chain(
     """
     fed = tuple(feed(manoeuvre, settings) for manoeuvre in manoeuvres)
     places = model.indices(entries)
-    for _ in range(settings.iterations):
-        density = choose_error_density(model, manoeuvres, settings)
+    density = choose_error_density(model, manoeuvres, settings)
+    for n in range(settings.iterations):
         histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in fed]
         regressors, target, weights = _stack(histories, places)
         fit = recursive_least_squares(regressors, target, weights=weights)
-        step = fit.coefficients[: places.size]
+        step = np.nan_to_num(fit.coefficients[: places.size])
         values = model.values.copy()
-        values[places] += np.where(np.isfinite(step), step, 0.0)
+        values[places] += step
         model = model.with_values(values)
+        scale = np.nan_to_num(fit.standard_errors[: places.size])
+        if n > 0 and np.all(np.abs(step) <= settings.tolerance * scale + 1e-9 * np.abs(values[places])):
+            break
+        if n == 0:
+            density = choose_error_density(model, manoeuvres, settings)
     residual = target - regressors @ np.nan_to_num(fit.coefficients)
     errors = _std_errors(histories, regressors, residual, weights, places.size)
     return Chain(model, tuple(entries), errors, fed, density)

@@ -151,8 +151,8 @@ def effective_samples(residual: FloatArray) -> float:
     measured = autocovariance(values, values.size - 1)
     if measured[0] <= 0.0:
         return float(count)
-    model, innovation = _levinson(measured, _order(measured, count))
-    return _effective(_extend(model, innovation, values.size), count)
+    model, _, leading = _levinson(measured, _order(measured, count))
+    return _effective(_extend(model, leading, values.size), count)
 
 
 def _checked(
@@ -228,7 +228,10 @@ def _noise_autocovariances(
     leading = [r[: order + 1].copy() for r, order in zip(measured, orders, strict=True)]
     pairs = [_lagged(mask[:, None].astype(np.float64), mask[:, None].astype(np.float64), order)
              for mask, order in zip(masks, orders, strict=True)]  # fmt: skip
-    noise = [_extend(*_levinson(g, g.size - 1), r.size) for g, r in zip(leading, measured, strict=True)]
+    noise = []
+    for start, residual in zip(leading, measured, strict=True):
+        model, _, consistent = _levinson(start, start.size - 1)
+        noise.append(_extend(model, consistent, residual.size))
     for _ in range(_ROUNDS):
         products = [
             np.where(mask[:, None], _toeplitz_times(gamma, x), 0.0)
@@ -248,8 +251,8 @@ def _noise_autocovariances(
             # The variance must stay positive: with as many parameters as samples nothing can be known.
             leading[i] = leading[i] + step
             leading[i][0] = max(leading[i][0], 0.5 * noise[i][0])
-            model, innovation = _levinson(leading[i], order)
-            updated = _extend(model, innovation, x.shape[0])
+            model, _, consistent = _levinson(leading[i], order)
+            updated = _extend(model, consistent, x.shape[0])
             change = max(change, float(np.max(np.abs(step))) / max(updated[0], np.finfo(float).tiny))
             leading[i], noise[i] = updated[: order + 1].copy(), updated
         if change < _CONVERGED:
@@ -270,47 +273,42 @@ def _order(measured: FloatArray, count: int) -> int:
         return 0
     criteria = []
     for order in range(highest + 1):
-        _, innovation = _levinson(measured, order)
+        _, innovation, _ = _levinson(measured, order)
         parameters = order + 1
         penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
         criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
     return int(np.argmin(criteria))
 
 
-def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, float]:
-    """Coefficients a of e_n = x_n - sum a_k x_(n-k) and the variance of e, with reflections held inside 0.995."""
-    coefficients = np.zeros(0)
-    innovation = float(gamma[0])
+def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, float, FloatArray]:
+    """Coefficients a of e_n = x_n - sum a_k x_(n-k), the variance of e, and the autocovariances of that process.
+
+    Reflections are held inside 0.995, so that the process is stationary whatever the given autocovariances are; the
+    returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
+    """
+    coefficients = np.zeros(order)
+    consistent = np.zeros(order + 1)
+    consistent[0] = innovation = max(float(gamma[0]), 0.0)
     for k in range(1, order + 1):
         if innovation <= 0.0:
-            coefficients = np.append(coefficients, np.zeros(order + 1 - k))
             break
-        reflection = (gamma[k] - coefficients @ gamma[k - 1 : 0 : -1]) / innovation
+        known = coefficients[: k - 1]
+        predicted = float(known @ consistent[k - 1 : 0 : -1])
+        reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
         reflection = float(np.clip(reflection, -_MOST_REFLECTION, _MOST_REFLECTION))
-        coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
+        consistent[k] = predicted + reflection * innovation
+        coefficients[:k] = np.append(known - reflection * known[::-1], reflection)
         innovation *= 1.0 - reflection**2
-    return coefficients, innovation
+    return coefficients, innovation, consistent
 
 
-def _extend(model: FloatArray, innovation: float, count: int) -> FloatArray:
-    """Autocovariance, lags 0 .. count - 1, of the autoregressive process."""
+def _extend(model: FloatArray, leading: FloatArray, count: int) -> FloatArray:
+    """Autocovariance, lags 0 .. count - 1, of the autoregressive process whose leading ones are given."""
     order = model.size
-    if order == 0:
-        gamma = np.zeros(count)
-        gamma[0] = innovation
-        return gamma
-    # The leading ones solve the Yule-Walker equations, the others follow by the recursion.
-    system = np.zeros((order + 1, order + 1))
-    for lag in range(order + 1):
-        system[lag, lag] += 1.0
-        for k in range(1, order + 1):
-            system[lag, abs(lag - k)] -= model[k - 1]
-    right = np.zeros(order + 1)
-    right[0] = innovation
-    start = np.linalg.solve(system, right)
     gamma = np.zeros(max(count, order + 1))
-    gamma[: order + 1] = start
-    _recurse_lags(model, gamma, order + 1)
+    gamma[: order + 1] = leading
+    if order > 0:
+        _recurse_lags(model, gamma, order + 1)
     return gamma[:count]
 
 

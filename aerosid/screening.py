@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid import prefilter
 from aerosid.aerodynamics import Entry
 from aerosid.aircraft_error import AircraftError, estimate_aircraft_error
 from aerosid.evidence import Score
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.paper_chain import EQUATION, Chain, ChainSettings, choose_error_density
+from aerosid.paper_chain import EQUATION, Chain, ChainSettings, Fed, choose_error_density
+from aerosid.prefilter import Butterworth
 from aerosid.results import ErrorHistory, ScreeningRow
 
 
@@ -45,7 +48,7 @@ def screen(
     """
     model = chain.model.extended(candidates)
     density = choose_error_density(chain.model, manoeuvres, settings)
-    histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in chain.fed]
+    histories = [_seen(estimate_aircraft_error(model, part.flight, part.variance, density), part) for part in chain.fed]
     gains = {score.hypothesis.entries[0]: score for score in scores if score.hypothesis.entries}
     declared = model.indices(chain.entries)
     rows = []
@@ -102,7 +105,9 @@ def error_histories(
     values[places] = 0.0
     lacking = chain.model.with_values(values)
     density = choose_error_density(lacking, manoeuvres, settings)
-    histories = [estimate_aircraft_error(lacking, part.flight, part.variance, density) for part in chain.fed]
+    histories = [
+        _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
+    ]
     rows: list[ErrorHistory] = []
     for manoeuvre, history in zip(manoeuvres, histories, strict=True):
         for equation in range(3):
@@ -133,6 +138,30 @@ def error_histories(
         left = target - columns[:, others] @ coefficients[others]
         correlations[entry] = abs(_correlation(left, columns[:, n]))
     return tuple(rows), correlations
+
+
+def _seen(history: AircraftError, fed: Fed) -> AircraftError:
+    """The history with d(t) and every picture in it low-passed alike, to the band in which the aircraft moves.
+
+    d(t) of the recursion follows the noise of its channels far above the frequencies at which forces act; the band is
+    that of the angle of attack, which every force follows. Nothing is low-passed where that band is not known.
+    """
+    band = fed.cut_off.per_channel.get("alpha") if fed.cut_off is not None else None
+    interval = float(np.median(np.diff(fed.flight.time)))
+    if band is None or PICTURE_BAND * band >= 0.4 / interval:
+        return history
+    low_pass = Butterworth(2, PICTURE_BAND * band)
+
+    def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        flat = values.reshape(values.shape[0], -1)
+        columns = [prefilter.apply(low_pass, fed.flight.time, column) for column in flat.T]
+        return np.column_stack(columns).reshape(values.shape) if columns else values
+
+    return replace(history, d=smooth(history.d), responded=smooth(history.responded), initial=smooth(history.initial))
+
+
+PICTURE_BAND = 1.0
+"""Cut-off of the pictures over the frequency above which alpha holds no signal worth keeping."""
 
 
 def _joined(histories: Sequence[AircraftError], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

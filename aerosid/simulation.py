@@ -116,7 +116,7 @@ def fly(
     flight = Flight(time, inputs, np.zeros((0, 8)), empty, substeps, np.zeros(extra))
     alpha = trimmed.alpha
     start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, altitude])
-    outputs, _ = simulate_outputs(start, flight, model.values, model.table, model.constants)
+    outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")
     truth = dict(zip(OUTPUTS, outputs.T, strict=True)) | {"delta_e": inputs[:, model.columns.index("delta_e")]}

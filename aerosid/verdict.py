@@ -15,8 +15,10 @@ from aerosid.results import Effect, ErrorRow, Verdict
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> Verdict:
     """The verdict on a set of findings."""
     completed, spread = found.completed, found.completed_deviations
-    values = np.array([abs(completed.model.value(entry)) for entry in completed.free])
-    if values.size and not np.any(spread.corrected < 0.3 * values):
+    # Constants are known from any level flight; what depends on the motion needs one.
+    moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
+    values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
+    if values.size and not found.findings and not np.any(spread.corrected[moving] < 0.3 * values):
         return Verdict.NOT_EXCITED
     left = unexplained_channels(found.completed, manoeuvres)
     if found.findings:
