@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.continuous import estimate_continuous
 from aerosid.model_error.discrete import estimate_discrete
+from aerosid.model_error.functions import model_functions
 from aerosid.model_error.response import respond
 from aerosid.model_error.weights import Weights, continuous_weights, discrete_weights, step_covariance
 
@@ -307,6 +308,39 @@ def test_supplied_partial_derivatives_agree_with_central_differences():
     )  # fmt: skip
     differences = estimate_continuous(duffing, lambda x, u, t: x.copy(), time, X, X[0], weights, u=u)
     np.testing.assert_allclose(differences.S, given_partials.S, rtol=1e-7, atol=1e-14)
+
+
+def test_open_loop_step_is_of_fourth_order_with_inputs_that_are_ramps():
+    u0, u1 = np.array([0.4]), np.array([1.9])
+    exact = solve_ivp(
+        lambda t, x: duffing(x, u0 + (u1 - u0) * t / 0.8, t), (0.0, 0.8), [1.0, 0.5], rtol=1e-12, atol=1e-13
+    ).y[:, -1]
+    errors = []
+    for substeps in (2, 4, 8):
+        step = model_functions(duffing, lambda x, u, t: x, n=2, p=2, substeps=substeps).step
+        errors.append(np.abs(step(np.array([1.0, 0.5]), u0, u1, 0.0, 0.8) - exact).max())
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all((slopes > 3.6) & (slopes < 4.6)), slopes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dt", [1e-3, 1e-2, 0.1])
+def test_an_hour_long_record_with_weights_twelve_decades_apart(dt):
+    N = min(int(3600.0 / dt), 400_000)
+    time = np.arange(N) * dt
+    y = np.column_stack([np.sin(0.7 * time), 0.7 * np.cos(0.7 * time)])
+    weights = Weights(np.diag([1e6, 1e-6]) / dt, np.diag([0.0, 1e6]), np.diag([1e-6, 1e6]))
+    found = estimate_continuous(
+        numba.njit(lambda x, u, t: np.array([x[1], -0.3 * x[0]])), numba.njit(lambda x, u, t: x * 1.0),
+        time, y, y[0], weights,
+    )  # fmt: skip
+    diagonal = np.diagonal(found.S, axis1=1, axis2=2)
+    assert np.all(diagonal > 0.0)
+    assert np.all(np.abs(found.S[:, 0, 1]) < np.sqrt(diagonal[:, 0] * diagonal[:, 1]))
+    assert np.array_equal(found.S[:, 0, 1], found.S[:, 1, 0])
+    # The well measured state is followed as closely as the weights say, the other by its rate, to the very end.
+    assert np.abs(found.states[N // 2 :, 0] - y[N // 2 :, 0]).max() < 1e-4
+    assert np.abs(found.states[N // 2 :, 1] - y[N // 2 :, 1]).max() < 0.4 * dt + 1e-3
 
 
 def test_weights_may_change_with_time():

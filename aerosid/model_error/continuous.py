@@ -224,6 +224,12 @@ def estimate_continuous(
     Numba-compiled f, h (and f_x, h_x) run inside a compiled loop; their signature is then
     (float64[::1], float64[::1], float64), returning float64[::1] or float64[:, ::1].
 
+    Where h is curved, its change over a step is taken for a residual, and a gain that is high against the sampling
+    (correction within one step) makes model error of it. Then give outputs in which h is linear, such as u, w computed
+    from V, alpha, with the covariance that goes with them. At such a gain d^ of (23), taken at the end of the step,
+    also misses a model error that shows in no output but through another state's integral: between two samples the
+    record says nothing of it.
+
     References
     ----------
     Parameswaran & Raol 1994, eqs. (21)-(26). Changed: the transition matrix of (25), (26) is formed from both ends
