@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtr, ndtri
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
@@ -58,7 +58,7 @@ TRIAL = RefinementSettings(
 BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
 
-RIVAL_SHARE = 0.5
+RIVAL_SHARE = 0.75
 """Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
 
 
@@ -234,7 +234,7 @@ class _Search:
         self.hypotheses = hypotheses + (step_hypotheses(manoeuvres, stepping) if stepping else ())
         self.declared = declared
         self.settings = settings
-        self.critical = float(norm.isf(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
+        self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
     def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
         """Let hypotheses enter one at a time, and leave again when a later one explains them."""
@@ -534,7 +534,7 @@ class _Search:
         """A part with its evidence."""
         kind, where, term = part.label
         unit = part.active.effect.parameters[0].unit if part.active is not None else "1"
-        p_value = float(min(1.0, 2.0 * norm.sf(part.ratio) * len(self.hypotheses)))
+        p_value = float(min(1.0, 2.0 * ndtr(-part.ratio) * len(self.hypotheses)))
         return Finding(
             kind=kind,
             where=where,
@@ -558,7 +558,7 @@ class _Search:
             row = self.finding(part, gain)
             if part.active is not None and isinstance(part.active.effect, NoiseEffect):
                 # A spread has no sign to be tested against zero: the likelihood ratio speaks.
-                p_value = float(min(1.0, chi2.sf(max(gain, 0.0), 1) * len(self.hypotheses)))
+                p_value = float(min(1.0, chdtrc(1, max(gain, 0.0)) * len(self.hypotheses)))
                 row = replace(row, p_value=p_value)
             rows.append(row)
         return tuple(sorted(rows, key=lambda row: -row.gain))

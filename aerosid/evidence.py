@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
@@ -246,7 +246,7 @@ def is_coloured(residual: NDArray[np.float64]) -> bool:
         return False
     rho = gamma[1:] / gamma[0]
     statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return bool(statistic > chi2.isf(1e-4, lags))
+    return bool(statistic > chdtri(lags, 1e-4))
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
