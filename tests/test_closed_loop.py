@@ -249,18 +249,11 @@ def test_a_log_without_a_channel_that_is_needed_is_refused(channel: str) -> None
         close_loop([log], LIGHT)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="judge() asks whether any derivative is known within 30 %, and the trim constants always are"
-)
 def test_a_flight_without_an_input_is_not_excited() -> None:
     result = close_loop([Problem(elevator="none", duration=8.0).fly(1)], LIGHT)
     assert result.verdict is Verdict.NOT_EXCITED
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="unexplained_channels() takes an oscillating residual for white: its autocorrelations sum to nothing",
-)
 def test_a_pitch_rate_that_swings_by_itself_is_not_explained() -> None:
     """A false 0.02 rad/s at 1.3 Hz in q alone, 12 times its noise: theta and alpha contradict it."""
     problem = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=8.0)
