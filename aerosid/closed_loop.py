@@ -201,7 +201,8 @@ def _seen_in_d(
         screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
         completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings) if chosen else deficient
         histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
-        off = replace(settings, filtering="off")
+        u, w, q, theta = (float(number) for number in completed.error_density)
+        off = replace(settings, filtering="off", error_density=(u, w, q, theta))
         unfiltered = completed
         if settings.filtering != "off" and any(part.butterworth for part in completed.fed):
             unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)

@@ -6,12 +6,37 @@ infinity as in numpy: kernels are called with checked input and must not carry e
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def _cache_folder() -> str | None:
+    """Where compiled code is kept: a folder of its own for every state of the kernels' sources.
+
+    numba looks only at the file of the function that it loads, and not at those of its callees: a kernel compiled
+    against another's old work arrays would write past their end. None where the user chose a folder, or where the
+    package's own cannot be written; numba then takes its usual places.
+    """
+    package = Path(__file__).parent
+    if "NUMBA_CACHE_DIR" in os.environ or not os.access(package, os.W_OK):
+        return None
+    state = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        source = path.read_bytes()
+        if b"@njit" in source:
+            state.update(source)
+    return str(package / "__pycache__" / f"kernels-{state.hexdigest()[:12]}")
+
+
+if (_folder := _cache_folder()) is not None:
+    numba.config.CACHE_DIR = _folder  # type: ignore[attr-defined]
 
 
 def njit(function: _Function) -> _Function:
