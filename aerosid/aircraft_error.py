@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel
 from aerosid.compiled import njit, njit_inline
 from aerosid.errors import EstimationError
-from aerosid.longitudinal import Constants, advance, evaluate, make_step, make_workspace
+from aerosid.longitudinal import Constants, advance, evaluate, make_step, make_workspace, pressure_area
 from aerosid.manoeuvre import initial_state
 from aerosid.model_error.invariant_embedding import (
     cholesky,
+    estimator_step,
     gain_step,
     information,
     step_work,
     transition_step,
 )
-from aerosid.prediction import Flight
+from aerosid.prediction import ALPHA_LIMIT, Flight
 from aerosid.terms import TermTable
 
 STATE_COUNT = 4
@@ -55,7 +56,7 @@ class AircraftError:
     riccati : ndarray, shape (N, 4, 4)
         S of (22).
     cost : float
-        -2 ln L of the one-step predictions, but for a constant: what tells good weights from bad.
+        -2 ln L of the one-step predictions, but for a constant: what tells good weights from bad; NaN if not asked for.
     """
 
     states: NDArray[np.float64]
@@ -75,6 +76,7 @@ def estimate_aircraft_error(
     error_density: NDArray[np.float64],
     *,
     respond: bool = True,
+    likelihood: bool = False,
 ) -> AircraftError:
     """The model error of `model` on a flight, and what each of its terms looks like through the same estimator.
 
@@ -90,6 +92,8 @@ def estimate_aircraft_error(
         Diagonal of Q2^-1 in (22), spectral density of the model error, (state/s)^2 s; an entry may be zero.
     respond : bool
         Whether the terms' responses are wanted; without, `responded` and `initial` are empty.
+    likelihood : bool
+        Whether the cost is wanted.
 
     Raises
     ------
@@ -123,6 +127,7 @@ def estimate_aircraft_error(
         weights,
         error_density,
         _initial_riccati(start, measurement_variance),
+        likelihood,
         states,
         d,
         columns,
@@ -136,7 +141,14 @@ def estimate_aircraft_error(
             "check units and signs of V, alpha and q around that time."
         )
     return AircraftError(
-        states, d, columns[:, :, :terms], columns[:, :, terms:], rate_per_unit, innovations, riccati, float(cost)
+        states,
+        d,
+        columns[:, :, :terms],
+        columns[:, :, terms:],
+        rate_per_unit,
+        innovations,
+        riccati,
+        float(cost) if likelihood else np.nan,
     )
 
 
@@ -180,6 +192,7 @@ def _run(
     weights: NDArray[np.float64],
     density: NDArray[np.float64],
     riccati_start: NDArray[np.float64],
+    likelihood: bool,
     states: NDArray[np.float64],
     d: NDArray[np.float64],
     columns: NDArray[np.float64],
@@ -187,7 +200,10 @@ def _run(
     innovations: NDArray[np.float64],
     riccati: NDArray[np.float64],
 ) -> tuple[int, float]:
-    """The recursion over a whole record; returns the number of samples that it reached, and -2 ln L."""
+    """The recursion over a whole record; returns the number of samples that it reached, and -2 ln L.
+
+    Arrays are made here, of sizes written as numbers, so that the step's code is made for just four states.
+    """
     n, p = 4, 4
     samples = flight.time.shape[0]
     terms = theta.shape[0]
@@ -199,31 +215,34 @@ def _run(
     work, ahead = make_workspace(extra, terms), make_workspace(extra, terms)
     step = make_step(extra, terms)
     x = start.copy()
-    S, S_next = riccati_start.copy(), np.zeros((n, n))
+    S, S_next = np.zeros((n, n)), np.zeros((n, n))
     F, H, W, Q1, C = np.zeros((n, n)), np.zeros((p, n)), np.zeros((n, n)), np.zeros((p, p)), np.zeros((n, n))
-    HQ, HQ_sample, C_sample = np.zeros((n, p)), np.zeros((n, p)), np.zeros((n, n))
+    HQ = np.zeros((n, p))
     M0, M1 = np.zeros((n, n)), np.zeros((n, n))
     Phi, Gamma0, Gamma1 = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     r0, r1, weight, here, there = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
     g0, g1 = np.zeros(n), np.zeros(n)
-    gains = step_work(n, n, n)
-    back0, back1, moved_column = np.zeros(n), np.zeros(n), np.zeros(n)
-    eps, eps_open = np.zeros((n, width)), np.zeros((n, width))
+    gains, corrections = step_work(n, n, n), step_work(n, 2, 2)
+    e = np.zeros(n)
+    eps = np.zeros((n, width))
+    scratch = np.zeros((2, n, width))
     for i in range(n):
         H[i, i] = 1.0
         W[i, i] = 0.5 * density[i]
+        for j in range(n):
+            S[i, j] = riccati_start[i, j]
         if respond:
             eps[i, terms + i] = 1.0
-    evaluate(x, flight.inputs[0], theta, table, constants, flight.positions, work, True, True)
     for k in range(samples):
-        if not abs(work.outputs[1]) < 1.5:
+        evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, False)
+        if not abs(work.variables[0]) < ALPHA_LIMIT:
             return k, cost
         for i in range(n):
             states[k, i] = x[i]
             for j in range(n):
                 F[i, j] = work.rates_x[i, j]
                 riccati[k, i, j] = S[i, j]
-        force = 0.5 * flight.inputs[k, 0] * work.outputs[0] ** 2 * constants.wing_area
+        force = pressure_area(x, flight.inputs[k], constants)
         rate_per_unit[k, 0] = force / flight.inputs[k, 2]
         rate_per_unit[k, 1] = force / flight.inputs[k, 2]
         rate_per_unit[k, 2] = force * constants.mean_chord / constants.I_yy
@@ -237,31 +256,27 @@ def _run(
             for j in range(p):
                 Q1[i, j] = weights[k, i, j] / dt
         # d of the sample, eq. (23): only what is measured here speaks.
-        information(H, Q1, here, HQ_sample, C_sample)
+        information(H, Q1, here, HQ, C)
         if seen:
             for i in range(n):
+                g0[i] = 0.0
+                for j in range(p):
+                    if here[j] > 0.0:
+                        g0[i] += HQ[i, j] * r0[j]
+            for i in range(n):
                 d[k, i] = 0.0
-            for a in range(n):
-                correction = 0.0
-                for i in range(p):
-                    if here[i] > 0.0:
-                        correction += HQ_sample[a, i] * r0[i]
-                for i in range(n):
-                    d[k, i] += S[i, a] * correction
-                for c in range(width):
-                    moved = 0.0
-                    for j in range(n):
-                        moved += C_sample[a, j] * eps[j, c]
-                    for i in range(n):
-                        columns[k, i, c] += S[i, a] * moved
+                for j in range(n):
+                    d[k, i] += S[i, j] * g0[j]
+            if respond:
+                _apply(C, eps, scratch[0], 0.0)
+                _apply(S, scratch[0], columns[k], 0.0)
         if k + 1 == samples:
             return samples, cost
         advance(
             x, flight.inputs[k], flight.inputs[k + 1], dt, flight.substeps,
             theta, table, constants, flight.positions, ahead, step, False,
         )  # fmt: skip
-        evaluate(step.state, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, True)
-        if not abs(ahead.outputs[1]) < 1.5:
+        if not abs(np.arctan2(step.state[1], step.state[0])) < ALPHA_LIMIT:
             return k + 1, cost
         for i in range(p):
             r1[i] = measured[k + 1, i] - step.state[i]
@@ -271,49 +286,56 @@ def _run(
                 r0[i] = r1[i] if there[i] > 0.0 else 0.0
             if there[i] == 0.0:
                 r1[i] = r0[i]
-        # How likely the next sample is, predicted from this one: P = 2 (Phi S Phi' + W dt), R from the weights.
-        transition_step(F, dt, Phi, Gamma0, Gamma1, gains)
-        cost += _surprise(S, Phi, W, dt, weights[k + 1], r1, there, spread, factor, row)
+        if likelihood or respond:
+            transition_step(F, dt, Phi, Gamma0, Gamma1, gains)
+        if likelihood:
+            # How likely the next sample is, predicted from this one: P = 2 (Phi S Phi' + W dt), R from the weights.
+            cost += _surprise(S, Phi, W, dt, weights[k + 1], r1, there, spread, factor, row)
         information(H, Q1, weight, HQ, C)
-        if not gain_step(S, F, W, C, dt, S_next, M0, M1, gains):
-            return k + 1, cost
         for i in range(n):
             g0[i] = 0.0
             g1[i] = 0.0
             for j in range(p):
                 g0[i] += HQ[i, j] * r0[j]
                 g1[i] += HQ[i, j] * r1[j]
-        # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
-        for c in range(width):
-            for i in range(n):
-                value = 0.0
-                for j in range(n):
-                    value += Phi[i, j] * eps[j, c]
-                    if c < terms:
-                        value += Gamma0[i, j] * work.rates_p[j, c] + Gamma1[i, j] * ahead.rates_p[j, c]
-                eps_open[i, c] = value
-        for c in range(width):
-            for i in range(n):
-                back0[i] = 0.0
-                back1[i] = 0.0
-                for j in range(n):
-                    back0[i] += C[i, j] * eps[j, c]
-                    back1[i] += C[i, j] * eps_open[j, c]
-            for i in range(n):
-                value = eps_open[i, c]
-                for a in range(n):
-                    value -= M0[i, a] * back0[a] + M1[i, a] * back1[a]
-                moved_column[i] = value
-            for i in range(n):
-                eps[i, c] = moved_column[i]
         for i in range(n):
             x[i] = step.state[i]
-            for a in range(n):
-                x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
         x[4] = step.state[4]
+        if respond:
+            if not gain_step(S, F, W, C, dt, S_next, M0, M1, gains):
+                return k + 1, cost
+            for i in range(n):
+                for a in range(n):
+                    x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
+            # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
+            evaluate(step.state, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, False)
+            _apply(C, eps, scratch[0], 0.0)
+            _apply(Phi, eps, scratch[1], 0.0)
+            _apply(Gamma0, work.rates_p, scratch[1], 1.0)
+            _apply(Gamma1, ahead.rates_p, scratch[1], 1.0)
+            _apply(-M0, scratch[0], eps, 0.0)
+            _apply(C, scratch[1], scratch[0], 0.0)
+            _apply(-M1, scratch[0], eps, 1.0)
+            for i in range(n):
+                for c in range(width):
+                    eps[i, c] += scratch[1, i, c]
+        else:
+            if not estimator_step(S, F, W, C, g0, g1, dt, S_next, e, corrections):
+                return k + 1, cost
+            for i in range(n):
+                x[i] += e[i]
         S[:, :] = S_next
-        evaluate(x, flight.inputs[k + 1], theta, table, constants, flight.positions, work, True, True)
     return samples, cost
+
+
+@njit_inline
+def _apply(A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float) -> None:
+    """A B, plus `keep` times what was there, into out: A (4, 4), B and out of four rows or more."""
+    for i in range(4):
+        a, b, c, d = A[i, 0], A[i, 1], A[i, 2], A[i, 3]
+        for j in range(B.shape[1]):
+            value = a * B[0, j] + b * B[1, j] + c * B[2, j] + d * B[3, j]
+            out[i, j] = value if keep == 0.0 else keep * out[i, j] + value
 
 
 @njit_inline
@@ -334,11 +356,14 @@ def _surprise(
     # R is block diagonal: u and w together, q, theta.
     determinant = weights[0, 0] * weights[1, 1] - weights[0, 1] * weights[0, 1]
     for i in range(n):
+        for b in range(n):
+            factor[i, b] = 0.0
+            for a in range(n):
+                factor[i, b] += 2.0 * Phi[i, a] * S[a, b]
         for j in range(n):
             value = 2.0 * W[i, j] * dt
-            for a in range(n):
-                for b in range(n):
-                    value += 2.0 * Phi[i, a] * S[a, b] * Phi[j, b]
+            for b in range(n):
+                value += factor[i, b] * Phi[j, b]
             spread[i, j] = value
     if determinant > 0.0:
         spread[0, 0] += weights[1, 1] / determinant

@@ -91,6 +91,8 @@ def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Worksp
     if differentiate:
         work.coefficients_v[:, :] = 0.0
     for t in range(table.coefficient.shape[0]):
+        if theta[t] == 0.0 and not differentiate:
+            continue  # a candidate: only its derivative is wanted
         row = table.coefficient[t]
         work.term_values[t] = term_value(table, t, work.variables)
         work.coefficients[row] += theta[t] * work.term_values[t]
@@ -103,6 +105,25 @@ def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Worksp
                 slot = table.variable[k]
                 work.coefficients_v[row, slot] += theta[t] * work.partials[slot]
                 work.partials[slot] = 0.0
+
+
+@njit_inline
+def _lateral(phi: float, beta: float) -> tuple[float, float, float, float]:
+    """Cosine and tangent of beta, sine and cosine of phi; most flights hold neither, and a sine costs like a term."""
+    cos_beta, tan_beta, sin_phi, cos_phi = 1.0, 0.0, 0.0, 1.0
+    if beta != 0.0:
+        cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    if phi != 0.0:
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+    return cos_beta, tan_beta, sin_phi, cos_phi
+
+
+@njit_inline
+def pressure_area(x: NDArray[np.float64], u: NDArray[np.float64], constants: Constants) -> float:
+    """Dynamic pressure times wing area [N]: the force that a unit of a coefficient makes."""
+    cos_beta, _, _, _ = _lateral(u[4], u[7])
+    force: float = 0.5 * u[0] * (x[0] * x[0] + x[1] * x[1]) / (cos_beta * cos_beta) * constants.wing_area
+    return force
 
 
 @njit_inline
@@ -143,7 +164,7 @@ def evaluate(
     phi, p, r, beta = u[4], u[5], u[6], u[7]
     square = u_b * u_b + w_b * w_b
     plane = np.sqrt(square)
-    cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    cos_beta, tan_beta, sin_phi, cos_phi = _lateral(phi, beta)
     speed = plane / cos_beta
     v_b = plane * tan_beta
     sin_alpha, cos_alpha = w_b / plane, u_b / plane
@@ -153,25 +174,27 @@ def evaluate(
     if current:
         rate_speed = speed
     half_chord = chord / (2.0 * rate_speed)
-    pressure_area = 0.5 * density * speed * speed * constants.wing_area
+    reference_force = 0.5 * density * speed * speed * constants.wing_area
 
     variables = work.variables
     variables[0] = np.arctan2(w_b, u_b)
     variables[1] = q * half_chord
     variables[2] = speed / constants.airspeed_of_V_hat - 1.0
     variables[3] = 0.0
-    variables[4] = thrust / pressure_area
+    variables[4] = thrust / reference_force
     variables[5] = speed / sound
     for j in range(u.shape[0]):
         variables[FIXED_VARIABLES + j] = u[j]
 
-    sin_pitch, cos_pitch, sin_phi, cos_phi = np.sin(pitch), np.cos(pitch), np.sin(phi), np.cos(phi)
-    force = pressure_area / mass
-    moment = pressure_area * chord / constants.I_yy
+    sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+    force = reference_force / mass
+    moment = reference_force * chord / constants.I_yy
     inertial_u = -GRAVITY * sin_pitch - q * w_b + r * v_b
     inertial_w = GRAVITY * cos_pitch * cos_phi + q * u_b - p * v_b
-    thrust_x = thrust * np.cos(constants.thrust_incidence) / mass
-    thrust_z = -thrust * np.sin(constants.thrust_incidence) / mass
+    thrust_x, thrust_z = thrust / mass, 0.0
+    if constants.thrust_incidence != 0.0:
+        thrust_z = -thrust_x * np.sin(constants.thrust_incidence)
+        thrust_x *= np.cos(constants.thrust_incidence)
     thrust_q = thrust * constants.thrust_z_arm / constants.I_yy
     c = work.coefficients
     c_v = work.coefficients_v
@@ -199,8 +222,9 @@ def evaluate(
 
     if differentiate:
         _differentiate_rates(
-            x, u, table, constants, work, speed, plane, half_chord, current, pressure_area, slope, alpha_dot_used
-        )
+            x, u, table, constants, work, speed, plane, half_chord, current, reference_force, slope, alpha_dot_used,
+            sin_pitch, cos_pitch,
+        )  # fmt: skip
     if observe:
         _observe(x, u, positions, work, speed, plane, differentiate, constants.gust)
 
@@ -216,28 +240,32 @@ def _differentiate_rates(
     plane: float,
     half_chord: float,
     current: bool,
-    pressure_area: float,
+    reference_force: float,
     slope: float,
     alpha_dot_used: bool,
+    sin_pitch: float,
+    cos_pitch: float,
 ) -> None:
-    """Partial derivatives of the rates with respect to states, extra inputs and term values, by the chain rule."""
-    u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
+    """Partial derivatives of the rates with respect to states, extra inputs and term values, by the chain rule.
+
+    Only those are written that are ever other than zero.
+    """
+    u_b, w_b, q = x[0], x[1], x[2]
     mass = u[2]
     phi, p, r, beta = u[4], u[5], u[6], u[7]
     square = plane * plane
     cos_alpha, sin_alpha = u_b / plane, w_b / plane
-    cos_beta, tan_beta = np.cos(beta), np.tan(beta)
+    cos_beta, tan_beta, sin_phi, cos_phi = _lateral(phi, beta)
     c, c_v = work.coefficients, work.coefficients_v
     f_x, f_e, f_p = work.rates_x, work.rates_u, work.rates_p
-    force = pressure_area / mass
-    moment = pressure_area * constants.mean_chord / constants.I_yy
+    force = reference_force / mass
+    moment = reference_force * constants.mean_chord / constants.I_yy
     c_x = c[0] + c[3] * sin_alpha - c[4] * cos_alpha
     c_z = c[1] - c[3] * cos_alpha - c[4] * sin_alpha
     c_x_alpha = c[3] * cos_alpha + c[4] * sin_alpha
     c_z_alpha = c[3] * sin_alpha - c[4] * cos_alpha
-    sin_pitch, cos_pitch, sin_phi, cos_phi = np.sin(pitch), np.cos(pitch), np.sin(phi), np.cos(phi)
 
-    for k in range(5):
+    for k in range(3):  # theta acts through gravity alone, h not at all
         # How the variables move with this state: alpha, q_hat, V_hat, C_T and mach.
         d_alpha, d_speed, d_q = 0.0, 0.0, 0.0
         if k == 0:
@@ -279,17 +307,16 @@ def _differentiate_rates(
         f_x[0, k] = force * (d_x + c_x * d_pressure)
         f_x[1, k] = force * (d_z + c_z * d_pressure)
         f_x[2, k] = moment * (d_m + c[2] * d_pressure)
-        f_x[3, k] = 0.0
-        f_x[4, k] = 0.0
     d_v_u, d_v_w = cos_alpha * tan_beta, sin_alpha * tan_beta
     f_x[0, 0] += r * d_v_u
     f_x[0, 1] += -q + r * d_v_w
     f_x[0, 2] += -w_b
-    f_x[0, 3] += -GRAVITY * cos_pitch
+    f_x[0, 3] = -GRAVITY * cos_pitch
     f_x[1, 0] += q - p * d_v_u
     f_x[1, 1] += -p * d_v_w
     f_x[1, 2] += u_b
-    f_x[1, 3] += -GRAVITY * sin_pitch * cos_phi
+    f_x[1, 3] = -GRAVITY * sin_pitch * cos_phi
+    f_x[2, 3] = 0.0
     f_x[3, 2] = cos_phi
     v_b = plane * tan_beta
     f_x[4, 0] = sin_pitch - d_v_u * sin_phi * cos_pitch
@@ -301,23 +328,19 @@ def _differentiate_rates(
         f_e[0, j] = force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
         f_e[1, j] = force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
         f_e[2, j] = moment * c_v[2, slot]
-        f_e[3, j] = 0.0
-        f_e[4, j] = 0.0
     for t in range(f_p.shape[1]):
         row, value = table.coefficient[t], work.term_values[t]
-        f_p[:, t] = 0.0
+        along, down = 0.0, 0.0
         if row == 0:
-            f_p[0, t] = force * value
+            along = force * value
         elif row == 1:
-            f_p[1, t] = force * value
-        elif row == 2:
-            f_p[2, t] = moment * value
+            down = force * value
         elif row == 3:
-            f_p[0, t] = force * value * sin_alpha
-            f_p[1, t] = -force * value * cos_alpha
-        else:
-            f_p[0, t] = -force * value * cos_alpha
-            f_p[1, t] = -force * value * sin_alpha
+            along, down = force * value * sin_alpha, -force * value * cos_alpha
+        elif row == 4:
+            along, down = -force * value * cos_alpha, -force * value * sin_alpha
+        f_p[0, t], f_p[1, t] = along, down
+        f_p[2, t] = moment * value if row == 2 else 0.0
 
     if alpha_dot_used:
         a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
@@ -445,7 +468,7 @@ class Step(NamedTuple):
     terms: NDArray[np.float64]
     stage_state: NDArray[np.float64]
     stage_input: NDArray[np.float64]
-    stage: NDArray[np.float64]
+    forcing: NDArray[np.float64]
     columns: NDArray[np.float64]
     slope: NDArray[np.float64]
     total: NDArray[np.float64]
@@ -464,9 +487,9 @@ def make_step(extra_inputs: int, terms: int) -> Step:
         np.zeros((5, terms)),
         np.zeros(5),
         np.zeros(FIXED_INPUTS + extra_inputs),
+        np.zeros((3, width)),
         np.zeros((5, width)),
-        np.zeros((5, width)),
-        np.zeros((5, width)),
+        np.zeros((4, width)),
         np.zeros((5, width)),
         np.zeros(5),
     )
@@ -493,13 +516,11 @@ def advance(
     same scheme, so that the sensitivities are those of the discrete solution itself. Inputs are linear in time.
     """
     extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
-    width = 5 + 2 * extra + terms
-    columns, slope, total, stage = step.columns, step.slope, step.total, step.stage
     step.state[:] = x
     if differentiate:
-        columns[:, :] = 0.0
+        step.columns[:, :] = 0.0
         for i in range(5):
-            columns[i, i] = 1.0
+            step.columns[i, i] = 1.0
     h = interval / substeps
     for s in range(substeps):
         for n in range(4):
@@ -514,33 +535,58 @@ def advance(
             for i in range(5):
                 step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
             if differentiate:
-                for i in range(5):
-                    for k in range(width):
-                        stage[i, k] = columns[i, k] + (reach * slope[i, k] if n > 0 else 0.0)
-                for i in range(5):
-                    for k in range(width):
-                        # No rate depends on h, the fifth state.
-                        slope[i, k] = (
-                            work.rates_x[i, 0] * stage[0, k]
-                            + work.rates_x[i, 1] * stage[1, k]
-                            + work.rates_x[i, 2] * stage[2, k]
-                            + work.rates_x[i, 3] * stage[3, k]
-                        )
-                    for j in range(extra):
-                        slope[i, 5 + j] += (1.0 - fraction) * work.rates_u[i, j]
-                        slope[i, 5 + extra + j] += fraction * work.rates_u[i, j]
-                    for t in range(terms):
-                        slope[i, 5 + 2 * extra + t] += work.rates_p[i, t]
-                    for k in range(width):
-                        total[i, k] = (0.0 if n == 0 else total[i, k]) + weight * slope[i, k]
+                _add_stage(work, step, n == 0, fraction, reach, weight)
         for i in range(5):
             step.state[i] += step.state_total[i]
         if differentiate:
             for i in range(5):
-                for k in range(width):
-                    columns[i, k] += total[i, k]
+                for k in range(step.columns.shape[1]):
+                    step.columns[i, k] += step.total[i, k]
     if differentiate:
-        step.transition[:, :] = columns[:, :5]
-        step.start[:, :] = columns[:, 5 : 5 + extra]
-        step.end[:, :] = columns[:, 5 + extra : 5 + 2 * extra]
-        step.terms[:, :] = columns[:, 5 + 2 * extra :]
+        for i in range(5):
+            for k in range(5):
+                step.transition[i, k] = step.columns[i, k]
+            for j in range(extra):
+                step.start[i, j] = step.columns[i, 5 + j]
+                step.end[i, j] = step.columns[i, 5 + extra + j]
+            for t in range(terms):
+                step.terms[i, t] = step.columns[i, 5 + 2 * extra + t]
+
+
+@njit_inline
+def _add_stage(work: Workspace, step: Step, first: bool, fraction: float, reach: float, weight: float) -> None:
+    """One stage of the variational equations, column by column: s' = f_x s + f_p."""
+    columns, slope, total, forcing, f_x = step.columns, step.slope, step.total, step.forcing, work.rates_x
+    extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
+    for i in range(3):  # nothing acts on theta and h directly
+        for j in range(extra):
+            forcing[i, 5 + j] = (1.0 - fraction) * work.rates_u[i, j]
+            forcing[i, 5 + extra + j] = fraction * work.rates_u[i, j]
+        for t in range(terms):
+            forcing[i, 5 + 2 * extra + t] = work.rates_p[i, t]
+    uu, uw, uq, ut = f_x[0, 0], f_x[0, 1], f_x[0, 2], f_x[0, 3]
+    wu, ww, wq, wt = f_x[1, 0], f_x[1, 1], f_x[1, 2], f_x[1, 3]
+    qu, qw, qq, qt = f_x[2, 0], f_x[2, 1], f_x[2, 2], f_x[2, 3]
+    tq, hu, hw, ht = f_x[3, 2], f_x[4, 0], f_x[4, 1], f_x[4, 3]
+    for k in range(columns.shape[1]):
+        u, w, q, theta = columns[0, k], columns[1, k], columns[2, k], columns[3, k]
+        if not first:
+            u += reach * slope[0, k]
+            w += reach * slope[1, k]
+            q += reach * slope[2, k]
+            theta += reach * slope[3, k]
+        d_u = uu * u + uw * w + uq * q + ut * theta + forcing[0, k]
+        d_w = wu * u + ww * w + wq * q + wt * theta + forcing[1, k]
+        d_q = qu * u + qw * w + qq * q + qt * theta + forcing[2, k]
+        d_theta = tq * q
+        d_h = hu * u + hw * w + ht * theta
+        slope[0, k], slope[1, k], slope[2, k], slope[3, k] = d_u, d_w, d_q, d_theta
+        if first:
+            total[0, k], total[1, k], total[2, k] = weight * d_u, weight * d_w, weight * d_q
+            total[3, k], total[4, k] = weight * d_theta, weight * d_h
+        else:
+            total[0, k] += weight * d_u
+            total[1, k] += weight * d_w
+            total[2, k] += weight * d_q
+            total[3, k] += weight * d_theta
+            total[4, k] += weight * d_h

@@ -191,7 +191,7 @@ def choose_error_density(
             try:
                 costs[place] = sum(
                     estimate_aircraft_error(
-                        model, part.flight, part.variance, factors[place] * shape, respond=False
+                        model, part.flight, part.variance, factors[place] * shape, respond=False, likelihood=True
                     ).cost
                     for part in raw
                 )

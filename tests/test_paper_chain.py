@@ -89,7 +89,9 @@ def test_the_chosen_weight_is_the_most_likely_of_its_neighbours() -> None:
         raw = feed(manoeuvre, replace(settings, filtering="off"))
 
         def cost(factor: float, model=model, raw=raw, chosen=chosen) -> float:
-            found = estimate_aircraft_error(model, raw.flight, raw.variance, factor * chosen, respond=False)
+            found = estimate_aircraft_error(
+                model, raw.flight, raw.variance, factor * chosen, respond=False, likelihood=True
+            )
             return found.cost
 
         assert cost(1.0) <= min(cost(10.0**-0.5), cost(10.0**0.5))

@@ -657,24 +657,72 @@ def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Arra
     Phi, Gamma0, Gamma1 : (n, n)
         Out. Gamma0 + Gamma1 is the integral of exp(F s) over the step, s.
     work : StepWork
-        From `step_work(n, n, n)`.
+        From `step_work(n)`.
+
+    Notes
+    -----
+    phi_2(A) = sum A^j/(j + 2)! to the eighth power gives phi_1 = I + A phi_2 and exp = I + A phi_1, of a short step;
+    doubled, with E = exp - I: E <- 2 E + E E, phi_1 <- 2 phi_1 + E phi_1, and of the ramp, which rises over both
+    halves, phi_2 <- phi_2 + (phi_1 + E phi_2)/2.
     """
     n = F.shape[0]
-    forcing = work.forcing
+    blocks = work.blocks
+    scale, A, A2, A3, T, M = (
+        blocks[_SCALE, 0], blocks[_SERIES], blocks[_SERIES + 1], blocks[_SERIES + 2], blocks[_SERIES + 3],
+        blocks[_SERIES + 4],
+    )  # fmt: skip
     for i in range(n):
         for j in range(n):
             Phi[i, j] = 0.0
-            forcing[i, j] = 0.0
-            forcing[n + i, j] = 0.0
-        forcing[i, i] = 1.0
-    if not step_map(F, Phi, Phi, dt, work):
+    norm = _balance(F, Phi, Phi, scale) * dt
+    if not norm < math.inf:
         return False
-    scale, ahead = work.blocks[_SCALE, 0], work.blocks[_AHEAD]
+    doublings = 0
+    while norm > _SHORT_STEP_NORM and doublings < _MAX_DOUBLINGS:
+        norm *= 0.5
+        dt *= 0.5
+        doublings += 1
     for i in range(n):
         for j in range(n):
-            Phi[i, j] = ahead[i, 3 * n + j] * scale[i] / scale[j]
-            Gamma1[i, j] = ahead[i, 2 * n + j] * scale[i]
-            Gamma0[i, j] = ahead[i, n + j] * scale[i] - Gamma1[i, j]
+            A[i, j] = F[i, j] * dt * scale[j] / scale[i]
+    _multiply(A, A, A2, n, n, n)
+    _multiply(A, A2, A3, n, n, n)
+    for i in range(n):
+        for j in range(n):
+            T[i, j] = A[i, j] / 362880.0 + A2[i, j] / 3628800.0
+        T[i, i] += 1.0 / 40320.0
+    _multiply(A3, T, M, n, n, n)
+    for i in range(n):
+        for j in range(n):
+            M[i, j] += A[i, j] / 720.0 + A2[i, j] / 5040.0
+        M[i, i] += 1.0 / 120.0
+    _multiply(A3, M, T, n, n, n)
+    # M: E | dt phi_1 | dt phi_2
+    for i in range(n):
+        for j in range(n):
+            T[i, j] += A[i, j] / 6.0 + A2[i, j] / 24.0
+        T[i, i] += 0.5
+        for j in range(n):
+            M[i, 2 * n + j] = dt * T[i, j]
+    _multiply(A, T, A2, n, n, n)
+    for i in range(n):
+        A2[i, i] += 1.0
+        for j in range(n):
+            M[i, n + j] = dt * A2[i, j]
+    _multiply(A, A2, M, n, n, n)
+    for _ in range(doublings):
+        _multiply(M, M, T, n, n, 3 * n)
+        for i in range(n):
+            for j in range(n):
+                M[i, 2 * n + j] += 0.5 * (M[i, n + j] + T[i, 2 * n + j])
+            for j in range(2 * n):
+                M[i, j] = 2.0 * M[i, j] + T[i, j]
+    for i in range(n):
+        for j in range(n):
+            unit = scale[i] / scale[j]
+            Phi[i, j] = M[i, j] * unit
+            Gamma1[i, j] = M[i, 2 * n + j] * unit
+            Gamma0[i, j] = M[i, n + j] * unit - Gamma1[i, j]
         Phi[i, i] += 1.0
     return True
 
