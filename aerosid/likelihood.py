@@ -122,7 +122,7 @@ def self_consistent(
         Where the simulation leaves the model's range.
     """
     moving = [active for active in effects if isinstance(active.effect, StateEffect)]
-    rounds = PICARD_ROUNDS if alpha is None else 2
+    rounds = PICARD_ROUNDS if alpha is None else NEARBY_ROUNDS
     if alpha is None:
         alpha = _simulated_alpha(model, flight, values, state)
     acting = flight
@@ -143,8 +143,11 @@ def self_consistent(
     return acting, alpha
 
 
-PICARD_ROUNDS = 6
-"""Rounds of simulation and separation: each gains about a digit, the lift that separates being a part of the whole."""
+PICARD_ROUNDS = 8
+"""Rounds of simulation and separation: each gains half a digit or more, the lift lost being a part of the whole."""
+
+NEARBY_ROUNDS = 4
+"""Rounds from a motion that is nearly the same: differences of two such simulations are then good to 2 %."""
 
 
 def _simulated_alpha(

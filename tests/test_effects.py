@@ -255,12 +255,6 @@ def test_separation_is_that_of_a_sixth_state(flight: tuple[AerodynamicModel, Man
         assert_allclose(outputs[:, i], wanted[:, i], rtol=0.0, atol=0.03 * effect, err_msg=name)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="self_consistent() repeats motion and separation too seldom for differences: two rounds for the moved "
-    "simulation, six for the one it is compared with; slopes are up to 23 % of their greatest off, with four rounds "
-    "on both sides less than 2 %",
-)
 def test_columns_of_a_separating_flow(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
     """Beside a sensor's effect, with respect to terms, initial state and all seven numbers."""
     model, manoeuvre = flight
