@@ -58,6 +58,12 @@ TRIAL = RefinementSettings(
 BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
 
+UNLIKE_THEIR_SCORE = ("control_rate_limit", "control_deadband", "control_lag", "control_delay", "sensor_lag")
+"""Kinds whose effect is far from linear in their number."""
+
+LEAST_SHARE = 0.1
+"""Share of the best score from which such a kind is worth a fit."""
+
 RIVAL_SHARE = 0.75
 """Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
 
@@ -346,18 +352,29 @@ class _Search:
         return replace(current, model=with_offsets(current.model, self.stepping))
 
     def shortlist(self, scores: Sequence[Score]) -> list[Score]:
-        """The hypotheses worth a fit: the best few whose score alone could pass, one a label."""
+        """The hypotheses worth a fit: the best few whose score could pass, one a label, and the best of some kinds.
+
+        The score of a large effect that is not linear, as of a rate limit, can rank below terms that only follow it.
+        """
         worth: dict[tuple[str, str, str], Score] = {}
         for score in scores:
             if score.gain > self.critical**2 + self.settings.price * (score.hypothesis.parameters - 1):
                 worth.setdefault(score.hypothesis.label, score)
-        return list(worth.values())[: self.settings.shortlist]
+        ranked = list(worth.values())
+        chosen = ranked[: self.settings.shortlist]
+        kinds = {score.hypothesis.kind for score in chosen}
+        for score in ranked[self.settings.shortlist :]:
+            kind = score.hypothesis.kind
+            if kind not in kinds and kind in UNLIKE_THEIR_SCORE and score.gain > LEAST_SHARE * ranked[0].gain:
+                kinds.add(kind)
+                chosen.append(score)
+        return chosen
 
     def tried(self, current: Refinement, score: Score) -> Refinement:
         """The estimate with one more hypothesis."""
         hypothesis = score.hypothesis
         start = score.start[len(hypothesis.entries) :]
-        effects = hypothesis.at(start).effects
+        effects = hypothesis.at(start, score.trial).effects
         base = current.model
         if hypothesis.time is not None:
             base = self.with_room(current).model

@@ -8,7 +8,7 @@ are then several times too small.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +39,15 @@ class Score:
         The numbers that a single linear step gives it.
     independence : float
         Share of the candidate's effect that what is there already cannot imitate, 0 to 1.
+    trial : int
+        Which of its trial values that is the best of.
     """
 
     hypothesis: Hypothesis
     gain: float
     start: tuple[float, ...]
     independence: float
+    trial: int = 0
 
 
 LEAST_INDEPENDENCE = 1e-5
@@ -72,14 +75,14 @@ def score_hypotheses(
     in its number: its column is taken over the distance of each of its trial values, and the best one counts.
     """
     asked = [
-        (hypothesis, hypothesis.by_chord(trial))
+        (hypothesis, hypothesis.by_chord(trial), trial)
         for hypothesis in hypotheses
         for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
     ]
     if not asked:
         return ()
-    entries = list(dict.fromkeys(entry for _, chord in asked for entry in chord.entries))
-    tested = [active for _, chord in asked for active in chord.effects]
+    entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
+    tested = [active for _, chord, _ in asked for active in chord.effects]
     normal, gradient = _normal_equations(refinement, manoeuvres, entries, tested)
     free, states = len(refinement.free), 5 * len(manoeuvres)
     own = sum(active.slopes for active in refinement.effects)
@@ -92,7 +95,7 @@ def score_hypotheses(
     place = {entry: free + n for n, entry in enumerate(entries)}
     column = free + len(entries) + states + own
     best: dict[int, Score] = {}
-    for hypothesis, chord in asked:
+    for hypothesis, chord, trial in asked:
         columns = [place[entry] for entry in chord.entries]
         count = sum(active.slopes for active in chord.effects)
         columns += list(range(column, column + count))
@@ -100,7 +103,7 @@ def score_hypotheses(
         score = _score(hypothesis, columns, normal, gradient, present, scale, inner, taken)
         known = best.get(id(hypothesis))
         if known is None or score.gain > known.gain:
-            best[id(hypothesis)] = score
+            best[id(hypothesis)] = replace(score, trial=trial)
     return tuple(sorted(best.values(), key=lambda score: -score.gain))
 
 

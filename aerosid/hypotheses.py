@@ -55,14 +55,21 @@ class Hypothesis:
         """Kind, place and term: what a person would call it."""
         return self.kind, self.where, self.term
 
-    def at(self, step: Sequence[float]) -> Hypothesis:
-        """The hypothesis with its effects away from none by `step`, as a start for a fit."""
+    def at(self, step: Sequence[float], trial: int) -> Hypothesis:
+        """The hypothesis with its effects away from none by `step`, as a start for a fit.
+
+        A step past a limit says that the effect is not linear so far: the trial value that scored best is taken then.
+        """
         place = 0
         moved = []
         for active in self.effects:
-            count = len(active.values)
-            moved.append(active.moved(np.array(step[place : place + count])))
-            place += count
+            values = []
+            for parameter, value in zip(active.effect.parameters, active.values, strict=True):
+                aim = value + step[place]
+                inside = parameter.lowest < aim < parameter.highest
+                values.append(aim if inside else parameter.trials[min(trial, len(parameter.trials) - 1)])
+                place += 1
+            moved.append(replace(active, values=tuple(values)))
         return replace(self, effects=tuple(moved))
 
     def by_chord(self, trial: int) -> Hypothesis:

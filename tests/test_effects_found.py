@@ -192,11 +192,6 @@ def test_a_planted_effect_comes_first_with_its_number(planted: Planted) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="the search is begun from the linear step, which lies beyond the limits: 0.3 rad/s is fitted from 0.003 "
-    "rad/s and a lag is named; at 0.1 rad/s the score ranks 36th and no fit is tried, though it would bring 13,000",
-)
 @pytest.mark.parametrize("rate", [0.1, 0.3])
 def test_a_rate_limit_of_any_size_is_named(rate: float) -> None:
     found, _ = searched(flown(FLIGHT, 3, lambda t, x: limited(t, x, rate)))
