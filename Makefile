@@ -30,7 +30,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 benchmark: $(READY)
-	$(BIN)/python tests/benchmark.py
+	$(BIN)/python -m benchmarks $(if $(REPORT),--report $(REPORT)) $(if $(MOST),--most $(MOST))
 
 clean:
 	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -126,7 +126,7 @@ def estimate_aircraft_error(
         measured,
         weights,
         error_density,
-        _initial_riccati(start, measurement_variance),
+        initial_riccati(start, measurement_variance),
         likelihood,
         states,
         d,
@@ -174,7 +174,7 @@ def measured_states(flight: Flight, variance: NDArray[np.float64]) -> tuple[NDAr
     return measured, weights
 
 
-def _initial_riccati(start: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
+def initial_riccati(start: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
     """S(0): the initial state is known as well as one sample of each channel measures it, S = covariance / 2."""
     speed = float(np.hypot(start[0], start[1]))
     across = speed * speed * variance[1]

@@ -1,0 +1,1 @@
+"""How fast the estimator and the whole loop are, and how both grow: `make benchmark`."""
