@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.terms import TermTable, term_partials, term_value
+from aerosid.terms import TermTable, factor_slope, term_value
 
 GRAVITY = 9.80665
 STATES = ("u", "w", "q", "theta", "h")
@@ -57,7 +57,6 @@ class Workspace(NamedTuple):
     outputs_u: NDArray[np.float64]
     outputs_p: NDArray[np.float64]
     variables: NDArray[np.float64]
-    partials: NDArray[np.float64]
     coefficients: NDArray[np.float64]
     coefficients_v: NDArray[np.float64]
     term_values: NDArray[np.float64]
@@ -77,7 +76,6 @@ def make_workspace(extra_inputs: int, terms: int) -> Workspace:
         np.zeros((8, extra_inputs)),
         np.zeros((8, terms)),
         np.zeros(slots),
-        np.zeros(slots),
         np.zeros(5),
         np.zeros((5, slots)),
         np.zeros(terms),
@@ -87,24 +85,24 @@ def make_workspace(extra_inputs: int, terms: int) -> Workspace:
 @njit_inline
 def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Workspace, differentiate: bool) -> None:
     """Sum value * term into the five coefficients, and their partials with respect to every variable."""
-    work.coefficients[:] = 0.0
-    if differentiate:
-        work.coefficients_v[:, :] = 0.0
-    for t in range(table.coefficient.shape[0]):
-        if theta[t] == 0.0 and not differentiate:
+    c, c_v, values, variables = work.coefficients, work.coefficients_v, work.term_values, work.variables
+    for row in range(5):
+        c[row] = 0.0
+        if differentiate:
+            for slot in range(c_v.shape[1]):
+                c_v[row, slot] = 0.0
+    for t in range(theta.shape[0]):
+        factor = theta[t]
+        if factor == 0.0 and not differentiate:
             continue  # a candidate: only its derivative is wanted
-        row = table.coefficient[t]
-        work.term_values[t] = term_value(table, t, work.variables)
-        work.coefficients[row] += theta[t] * work.term_values[t]
-        if differentiate and theta[t] != 0.0:
-            first, last = table.first[t], table.first[t + 1]
-            for k in range(first, last):
-                work.partials[table.variable[k]] = 0.0
-            term_partials(table, t, work.variables, work.partials)
-            for k in range(first, last):
-                slot = table.variable[k]
-                work.coefficients_v[row, slot] += theta[t] * work.partials[slot]
-                work.partials[slot] = 0.0
+        value = term_value(table, t, variables)
+        values[t] = value
+        if factor != 0.0:
+            row = table.coefficient[t]
+            c[row] += factor * value
+            if differentiate:
+                for f in range(table.first[t], table.first[t + 1]):
+                    c_v[row, table.variable[f]] += factor * factor_slope(table, t, f, variables)
 
 
 @njit_inline

@@ -257,10 +257,41 @@ def term_value(table: TermTable, t: int, variables: NDArray[np.float64]) -> floa
 
 
 @njit_inline
-def term_partials(table: TermTable, t: int, variables: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """Add the slopes d term / d variable of term t to `out`.
+def factor_slope(table: TermTable, t: int, f: int, variables: NDArray[np.float64]) -> float:
+    """Slope of term t with respect to the variable of its factor f, through that factor alone.
 
     Where |x| and pos(x) have a corner the slope of |x| is 0 and that of pos(x) is the one from below, 0.
+
+    Parameters
+    ----------
+    table
+        The terms.
+    t
+        Row of the table.
+    f
+        One of the term's factors.
+    variables : float64[nv]
+        `VARIABLES`, then the input columns, SI.
+    """
+    x = variables[table.variable[f]] - table.offset[f]
+    n = table.power[f]
+    slope = 1.0
+    if table.shape[f] == 1:
+        slope = n * _power(abs(x), n - 1) * np.sign(x)
+    elif table.shape[f] == 2:
+        slope = n * _power(x, n - 1) if x > 0.0 else 0.0
+    elif n != 1:
+        slope = n * _power(x, n - 1)
+    # times the product of the other factors, not value / factor: a factor may be zero
+    for g in range(table.first[t], table.first[t + 1]):
+        if g != f:
+            slope *= _power(_shaped(table, g, variables), table.power[g])
+    return slope
+
+
+@njit_inline
+def term_partials(table: TermTable, t: int, variables: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Add the slopes d term / d variable of term t to `out`.
 
     Parameters
     ----------
@@ -273,23 +304,8 @@ def term_partials(table: TermTable, t: int, variables: NDArray[np.float64], out:
     out : float64[nv]
         Added to, not overwritten: the caller sets it to zero.
     """
-    start = table.first[t]
-    stop = table.first[t + 1]
-    for f in range(start, stop):
-        # the product of the other factors, not value / factor: a factor may be zero
-        others = 1.0
-        for g in range(start, stop):
-            if g != f:
-                others *= _power(_shaped(table, g, variables), table.power[g])
-        x = variables[table.variable[f]] - table.offset[f]
-        n = table.power[f]
-        if table.shape[f] == 1:
-            slope = n * _power(abs(x), n - 1) * np.sign(x)
-        elif table.shape[f] == 2:
-            slope = n * _power(x, n - 1) if x > 0.0 else 0.0
-        else:
-            slope = n * _power(x, n - 1)
-        out[table.variable[f]] += others * slope
+    for f in range(table.first[t], table.first[t + 1]):
+        out[table.variable[f]] += factor_slope(table, t, f, variables)
 
 
 def _tokens(text: str) -> list[str]:
