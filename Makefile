@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+# Threads of small matrix products only wait for each other where tests run on every core.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: install demo test test-slow lint benchmark clean
 

@@ -48,6 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = _DEBUG in words
+    # Matrices are small here. A second thread of a product has to wait where another process holds the core, which has
+    # made products of 20 us take 8 ms and a whole loop twice as long.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
         result = app([word for word in words if word != _DEBUG], standalone_mode=False)
