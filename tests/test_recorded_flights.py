@@ -1,0 +1,61 @@
+"""The loop on recordings of real aircraft, against what others published of the same flights; skipped where absent."""
+
+from pathlib import Path
+
+import pytest
+from recordings import recording
+
+from aerosid.aircraft import load_aircraft
+from aerosid.bundled import bundled_folder
+from aerosid.closed_loop import close_loop
+from aerosid.flight_log import FlightLog
+from aerosid.readers import read_log
+from aerosid.results import ClosedLoop, Verdict
+
+pytestmark = pytest.mark.slow
+
+
+def read(name: str, channel_map: str) -> FlightLog:
+    return read_log(Path(recording(name)), bundled_folder("flight_data") / "channel_maps" / channel_map)
+
+
+def derivative(result: ClosedLoop, coefficient: str, term: str) -> float:
+    return next(row.value for row in result.derivatives if (row.coefficient, row.term) == (coefficient, term))
+
+
+def test_the_twin_otter_has_the_published_derivatives_and_a_late_vane() -> None:
+    # NASA's equation-error estimates of the same flight, and its known delay of alpha of 0.025 s.
+    result = close_loop(
+        [read("twin_otter/totter_demo_018.csv", "twin_otter.toml")],
+        load_aircraft("twin_otter"),
+        [read("twin_otter/totter_lon_020213f1_017.csv", "twin_otter.toml")],
+    )
+    assert derivative(result, "C_m", "alpha") == pytest.approx(-1.48, rel=0.05)
+    assert derivative(result, "C_m", "delta_e") == pytest.approx(-1.87, rel=0.05)
+    assert -38.0 < derivative(result, "C_m", "q_hat") < -30.0
+    q = next(row for row in result.errors if (row.role, row.channel) == ("validation", "q"))
+    assert q.r2_trimmed is not None
+    assert q.r2_trimmed > 0.99
+    late = [effect.value for effect in result.effects if effect.kind in ("sensor_lag", "sensor_delay")]
+    assert late
+    assert all(0.015 < value < 0.035 for value in late)
+    assert result.verdict is Verdict.PARTLY_EXPLAINED
+
+
+def test_the_hfb_320_contradicts_itself_in_a_x_and_theta() -> None:
+    # Known of this recording: a_x, theta and V disagree by about -0.11 m/s^2, which a bias of theta explains as well.
+    result = close_loop([read("hfb320/hfb320_1_10.asc", "hfb320.toml")], load_aircraft("hfb320"))
+    biases = {(effect.kind, effect.where): effect.value for effect in result.effects}
+    assert biases["sensor_bias", "a_x"] == pytest.approx(-0.11, abs=0.05)
+    assert ("sensor_bias", "theta") in {(other.kind, other.where) for other in result.alternatives}
+
+
+def test_the_citation_s_vane_lags() -> None:
+    result = close_loop([read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml")], load_aircraft("citation"))
+    late = [
+        effect.value
+        for effect in (*result.effects, *result.alternatives)
+        if effect.where == "alpha" and effect.kind in ("sensor_lag", "sensor_delay")
+    ]
+    assert late
+    assert all(0.15 < value < 0.5 for value in late)
