@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from aerosid.reporting import words
-from aerosid.reporting.inline_svg import drawing_style
+from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.sections import SECTIONS
 from aerosid.results import ClosedLoop
 from aerosid.terms import Factor
@@ -34,17 +34,13 @@ def report_html(result: ClosedLoop) -> str:
     escaping could do nothing.
     """
     environment = _environment()
-    with drawing_style():
-        parts = [
-            (
-                section,
-                # Safe: rendered with autoescape.
-                Markup(
-                    environment.get_template(f"{section.name}.html").render(result=result, **section.context(result))
-                ),
-            )
-            for section in SECTIONS
-        ]
+    figures = FigureBook()
+    parts = []
+    for section in SECTIONS:
+        context = section.context(result, figures)
+        if context is not None:
+            body = environment.get_template(f"{section.name}.html").render(result=result, **context)
+            parts.append((section, Markup(body)))  # safe: rendered with autoescape
     style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
     return environment.get_template("page.html").render(result=result, parts=parts, style=style)
 

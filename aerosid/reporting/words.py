@@ -46,6 +46,12 @@ def symbol(name: str) -> Symbol:
     return Symbol(name)
 
 
+def subscripted(name: str) -> str:
+    """The symbol with its subscript as `_{x}`, as figures take it."""
+    base, subscript = symbol(name)
+    return f"{base}_{{{subscript}}}" if subscript else base
+
+
 def shown_unit(unit: str) -> Unit:
     """The unit for a person: degrees in place of radians, m/s² in place of m/s^2."""
     factor = DEGREES if unit in _ANGLES else 1.0

@@ -1,0 +1,31 @@
+"""Error rows grouped by log, and the scale on which they are compared with the noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from aerosid.results import ErrorRow
+
+
+def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:
+    """The rows of each log with its name and role, in their order."""
+    logs = dict.fromkeys((row.log, row.role) for row in rows)
+    return [
+        {"log": log, "role": role, "rows": [row for row in rows if (row.log, row.role) == (log, role)]}
+        for log, role in logs
+    ]
+
+
+def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:
+    """Where errors stand on a line from the noise (1) to the largest multiple of it, in per cent of its length."""
+    multiples = [value / row.noise for row in rows for value in (row.before, row.after) if value and row.noise > 0.0]
+    decades = max(1.0, math.log10(max(multiples, default=10.0)))
+
+    def place(value: float | None, noise: float) -> float | None:
+        if not value or not noise > 0.0 or not math.isfinite(value / noise):
+            return None
+        return round(100.0 * min(max(math.log10(value / noise) / decades, 0.0), 1.0), 1)
+
+    return {"place": place, "ticks": [(f"{10**k}×", round(100.0 * k / decades, 1)) for k in range(int(decades) + 1)]}

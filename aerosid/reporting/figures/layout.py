@@ -1,0 +1,121 @@
+"""Where the panels of a chart stand, and the round numbers on their axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Limits, Mark, Panel
+
+WIDTH = 540.0
+"""Width of every chart, pt: on A4 it is printed at about its own size."""
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 8.0, 6.0, 30.0
+_GAP_ACROSS, _GAP_UP = 52.0, 40.0
+_TILE_HEIGHT = 118.0
+_TALL = 50.0
+_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One strip as it is asked for: its height and the gap above it, pt, its label and limits in the unit shown."""
+
+    height: float
+    gap: float
+    label: str
+    limits: Limits
+    marks: tuple[Mark, ...]
+    quiet: bool = False
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One panel of a grid of panels as it is asked for."""
+
+    x_label: str
+    y_label: str
+    x_limits: Limits
+    y_limits: Limits
+    marks: tuple[Mark, ...]
+
+
+def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
+    """Strips below one another on one time axis.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        From the top.
+    span : (float, float)
+        First and last instant, s.
+    timeline : str
+        What the time axis belongs to.
+    """
+    height = _TOP + sum(row.height + row.gap for row in rows) - rows[0].gap + _BOTTOM
+    instants = ticks(span, 8)
+    panels = []
+    bottom = height - _TOP + rows[0].gap
+    for i, row in enumerate(rows):
+        bottom -= row.gap + row.height
+        time = Axis("time [s]", span, instants, bare=i < len(rows) - 1)
+        levels = Axis(row.label, row.limits, ticks(row.limits, 4 if row.height > _TALL else 2))
+        panels.append(Panel(_LEFT, bottom, WIDTH - _LEFT - _RIGHT, row.height, time, levels, row.marks, row.quiet))
+    return Chart(WIDTH, height, tuple(panels), timeline)
+
+
+def tiled(tiles: Sequence[Tile], columns: int = 2) -> Chart:
+    """Panels side by side, so many in a row, each with its own axes."""
+    rows = -(-len(tiles) // columns)
+    width = (WIDTH - columns * (_GAP_ACROSS + _RIGHT)) / columns
+    height = _TOP + rows * (_TILE_HEIGHT + _GAP_UP) - _GAP_UP + _BOTTOM
+    panels = []
+    for i, tile in enumerate(tiles):
+        row, column = divmod(i, columns)
+        left = _LEFT + column * (width + _GAP_ACROSS + _RIGHT)
+        bottom = height - _TOP - _TILE_HEIGHT - row * (_TILE_HEIGHT + _GAP_UP)
+        x = Axis(tile.x_label, tile.x_limits, ticks(tile.x_limits, 4))
+        y = Axis(tile.y_label, tile.y_limits, ticks(tile.y_limits, 4))
+        panels.append(Panel(left, bottom, width, _TILE_HEIGHT, x, y, tile.marks))
+    return Chart(WIDTH, height, tuple(panels))
+
+
+def ticks(limits: Limits, most: int) -> tuple[float, ...]:
+    """Round numbers between the limits, so many spaces at most: multiples of 1, 2, 2.5 or 5 powers of 10."""
+    low, high = limits
+    least = (high - low) / most
+    if not (least > 0.0 and math.isfinite(least)):
+        return ()
+    power = 10.0 ** math.floor(math.log10(least))
+    step = next(s * power for s in _STEPS if s * power >= least * (1.0 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return tuple(round(k * step, 12) + 0.0 for k in range(first, last + 1))
+
+
+def tick_texts(values: Sequence[float]) -> list[str]:
+    """The numbers at an axis, all with the decimals that tell neighbours apart."""
+    if len(values) < 2:
+        return [f"{value:.6g}".replace("-", "−") for value in values]
+    step = values[1] - values[0]
+    places = next((n for n in range(12) if abs(round(step, n) - step) < 1e-6 * step), 12)
+    return [f"{value:.{places}f}".replace("-", "−") for value in values]
+
+
+def limits_around(reference: FloatArray, *others: FloatArray) -> Limits:
+    """Limits that hold the reference, and of the others as much as does not press it flat."""
+    known = reference[np.isfinite(reference)]
+    if not known.size:
+        known = np.zeros(1)
+    low, high = float(known.min()), float(known.max())
+    span = (high - low) or max(1e-6, 0.02 * abs(high))
+    lowest, highest = low, high
+    for values in others:
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            lowest = min(lowest, max(float(finite.min()), low - 0.6 * span))
+            highest = max(highest, min(float(finite.max()), high + 0.6 * span))
+    margin = 0.07 * (highest - lowest or span)
+    return lowest - margin, highest + margin

@@ -1,0 +1,53 @@
+"""The figures of a report, counted in the order in which the reader meets them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from markupsafe import Markup
+
+from aerosid.reporting.figures.chart import Chart
+from aerosid.reporting.figures.svg import chart_svg
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure with its number, its caption and a longer text for those who cannot see it."""
+
+    number: int
+    chart: Chart
+    caption: str
+    label: str
+
+    @property
+    def identity(self) -> str:
+        """The figure's id in the page."""
+        return f"figure-{self.number}"
+
+    @property
+    def drawing(self) -> Markup:
+        """The figure as SVG."""
+        return chart_svg(self.chart, f"{self.identity}-svg", self.label)
+
+
+@dataclass
+class FigureBook:
+    """Collects figures; every section of a report draws its figures through the same one."""
+
+    figures: list[Figure] = field(default_factory=list)
+
+    def add(self, chart: Chart, caption: str, label: str) -> Figure:
+        """The chart as the next figure.
+
+        Parameters
+        ----------
+        chart : Chart
+            What is drawn.
+        caption : str
+            What the reader is to see in it.
+        label : str
+            What it shows, for those who cannot see it.
+        """
+        figure = Figure(len(self.figures) + 1, chart, caption, label)
+        self.figures.append(figure)
+        return figure

@@ -1,0 +1,153 @@
+"""Strip charts: the channels of a log with their residuals and the inputs below, and d(t) with what explains it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from aerosid.nomenclature import CHANNELS
+from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
+from aerosid.reporting.figures.layout import Row, limits_around, stacked
+from aerosid.reporting.words import shown_unit, subscripted
+from aerosid.results import ErrorHistory, Simulated
+
+CHANNELS_A_CHART = 4
+"""Channels in one figure: with their residuals and the inputs they fill most of an A4 page."""
+
+INPUTS_DRAWN = 3
+
+_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 34.0, 34.0, 84.0  # heights, pt
+_WITHIN, _BETWEEN = 4.0, 12.0
+_LONGEST_LABEL = 16
+_MODELS: tuple[Role, ...] = ("declared", "before", "after")
+_RESIDUALS: tuple[Role, ...] = ("before", "trimmed", "after")
+
+
+def strip_chart(
+    simulated: Simulated,
+    channels: Sequence[str],
+    inputs: Sequence[str],
+    noise: Mapping[str, float],
+    tolerances: Mapping[str, float] | None = None,
+) -> Chart:
+    """Measured points and simulated lines of each channel, its residuals below, the inputs at the bottom.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        One log with its simulations.
+    channels, inputs : sequence of str
+        What is drawn, from the top.
+    noise : mapping of str to float
+        Standard deviation of each channel's noise, SI, for the band of twice its size in the residual strip.
+    tolerances : mapping of str to float
+        How far a channel may be from the measured one, SI, where a tolerance applies: a corridor around the points.
+    """
+    time = simulated.log.time
+    rows: list[Row] = []
+    for name in channels:
+        responses = _responses(simulated, name)
+        band = _shown(simulated, name, 2.0 * noise.get(name, 0.0))
+        tolerance = _shown(simulated, name, (tolerances or {}).get(name, 0.0))
+        rows.append(_main_row(time, responses, axis_label(name, simulated), tolerance))
+        limits = _residual_limits(responses, band)
+        rows.append(Row(_RESIDUAL, _WITHIN, "residual", limits, _residual_marks(time, responses, band), quiet=True))
+    for name in inputs:
+        values = shown_unit(_unit(name, simulated)).factor * simulated.log[name]
+        limits = limits_around(values)
+        rows.append(Row(_INPUT, _BETWEEN, axis_label(name, simulated), limits, (Line(time, values, "ink"),)))
+    return stacked(rows, (float(time[0]), float(time[-1])), simulated.log.name)
+
+
+def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
+    """d(t) of each equation of one log, and what the found terms explain of it through the same estimator."""
+    rows = []
+    for history in histories:
+        marks: list[Mark] = [Points(history.time, history.d)]
+        if history.terms:
+            marks.append(Line(history.time, history.explained, "after"))
+        label = f"d in {subscripted(history.coefficient)}"
+        rows.append(Row(_EQUATION, _BETWEEN, label, limits_around(history.d, history.explained), tuple(marks)))
+    times = [history.time for history in histories]
+    span = (min(float(time[0]) for time in times), max(float(time[-1]) for time in times))
+    return stacked(rows, span, histories[0].log)
+
+
+def inputs_to_draw(simulated: Simulated, wanted: frozenset[str]) -> tuple[str, ...]:
+    """The inputs of a log that moved, control surfaces first, then those that the model's terms name.
+
+    Parameters
+    ----------
+    simulated : Simulated
+        One log.
+    wanted : frozenset of str
+        Channels in the completed model's terms; of the others only control surfaces are drawn.
+    """
+    log = simulated.log
+    names = [name for name in log.channels if name.startswith("delta_") or name in wanted]
+    moving = [name for name in names if _moves(log[name]) and name not in simulated.measured]
+    ordered = sorted(moving, key=lambda name: (name not in wanted, not name.startswith("delta_")))
+    return tuple(ordered[:INPUTS_DRAWN])
+
+
+def axis_label(name: str, simulated: Simulated) -> str:
+    """Symbol and unit in brackets, the symbol's subscript as `_{x}`; an unknown name of any length is cut."""
+    text = shown_unit(_unit(name, simulated)).text
+    label = subscripted(name)
+    if label == name and len(name) > _LONGEST_LABEL:
+        label = name[: _LONGEST_LABEL - 1] + "…"
+    return f"{label} [{text}]" if text else label
+
+
+def _unit(name: str, simulated: Simulated) -> str:
+    return CHANNELS[name].unit if name in CHANNELS else simulated.log.units.get(name, "1")
+
+
+def _moves(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size and np.ptp(known) > 1e-9 * max(1.0, float(np.max(np.abs(known)))))
+
+
+def _responses(simulated: Simulated, channel: str) -> dict[Role, FloatArray]:
+    """Measured and simulated histories of one channel in the unit shown; the trimmed one on validation logs only."""
+    factor = shown_unit(_unit(channel, simulated)).factor
+    roles: tuple[Role, ...] = ("measured", *_MODELS)
+    if simulated.role == "validation":
+        roles = (*roles, "trimmed")
+    held: dict[Role, Mapping[str, FloatArray]] = {role: getattr(simulated, role) for role in roles}
+    return {role: factor * histories[channel] for role, histories in held.items() if channel in histories}
+
+
+def _shown(simulated: Simulated, channel: str, value: float) -> float:
+    """An SI number of a channel in the unit shown; 0 where it is unknown."""
+    value *= shown_unit(_unit(channel, simulated)).factor
+    return value if math.isfinite(value) else 0.0
+
+
+def _main_row(time: FloatArray, responses: Mapping[Role, FloatArray], label: str, tolerance: float) -> Row:
+    """The strip with the measured points and the simulations over them."""
+    measured = responses["measured"]
+    marks: list[Mark] = [Corridor(time, measured - tolerance, measured + tolerance)] if tolerance else []
+    marks.append(Points(time, measured))
+    marks.extend(Line(time, responses[r], r, 1.0 if r == "after" else 1.2) for r in _MODELS if r in responses)
+    limits = limits_around(measured, *(responses[role] for role in _MODELS if role in responses))
+    return Row(_MAIN, _BETWEEN, label, limits, tuple(marks))
+
+
+def _residual_marks(time: FloatArray, responses: Mapping[Role, FloatArray], band: float) -> tuple[Mark, ...]:
+    residuals = [Line(time, responses["measured"] - responses[r], r, 0.8) for r in _RESIDUALS if r in responses]
+    return (Band(-band, band), *residuals) if band else tuple(residuals)
+
+
+def _residual_limits(responses: Mapping[Role, FloatArray], band: float) -> Limits:
+    """A scale that serves the completed model, so that its last misfit can be seen."""
+
+    def largest(role: Role) -> float:
+        residual = np.abs(responses["measured"] - responses[role]) if role in responses else np.zeros(1)
+        return float(np.max(residual[np.isfinite(residual)], initial=0.0))
+
+    fine = max(largest("after"), band) or largest("before") or 1.0
+    limit = 1.12 * max(fine, min(largest("before"), 4.0 * fine))
+    return -limit, limit

@@ -1,0 +1,54 @@
+"""The sections of the report, in the order of its story: what to decide, then why it should be believed.
+
+A section is one function `context(result, figures)` in a file here, one template of its name in templates/, and one
+line in `SECTIONS`. The function gives what fills the template, or None where the result holds nothing of the kind;
+figures are taken from `figures.add(chart, caption, label)` and set by the macro `figure`. What stands in the page
+also stands in report.pdf.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.sections import (
+    alternatives,
+    candidates,
+    decision,
+    derivatives,
+    effects,
+    fit,
+    origin,
+    prediction,
+    readings,
+    residual,
+)
+from aerosid.results import ClosedLoop
+
+Context = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One section: its anchor and template, its heading, and what fills the template."""
+
+    name: str
+    title: str
+    context: Callable[[ClosedLoop, FigureBook], Context | None]
+
+
+SECTIONS = (
+    Section("decision", "What is to be decided", decision.context),
+    Section("residual", "The residual, and where it is", residual.context),
+    Section("candidates", "The candidates and their evidence", candidates.context),
+    Section("effects", "What was chosen", effects.context),
+    Section("prediction", "Error before and after", prediction.context),
+    Section("alternatives", "What else it could be", alternatives.context),
+    Section("derivatives", "Derivatives", derivatives.context),
+    Section("fit", "Fit of every flight", fit.context),
+    Section("readings", "What was read", readings.context),
+    Section("origin", "Versions and inputs", origin.context),
+)
+"""The report from top to bottom."""

@@ -1,0 +1,16 @@
+"""What the manoeuvres cannot tell from the chosen effects."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
+    """The alternatives, effect by effect."""
+    groups: dict[str, list[Any]] = {}
+    for effect in result.alternatives:
+        groups.setdefault(effect.instead_of, []).append(effect)
+    return {"groups": groups}

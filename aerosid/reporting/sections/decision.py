@@ -1,0 +1,26 @@
+"""What the engineer has to decide: verdict, effects, error before and after, and what is not proven."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.error_rows import by_log, noise_scale
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, typical_gain, unproven
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
+    """Verdict, effects, and the error before and after on the flights that were not used for the fit."""
+    rows = headline_rows(result)
+    return {
+        "tone": TONES[result.verdict],
+        "verdict": result.verdict.name.lower().replace("_", " "),
+        "meaning": result.verdict.value,
+        "decision": DECISIONS[result.verdict],
+        "open_points": unproven(result),
+        "held_back": bool(rows) and rows[0].role == "validation",
+        "gain": typical_gain(rows),
+        "logs": by_log(rows),
+        "scale": noise_scale(rows),
+    }

@@ -1,0 +1,19 @@
+"""The derivative table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
+    """The derivatives, coefficient by coefficient, with where the estimate lies beside the declared value."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for row in result.derivatives:
+        shift = None
+        if row.declared is not None and row.std_error and row.shown:
+            shift = (row.value - row.declared) / row.std_error
+        groups.setdefault(row.coefficient, []).append({"row": row, "found": row.declared is None, "shift": shift})
+    return {"groups": groups, "hidden": any(not row.shown for row in result.derivatives)}

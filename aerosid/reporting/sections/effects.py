@@ -1,0 +1,13 @@
+"""The effects that were chosen, with what speaks for each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
+    """The effects; nothing where none was found."""
+    return {"effects": result.effects} if result.effects else None

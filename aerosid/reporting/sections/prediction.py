@@ -1,0 +1,58 @@
+"""Measured and simulated: strip charts of every log, the flights that were not used for the fit first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from aerosid.nomenclature import CHANNELS
+from aerosid.reporting.error_rows import by_log
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_draw, strip_chart
+from aerosid.reporting.tables import measured_channels
+from aerosid.reporting.words import number, shown_unit
+from aerosid.results import ClosedLoop, ErrorRow, Simulated
+
+
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
+    """Strip charts and errors of every log."""
+    wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
+    groups = {(group["log"], group["role"]): group for group in by_log(result.errors)}
+    logs = []
+    for simulated in sorted(result.simulated, key=lambda simulated: simulated.role != "validation"):
+        rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
+        noise = {channel: row.noise for channel, row in rows.items()}
+        inputs = inputs_to_draw(simulated, wanted)
+        drawn = []
+        for channels in _groups(measured_channels([simulated])):
+            chart = strip_chart(simulated, channels, inputs, noise)
+            label = f"Time histories of {', '.join(channels)}, their residuals, and {', '.join(inputs) or 'no input'}"
+            drawn.append(figures.add(chart, _caption(simulated, channels, rows), label))
+        errors = groups.get((simulated.log.name, simulated.role))
+        logs.append({"log": simulated.log, "role": simulated.role, "figures": drawn, "errors": errors})
+    return {"logs": logs, "trimmed": any(simulated.role == "validation" for simulated in result.simulated)}
+
+
+def _groups(channels: Sequence[str]) -> list[Sequence[str]]:
+    """The channels in as few charts of nearly equal size as the page allows."""
+    charts = -(-len(channels) // CHANNELS_A_CHART)
+    size = -(-len(channels) // max(charts, 1)) or 1
+    return [channels[i : i + size] for i in range(0, len(channels), size)]
+
+
+def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, ErrorRow]) -> str:
+    """What the chart shows, with the numbers that the eye is to find in it."""
+    parts = []
+    for channel in channels:
+        name = CHANNELS[channel].name if channel in CHANNELS else channel
+        row = rows.get(channel)
+        if row is None:
+            parts.append(name)
+            continue
+        unit = shown_unit(row.unit)
+        before, after = (
+            "diverged" if value is None else number(value * unit.factor, 2) for value in (row.before, row.after)
+        )
+        parts.append(f"{name} {before} → {after} {unit.text}".rstrip())
+    use = "not used for the fit" if simulated.role == "validation" else "used for the fit"
+    return f"{simulated.log.name} ({simulated.role}, {use}); error re-estimated → completed: {'; '.join(parts)}."

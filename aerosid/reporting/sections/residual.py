@@ -1,0 +1,54 @@
+"""The residual of the declared structure: which channels it reaches, and in which equation it acts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.strip_charts import model_error_chart
+from aerosid.reporting.words import number
+from aerosid.results import ClosedLoop, ErrorHistory
+
+
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
+    """Channels by their error over the noise, equations by d(t), and d(t) of every identification log."""
+    times: dict[str, list[tuple[float, str]]] = {}
+    for row in result.errors:
+        if row.role == "identification" and row.before is not None and row.noise > 0.0:
+            times.setdefault(row.log, []).append((row.before / row.noise, row.channel))
+    return {
+        "channels": {log: sorted(rows, reverse=True) for log, rows in times.items()},
+        "equations": [_equation(history) for history in result.model_error],
+        "figures": [_figure(log, result, figures) for log in dict.fromkeys(h.log for h in result.model_error)],
+    }
+
+
+def _equation(history: ErrorHistory) -> dict[str, Any]:
+    """How large d(t) is, when it is largest, and how much of its variance the found terms explain."""
+    held = np.isfinite(history.d)
+    d, time = history.d[held], history.time[held]
+    spread = float(np.std(d)) if d.size else None
+    share = None
+    if history.terms and spread:
+        share = 1.0 - float(np.var(d - history.explained[held])) / spread**2
+    return {
+        "history": history,
+        "spread": spread,
+        "largest_at": float(time[np.argmax(np.abs(d - np.mean(d)))]) if d.size else None,
+        "share": share,
+    }
+
+
+def _figure(log: str, result: ClosedLoop, figures: FigureBook) -> Any:
+    histories = [history for history in result.model_error if history.log == log]
+    found = [
+        f"{history.coefficient}: {', '.join(history.terms)}, correlation {number(history.correlation, 3)}"
+        if history.terms
+        else f"{history.coefficient}: nothing found"
+        for history in histories
+    ]
+    caption = f"Model error d(t) of {log}. {'; '.join(found)}."
+    label = f"Time histories of d(t) in {', '.join(history.coefficient for history in histories)}"
+    return figures.add(model_error_chart(histories), caption, label)
