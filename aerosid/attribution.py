@@ -22,7 +22,7 @@ from aerosid.effects.step_change import is_step, moment, step_change
 from aerosid.evidence import Deviations, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_gust, with_offsets
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.refinement import Refinement, RefinementSettings, refine
+from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class AttributionSettings:
 
 
 TRIAL = RefinementSettings(
-    steps=8, rounds=3, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=1.0, disturbances=False
+    steps=16, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=1.0, disturbances=False
 )
 """A trial decides between hypotheses that differ by many units of -2 ln L: a few steps are enough."""
 
-BACKGROUND = RefinementSettings(steps=12, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
+BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
 
 UNLIKE_THEIR_SCORE = ("control_rate_limit", "control_deadband", "control_lag", "control_delay", "sensor_lag")
@@ -249,7 +249,7 @@ class _Search:
         for _ in range(self.settings.rounds):
             scores = self.scores(current)
             rounds.append(scores)
-            trials = [self.tried(current, score) for score in self.shortlist(scores)]
+            trials = self.tried(current, self.shortlist(scores))
             trials = [trial for trial in trials if self.price(trial) < self.price(current)]
             improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
             if improved is None:
@@ -327,8 +327,11 @@ class _Search:
 
     def price(self, trial: Refinement) -> float:
         """-2 ln L with what its numbers cost."""
-        count = len(trial.free) + sum(len(active.values) for active in trial.effects)
-        return trial.cost + self.settings.price * count
+        return trial.cost + self.fare(trial)
+
+    def fare(self, trial: Refinement | Start) -> float:
+        """What the numbers of an estimate cost."""
+        return self.settings.price * (len(trial.free) + sum(len(active.values) for active in trial.effects))
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
@@ -370,8 +373,18 @@ class _Search:
                 chosen.append(score)
         return chosen
 
-    def tried(self, current: Refinement, score: Score) -> Refinement:
-        """The estimate with one more hypothesis."""
+    def tried(
+        self, current: Refinement, scores: Sequence[Score], level: float = np.inf, margin: float = 0.0
+    ) -> list[Refinement]:
+        """The estimate with one more hypothesis, for each of several.
+
+        Those are not followed to the end that stay more than `margin` above the best, or above the price `level`.
+        """
+        starts = [self.start(current, score) for score in scores]
+        return contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level, margin)
+
+    def start(self, current: Refinement, score: Score) -> Start:
+        """Where the fit of one more hypothesis begins."""
         hypothesis = score.hypothesis
         start = score.start[len(hypothesis.entries) :]
         effects = hypothesis.at(start, score.trial).effects
@@ -379,14 +392,12 @@ class _Search:
         if hypothesis.time is not None:
             base = self.with_room(current).model
             effects = tuple(self.moving(active, hypothesis.time) for active in effects)
-        return refine(
+        return Start(
             base.extended(hypothesis.entries),
-            self.manoeuvres,
             (*current.free, *hypothesis.entries),
-            effects=(*current.effects, *effects),
-            states=current.states,
-            variance=current.variance,
-            settings=TRIAL,
+            (*current.effects, *effects),
+            current.states,
+            current.variance,
         )
 
     def moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
@@ -485,7 +496,8 @@ class _Search:
             group = groups[0]
             done.add(group[0].label)
             reduced = self.without(current, group)
-            trials = [self.tried(reduced, score) for score in self.rivals(reduced, group)]
+            margin = self.margin(current, {part.label for part in group})
+            trials = self.tried(reduced, self.rivals(reduced, group), self.price(current), margin)
             best = min(trials, key=self.price, default=None)
             if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
                 trials = [*(trial for trial in trials if trial is not best), current]
@@ -516,36 +528,31 @@ class _Search:
     def within_reach(self, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]) -> list[Finding]:
         """Those trials that the data hardly tell from the chosen estimate."""
         base = {part.label for part in self.parts(reduced, None)}
-        chosen = [
-            part
-            for part in self.parts(current, deviations(current, self.manoeuvres, quick=True))
-            if part.label not in base
-        ]
+        chosen = [part.label for part in self.parts(current, None) if part.label not in base]
         if not chosen:
             return []
-        inflation = max(1.0, *(self.inflation(current, part) for part in chosen))
-        base |= {part.label for part in chosen}
+        margin = self.margin(current, set(chosen))
+        base.update(chosen)
         found: list[Finding] = []
         for trial in trials:
             loss = self.price(trial) - self.price(current)
-            if loss < self.settings.reach * inflation:
+            if loss < margin:
                 spread = deviations(trial, self.manoeuvres, quick=True)
                 others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
-                found.extend(self.finding(part, -loss, _named(chosen[0].label)) for part in others)
+                found.extend(self.finding(part, -loss, _named(chosen[0])) for part in others)
         return found
 
-    def inflation(self, current: Refinement, part: _Part) -> float:
-        """By how much coloured residuals widen the variance of a part."""
+    def margin(self, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+        """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
         spread = deviations(current, self.manoeuvres, quick=True)
-        if part.entry is not None:
-            place = current.free.index(part.entry)
-            return float(spread.corrected[place] / spread.white[place]) ** 2
-        assert part.active is not None
-        if isinstance(part.active.effect, NoiseEffect):
-            return 1.0
-        before = current.effects[: current.effects.index(part.active)]
-        place = sum(active.slopes for active in before)
-        return float(spread.effects[place] / spread.effects_white[place]) ** 2
+        corrected = self.parts(current, spread)
+        white = self.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
+        inflation = [
+            (part.std_error / plain.std_error) ** 2
+            for part, plain in zip(corrected, white, strict=True)
+            if part.label in labels and plain.std_error > 0.0
+        ]
+        return self.settings.reach * max(1.0, *inflation, 1.0)
 
     def finding(self, part: _Part, gain: float, instead_of: str = "") -> Finding:
         """A part with its evidence."""

@@ -46,8 +46,9 @@ class Point:
     """A set of parameters with everything that a search asks about it.
 
     `values` (T,) of all terms; `states` the initial ones; `effects` with their numbers; `variance` (8,) of the output
-    noise; `cost` -2 ln L but for a constant; `normal` (M, M) and `gradient` (M,) of the Gauss-Newton step;
-    `mean_square` (8,) of each output's whitened residual.
+    noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (8, M, M) and `gradients`
+    (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals' squares, `counts` (8,) how many.
+    `prior_normal` and `prior_gradient`: of the a-priori knowledge.
     """
 
     values: NDArray[np.float64]
@@ -55,9 +56,27 @@ class Point:
     effects: tuple[ActiveEffect, ...]
     variance: NDArray[np.float64]
     cost: float
-    normal: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    mean_square: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    gradients: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    counts: NDArray[np.float64]
+    prior_normal: NDArray[np.float64]
+    prior_gradient: NDArray[np.float64]
+
+    def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The noise variances (8,) that make these residuals most likely, at least `floor`."""
+        share = np.where(self.counts > 0.0, self.squares / np.maximum(self.counts, 1.0), 1.0)
+        return np.asarray(np.maximum(self.variance * share, floor))
+
+    def at_variance(self, variance: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """-2 ln L, information (M, M) and gradient (M,) at other noise variances (8,).
+
+        Exact where the inputs are free of noise; else good for small changes, since their share moves little.
+        """
+        ratio = self.variance / variance
+        change = np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio))
+        normal = np.tensordot(ratio, self.normals, axes=1) + self.prior_normal
+        return self.cost + float(change), normal, ratio @ self.gradients + self.prior_gradient
 
 
 class OutOfRangeError(Exception):
@@ -469,32 +488,44 @@ class Likelihood:
     ) -> Point | None:
         """Likelihood, gradient and information; None where the simulation leaves the model's range."""
         count = self.parameter_count(effects)
-        normal, gradient = np.zeros((count, count)), np.zeros(count)
+        normals, gradients = np.zeros((OUTPUT_COUNT, count, count)), np.zeros((OUTPUT_COUNT, count))
         squares, counts = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT)
         cost = 0.0
         try:
             for part in self.stretches(values, states, effects, variance):
                 held = np.isfinite(part.residual)
                 residual = np.where(held, part.residual, 0.0)
-                flat = part.columns.reshape(-1, count)
-                normal += flat.T @ flat
-                gradient += flat.T @ residual.ravel()
+                for i in np.flatnonzero(held.any(axis=0)):
+                    columns = part.columns[:, i, :]
+                    normals[i] += columns.T @ columns
+                    gradients[i] += residual[:, i] @ columns
                 squares += np.sum(residual**2, axis=0)
                 counts += held.sum(axis=0)
                 cost += part.log_sum
         except OutOfRangeError:
             return None
         cost += float(squares.sum())
+        prior_normal, prior_gradient = np.zeros((count, count)), np.zeros(count)
         for place, value, sigma in self.priors:
             at = int(np.flatnonzero(self.free == place)[0])
             cost += ((values[place] - value) / sigma) ** 2
-            normal[at, at] += 1.0 / sigma**2
-            gradient[at] += (value - values[place]) / sigma**2
+            prior_normal[at, at] += 1.0 / sigma**2
+            prior_gradient[at] += (value - values[place]) / sigma**2
         if not np.isfinite(cost):
             return None
-        mean_square = np.where(counts > 0, squares / np.maximum(counts, 1), 1.0)
-        states = tuple(np.array(state) for state in states)
-        return Point(np.array(values), states, tuple(effects), variance, cost, normal, gradient, mean_square)
+        return Point(
+            values=np.array(values),
+            states=tuple(np.array(state) for state in states),
+            effects=tuple(effects),
+            variance=variance,
+            cost=cost,
+            normals=normals,
+            gradients=gradients,
+            squares=squares,
+            counts=counts,
+            prior_normal=prior_normal,
+            prior_gradient=prior_gradient,
+        )
 
     def cost(
         self,

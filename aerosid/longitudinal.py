@@ -456,7 +456,9 @@ class Step(NamedTuple):
     """The response over one sampling interval: end state and its partial derivatives.
 
     `state` (5); `transition` (5, 5) d x1/d x0; `start` and `end` (5, E) d x1/d extra input at the start and at the end
-    (inputs are linear in between); `terms` (5, T) d x1/d term values.
+    (inputs are linear in between); `terms` (5, T) d x1/d term values. The rest is room to work: what each of the four
+    Runge-Kutta stages saw (`rates_x`, `rates_u`, `rates_p`, rows u, w, q of the last two), and how a rate added at a
+    stage moves the end of the step (`passed_on`).
     """
 
     state: NDArray[np.float64]
@@ -466,17 +468,18 @@ class Step(NamedTuple):
     terms: NDArray[np.float64]
     stage_state: NDArray[np.float64]
     stage_input: NDArray[np.float64]
-    forcing: NDArray[np.float64]
-    columns: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    total: NDArray[np.float64]
     state_total: NDArray[np.float64]
+    rates_x: NDArray[np.float64]
+    rates_u: NDArray[np.float64]
+    rates_p: NDArray[np.float64]
+    passed_on: NDArray[np.float64]
+    substep: NDArray[np.float64]
+    moved: NDArray[np.float64]
 
 
 @njit
 def make_step(extra_inputs: int, terms: int) -> Step:
     """A `Step` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
-    width = 5 + 2 * extra_inputs + terms
     return Step(
         np.zeros(5),
         np.zeros((5, 5)),
@@ -485,10 +488,12 @@ def make_step(extra_inputs: int, terms: int) -> Step:
         np.zeros((5, terms)),
         np.zeros(5),
         np.zeros(FIXED_INPUTS + extra_inputs),
-        np.zeros((3, width)),
-        np.zeros((5, width)),
-        np.zeros((4, width)),
-        np.zeros((5, width)),
+        np.zeros(5),
+        np.zeros((4, 5, 5)),
+        np.zeros((4, 3, extra_inputs)),
+        np.zeros((4, 3, terms)),
+        np.zeros((4, 5, 5)),
+        np.zeros((5, 5)),
         np.zeros(5),
     )
 
@@ -510,15 +515,11 @@ def advance(
 ) -> None:
     """Write the state after one sampling interval, and its sensitivities, into `step`.
 
-    Classical fourth-order Runge-Kutta with `substeps` equal steps; the variational equations are integrated by the
-    same scheme, so that the sensitivities are those of the discrete solution itself. Inputs are linear in time.
+    Classical fourth-order Runge-Kutta with `substeps` equal steps; the sensitivities are those of the discrete
+    solution itself. Inputs are linear in time.
     """
     extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
     step.state[:] = x
-    if differentiate:
-        step.columns[:, :] = 0.0
-        for i in range(5):
-            step.columns[i, i] = 1.0
     h = interval / substeps
     for s in range(substeps):
         for n in range(4):
@@ -533,58 +534,97 @@ def advance(
             for i in range(5):
                 step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
             if differentiate:
-                _add_stage(work, step, n == 0, fraction, reach, weight)
+                for i in range(5):
+                    for k in range(5):
+                        step.rates_x[n, i, k] = work.rates_x[i, k]
+                for i in range(3):  # neither inputs nor terms act on theta and h directly
+                    for j in range(extra):
+                        step.rates_u[n, i, j] = work.rates_u[i, j]
+                    for t in range(terms):
+                        step.rates_p[n, i, t] = work.rates_p[i, t]
         for i in range(5):
             step.state[i] += step.state_total[i]
         if differentiate:
-            for i in range(5):
-                for k in range(step.columns.shape[1]):
-                    step.columns[i, k] += step.total[i, k]
-    if differentiate:
-        for i in range(5):
-            for k in range(5):
-                step.transition[i, k] = step.columns[i, k]
-            for j in range(extra):
-                step.start[i, j] = step.columns[i, 5 + j]
-                step.end[i, j] = step.columns[i, 5 + extra + j]
-            for t in range(terms):
-                step.terms[i, t] = step.columns[i, 5 + 2 * extra + t]
+            _pass_on(step, h)
+            _sensitivities(step, s, substeps)
 
 
 @njit_inline
-def _add_stage(work: Workspace, step: Step, first: bool, fraction: float, reach: float, weight: float) -> None:
-    """One stage of the variational equations, column by column: s' = f_x s + f_p."""
-    columns, slope, total, forcing, f_x = step.columns, step.slope, step.total, step.forcing, work.rates_x
-    extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
-    for i in range(3):  # nothing acts on theta and h directly
-        for j in range(extra):
-            forcing[i, 5 + j] = (1.0 - fraction) * work.rates_u[i, j]
-            forcing[i, 5 + extra + j] = fraction * work.rates_u[i, j]
-        for t in range(terms):
-            forcing[i, 5 + 2 * extra + t] = work.rates_p[i, t]
-    uu, uw, uq, ut = f_x[0, 0], f_x[0, 1], f_x[0, 2], f_x[0, 3]
-    wu, ww, wq, wt = f_x[1, 0], f_x[1, 1], f_x[1, 2], f_x[1, 3]
-    qu, qw, qq, qt = f_x[2, 0], f_x[2, 1], f_x[2, 2], f_x[2, 3]
-    tq, hu, hw, ht = f_x[3, 2], f_x[4, 0], f_x[4, 1], f_x[4, 3]
+def _pass_on(step: Step, h: float) -> None:
+    """How a rate added at each stage moves the end of a Runge-Kutta step, and the step's own transition.
+
+    Backwards from the last stage: W_3 = h/6 I, W_n = b_n I + c_(n+1) W_(n+1) F_(n+1), with F the Jacobians of the
+    stages, b = h/6, h/3, h/3, h/6 their weights and c = 0, h/2, h/2, h how far each reaches along the one before it.
+    Then Phi = I + sum W_n F_n, and a forcing f_n of the stages moves the end by sum W_n f_n: linear in the number of
+    forcings, where carrying each through the stages costs the Jacobians' product for every one of them.
+    """
+    passed, transition = step.passed_on, step.substep
+    for i in range(5):
+        for k in range(5):
+            transition[i, k] = 1.0 if i == k else 0.0
+            passed[3, i, k] = h / 6.0 if i == k else 0.0
+    for back in range(4):
+        n = 3 - back
+        F = step.rates_x[n]
+        reach = h if n == 3 else 0.5 * h
+        weight = h / 6.0 if n == 1 else h / 3.0
+        for i in range(5):
+            u, w, q, theta, height = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3], passed[n, i, 4]
+            # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h.
+            by_u = u * F[0, 0] + w * F[1, 0] + q * F[2, 0] + height * F[4, 0]
+            by_w = u * F[0, 1] + w * F[1, 1] + q * F[2, 1] + height * F[4, 1]
+            by_q = u * F[0, 2] + w * F[1, 2] + q * F[2, 2] + theta * F[3, 2]
+            by_theta = u * F[0, 3] + w * F[1, 3] + q * F[2, 3] + height * F[4, 3]
+            transition[i, 0] += by_u
+            transition[i, 1] += by_w
+            transition[i, 2] += by_q
+            transition[i, 3] += by_theta
+            if n > 0:
+                passed[n - 1, i, 0] = reach * by_u
+                passed[n - 1, i, 1] = reach * by_w
+                passed[n - 1, i, 2] = reach * by_q
+                passed[n - 1, i, 3] = reach * by_theta
+                passed[n - 1, i, 4] = 0.0
+                passed[n - 1, i, i] += weight
+
+
+@njit_inline
+def _sensitivities(step: Step, s: int, substeps: int) -> None:
+    """Carry the sensitivities over substep `s`: those so far through its transition, and what its stages add."""
+    extra, terms = step.start.shape[1], step.terms.shape[1]
+    if s == 0:
+        for i in range(5):
+            for k in range(5):
+                step.transition[i, k] = step.substep[i, k]
+            for j in range(extra):
+                step.start[i, j] = 0.0
+                step.end[i, j] = 0.0
+            for t in range(terms):
+                step.terms[i, t] = 0.0
+    else:
+        _carried(step.substep, step.transition, step.moved)
+        _carried(step.substep, step.start, step.moved)
+        _carried(step.substep, step.end, step.moved)
+        _carried(step.substep, step.terms, step.moved)
+    for n in range(4):
+        fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
+        for i in range(5):
+            for r in range(3):
+                passed = step.passed_on[n, i, r]
+                for j in range(extra):
+                    step.start[i, j] += passed * (1.0 - fraction) * step.rates_u[n, r, j]
+                    step.end[i, j] += passed * fraction * step.rates_u[n, r, j]
+                for t in range(terms):
+                    step.terms[i, t] += passed * step.rates_p[n, r, t]
+
+
+@njit_inline
+def _carried(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
+    """The columns (5, K) after a step with `transition` (5, 5), in place."""
     for k in range(columns.shape[1]):
-        u, w, q, theta = columns[0, k], columns[1, k], columns[2, k], columns[3, k]
-        if not first:
-            u += reach * slope[0, k]
-            w += reach * slope[1, k]
-            q += reach * slope[2, k]
-            theta += reach * slope[3, k]
-        d_u = uu * u + uw * w + uq * q + ut * theta + forcing[0, k]
-        d_w = wu * u + ww * w + wq * q + wt * theta + forcing[1, k]
-        d_q = qu * u + qw * w + qq * q + qt * theta + forcing[2, k]
-        d_theta = tq * q
-        d_h = hu * u + hw * w + ht * theta
-        slope[0, k], slope[1, k], slope[2, k], slope[3, k] = d_u, d_w, d_q, d_theta
-        if first:
-            total[0, k], total[1, k], total[2, k] = weight * d_u, weight * d_w, weight * d_q
-            total[3, k], total[4, k] = weight * d_theta, weight * d_h
-        else:
-            total[0, k] += weight * d_u
-            total[1, k] += weight * d_w
-            total[2, k] += weight * d_q
-            total[3, k] += weight * d_theta
-            total[4, k] += weight * d_h
+        for i in range(5):
+            moved[i] = 0.0
+            for m in range(5):
+                moved[i] += transition[i, m] * columns[m, k]
+        for i in range(5):
+            columns[i, k] = moved[i]

@@ -15,8 +15,11 @@ from aerosid.longitudinal import OUTPUTS
 from aerosid.noise import estimate_noise
 from aerosid.prediction import Flight
 
-LONGEST_SUBSTEP = 0.02
-"""s; a fourth-order step this long is exact to 1e-6 for a short period of 10 rad/s."""
+LONGEST_ANGLE = 0.15
+"""rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
+
+LONGEST_SUBSTEP = 0.1
+"""s; where the aircraft is slow or the declared model empty."""
 
 SLOW_AIR = 2.0
 """s; density and speed of sound, which are ratios of noisy channels, are averaged over this time."""
@@ -96,11 +99,30 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
             measured[:, i] = log[name]
             noise[i] = estimate_noise(log.time, log[name])
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
-    substeps = max(1, int(np.ceil(float(np.median(np.diff(log.time))) / LONGEST_SUBSTEP - 1e-9)))
+    substeps = _substeps(log, aircraft, inputs)
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
     outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
     return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)))
+
+
+def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
+    """Integration steps in a sampling interval, from the fastest motion that the declared derivatives could make.
+
+    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|.
+    """
+    interval = float(np.median(np.diff(log.time)))
+    speed = float(np.nanmedian(log["V"]))
+    size = {(d.coefficient, str(d.term)): abs(d.value) for d in aircraft.derivatives}
+    density, mass = float(np.median(inputs[:, 0])), float(np.median(inputs[:, 2]))
+    force = 0.5 * density * speed**2 * aircraft.wing_area
+    lift = max(size.get(("C_Z", "alpha"), 0.0), size.get(("C_L", "alpha"), 0.0))
+    heave = force / (mass * speed) * lift
+    pitch = force * aircraft.mean_chord / aircraft.I_yy
+    damping = pitch * aircraft.mean_chord / (2.0 * speed) * size.get(("C_m", "q_hat"), 0.0)
+    fastest = np.sqrt(pitch * size.get(("C_m", "alpha"), 0.0) + heave * damping) + 0.5 * (heave + damping)
+    longest = min(LONGEST_SUBSTEP, LONGEST_ANGLE / fastest) if fastest > 0.0 else LONGEST_SUBSTEP
+    return max(1, int(np.ceil(interval / longest - 1e-9)))
 
 
 def initial_state(flight: Flight) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs
 from aerosid.refinement import Refinement, RefinementSettings, refine
 
-_INITIAL_STATE = RefinementSettings(steps=20, rounds=1, step_tolerance=0.01)
+_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01)
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ class RefinementSettings:
     Attributes
     ----------
     steps : int
-        Levenberg-Marquardt steps at given noise levels; five to ten are usual, more means a wrong model.
+        Levenberg-Marquardt steps; five to ten are usual, more means a wrong model.
     rounds : int
-        Rounds of noise levels; the fixed point is reached in three where the model is right.
+        Rounds in which the statistics of disturbances and everything else are estimated in turn.
     step_tolerance : float
         A step below this share of the standard deviation of every parameter changes no printed digit.
     variance_tolerance : float
@@ -39,7 +39,7 @@ class RefinementSettings:
         Whether the statistics of disturbances are estimated too, or kept.
     """
 
-    steps: int = 30
+    steps: int = 60
     rounds: int = 12
     step_tolerance: float = 1e-3
     variance_tolerance: float = 1e-3
@@ -132,39 +132,137 @@ def refine(
 
     Notes
     -----
-    Levenberg-Marquardt on the whitened residuals at given noise variances, alternating with variances at their
-    likelihood's maximum. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System Identification,
-    chapters 4 and 5.
+    Levenberg-Marquardt on the likelihood in which the noise variances stand at their maximum: each step is weighted
+    by the residuals that it starts from. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System
+    Identification, chapters 4 and 5.
     """
     likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), filtering, tuple(priors))
-    variance = likelihood.starting_variance() if variance is None else np.array(variance)
+    start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance)
+    point = _first_point(likelihood, start, settings)
+    point, converged = _best(likelihood, point, settings, hold_variance)
+    if settings.disturbances and any(isinstance(active.effect, NoiseEffect) for active in point.effects):
+        for _ in range(settings.rounds):
+            moved = _likeliest_noise(likelihood, point)
+            if moved is point:
+                break
+            point, converged = _best(likelihood, moved, settings, hold_variance)
+    return _refinement(likelihood, model, tuple(free), point, converged)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where an estimate begins: what is free, with the start values of everything.
+
+    As the parameters of `refine`.
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    effects: tuple[ActiveEffect, ...] = ()
+    states: tuple[NDArray[np.float64], ...] | None = None
+    variance: NDArray[np.float64] | None = None
+
+
+def contest(
+    starts: Sequence[Start],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    allowance: Sequence[float],
+    level: float = np.inf,
+    margin: float = 0.0,
+) -> list[Refinement]:
+    """The estimates from several starts, those that cannot win given up on the way.
+
+    Parameters
+    ----------
+    starts : sequence of Start
+        The contestants: different structures on the same manoeuvres.
+    allowance : sequence of float
+        What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
+    level : float
+        -2 ln L with handicap that is reached already outside the contest.
+    margin : float
+        By how much more than the least of all a contestant may have at the end and still be of interest.
+
+    Returns
+    -------
+    list of Refinement
+        In the order of `starts`; of those that were given up the state at that time, `converged` false.
+
+    Notes
+    -----
+    All move one step in turn. After two, one is given up where even several times the fall that its linearisation
+    promises would leave it above what another has reached already.
+    """
+    likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
+    points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
+    converged = [False] * len(starts)
+    paths = {n: _path(likelihoods[n], points[n], settings, hold_variance=False) for n in range(len(starts))}
+    for turn in range(settings.steps):
+        for n, path in list(paths.items()):
+            points[n], rest = next(path, (points[n], True))
+            converged[n] = rest
+            if rest:
+                del paths[n]
+        if turn < 1 or not paths:
+            continue
+        reached = min(level, *(point.cost + more for point, more in zip(points, allowance, strict=True)))
+        for n in list(paths):
+            promise = MOST_OF_PROMISE * promised_fall(likelihoods[n], points[n])
+            if points[n].cost + allowance[n] - promise > reached + margin:
+                del paths[n]
+    return [
+        _refinement(likelihood, start.model, start.free, point, rest)
+        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+    ]
+
+
+MOST_OF_PROMISE = 3.0
+"""Times the fall that a linearisation promises: where the problem bends, a step finds more than was promised."""
+
+
+def promised_fall(likelihood: Likelihood, point: Point) -> float:
+    """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
+    active = likelihood.active(point.effects)
+    variance = point.likeliest_variance(likelihood.variance_floor)
+    cost, normal, gradient = point.at_variance(variance)
+    normal, gradient = normal[np.ix_(active, active)], gradient[active]
+    scale = np.sqrt(np.diag(normal))
+    scale[scale == 0.0] = 1.0
+    inner = np.linalg.solve(normal / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale)
+    step = np.zeros(active.size)
+    step[active] = inner / scale
+    squares = point.squares - 2.0 * point.gradients @ step + np.einsum("a,iab,b->i", step, point.normals, step)
+    least = point.counts * likelihood.variance_floor / point.variance
+    held = point.counts > 0.0
+    ratio = np.maximum(squares, np.maximum(least, 1e-12 * point.squares))[held] / point.squares[held]
+    return point.cost - cost - float(point.counts[held] @ np.log(ratio))
+
+
+def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
+    """The start with its likelihood."""
+    variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
+    states = start.states
     if states is None:
-        states = [initial_state(manoeuvre.flight) for manoeuvre in manoeuvres]
-    point = likelihood.evaluate(model.values, states, tuple(effects), variance)
+        states = tuple(initial_state(manoeuvre.flight) for manoeuvre in likelihood.manoeuvres)
+    point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
-        point = _led_in(likelihood, model.values, states, tuple(effects), variance, settings)
-    converged = False
-    for _ in range(settings.rounds):
-        point, converged = _levenberg_marquardt(likelihood, point, settings)
-        if settings.disturbances:
-            point = _likeliest_noise(likelihood, point)
-        if hold_variance:
-            break
-        updated = np.maximum(point.variance * point.mean_square, likelihood.variance_floor)
-        if np.allclose(updated, point.variance, rtol=settings.variance_tolerance, atol=0.0):
-            break
-        again = likelihood.evaluate(point.values, point.states, point.effects, updated)
-        if again is None:
-            break
-        point = again
+        point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)
+    return point
+
+
+def _refinement(
+    likelihood: Likelihood, model: AerodynamicModel, free: tuple[Entry, ...], point: Point, converged: bool
+) -> Refinement:
+    """The result at a point."""
     return Refinement(
         model=model.with_values(point.values),
-        free=tuple(free),
+        free=free,
         states=point.states,
         effects=point.effects,
         variance=point.variance,
         cost=point.cost,
-        information=point.normal,
+        information=point.at_variance(point.variance)[1],
         converged=converged,
         held_to_data=likelihood.held_to_data,
     )
@@ -206,32 +304,57 @@ def whiten(
     )
 
 
-def _levenberg_marquardt(likelihood: Likelihood, point: Point, settings: RefinementSettings) -> tuple[Point, bool]:
-    """The best point at given noise variances, and whether the search came to rest."""
+def _best(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> tuple[Point, bool]:
+    """The best point, and whether the search came to rest."""
+    *_, end = ((point, False), *_path(likelihood, point, settings, hold_variance))
+    return end
+
+
+def _path(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> Iterator[tuple[Point, bool]]:
+    """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
     damping = 1e-3
     active = likelihood.active(point.effects)
     for _ in range(settings.steps):
-        scale = np.sqrt(np.diag(point.normal))[active]
+        variance = point.variance if hold_variance else point.likeliest_variance(likelihood.variance_floor)
+        level = float(np.max(np.abs(np.log(variance / point.variance))))
+        cost, normal, gradient = point.at_variance(variance)
+        scale = np.sqrt(np.diag(normal))[active]
         scale[scale == 0.0] = 1.0
-        matrix = point.normal[np.ix_(active, active)] / np.outer(scale, scale)
-        slope = point.gradient[active] / scale
+        matrix = normal[np.ix_(active, active)] / np.outer(scale, scale)
+        slope = gradient[active] / scale
         while True:
             scaled = np.linalg.solve(matrix + damping * np.eye(scale.size), slope)
             step = np.zeros(active.size)
             step[active] = scaled / scale
-            trial = likelihood.evaluate(*likelihood.moved(point, step), point.variance)
-            if trial is not None and trial.cost <= point.cost + 1e-9 * abs(point.cost):
+            trial = likelihood.evaluate(*likelihood.moved(point, step), variance)
+            if trial is not None and trial.cost <= cost + 1e-9 * abs(cost):
                 break
+            if level > 0.0:
+                # What was compared with is exact only at the point's own noise levels.
+                again = likelihood.evaluate(point.values, point.states, point.effects, variance)
+                if again is None:
+                    return
+                point, level = again, 0.0
+                cost, normal, gradient = point.at_variance(variance)
+                if trial is not None and trial.cost <= cost + 1e-9 * abs(cost):
+                    break
             damping *= 10.0
             if damping > 1e10:
-                return point, True
+                yield point, True
+                return
         damping = max(damping * 0.1, 1e-12)
-        fall = point.cost - trial.cost
+        fall = cost - trial.cost
         point = trial
         # Scaled by the information alone: at most a standard deviation per unit, less where parameters correlate.
-        if np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance or fall < settings.cost_tolerance:
-            return point, True
-    return point, False
+        small = np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance or fall < settings.cost_tolerance
+        rest = bool(small) and (hold_variance or level < settings.variance_tolerance)
+        yield point, rest
+        if rest:
+            return
 
 
 def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
@@ -259,6 +382,10 @@ def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
     return likelihood.evaluate(point.values, point.states, effects, point.variance) or point
 
 
+LEADING_STEPS = 20
+"""Steps at each factor: the next one begins anew anyway."""
+
+
 def _led_in(
     likelihood: Likelihood,
     values: NDArray[np.float64],
@@ -274,11 +401,12 @@ def _led_in(
     is tried again at the end.
     """
     point = None
+    settings = replace(settings, steps=min(settings.steps, LEADING_STEPS))
     for factor in (1e8, 1e6, 1e4, 1e3, 1e2, 1e1, 1.0):
         likelihood.held_to_data = factor
         point = likelihood.evaluate(values, states, effects, variance)
         if point is not None:
-            point, _ = _levenberg_marquardt(likelihood, point, settings)
+            point, _ = _best(likelihood, point, settings, hold_variance=True)
             values, states = point.values, point.states
     likelihood.held_to_data = 0.0
     opened = likelihood.evaluate(values, states, effects, variance)

@@ -20,14 +20,14 @@ from aerosid.evidence import deviations
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs
-from aerosid.refinement import Refinement, RefinementSettings, refine, whiten
+from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine, whiten
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
 """The light transport with nothing left to find: twelve derivatives."""
 
 VARIANCE = np.array([NOISE.get(name, 1.0) for name in OUTPUTS]) ** 2
-AS_GIVEN = RefinementSettings(steps=0, rounds=1)
+AS_GIVEN = RefinementSettings(steps=0)
 
 
 def disturbed(model: AerodynamicModel, share: float = 0.15) -> AerodynamicModel:
@@ -191,6 +191,25 @@ def test_a_prior_is_one_more_measurement() -> None:
     shift = np.linalg.solve(information, np.array([3.0 / own, *np.zeros(information.shape[0] - 1)]))
     moved = joint.model.value(free[1]) - alone.model.value(free[1])
     assert moved == pytest.approx(shift[1], abs=0.05 * np.sqrt(alone.covariance[1, 1]))
+
+
+def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
+    """The winner is the estimate that it would be alone; who is given up ends above it alone as well."""
+    model, manoeuvres = two_flights
+    missing = [model.entries[n] for n in (3, 5, 9)]
+    starts = [
+        Start(model.without({entry}), tuple(other for other in model.entries if other != entry)) for entry in missing
+    ]
+    starts.append(Start(disturbed(model), model.entries))
+    settings = RefinementSettings(cost_tolerance=0.01)
+    alone = [refine(start.model, manoeuvres, start.free, settings=settings) for start in starts]
+    together = contest(starts, manoeuvres, settings, [0.0] * len(starts))
+    assert together[-1].converged
+    assert together[-1].cost == pytest.approx(alone[-1].cost, abs=0.02)
+    for own, among in zip(alone[:-1], together[:-1], strict=True):
+        assert own.cost > alone[-1].cost + 1.0
+        assert among.cost > alone[-1].cost + 1.0
+    assert not all(each.converged for each in together)
 
 
 def test_an_unstable_aircraft_is_estimated_from_wrong_start_values() -> None:
