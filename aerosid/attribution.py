@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from aerosid.aerodynamics import Entry
-from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
-from aerosid.effects.step_change import is_step, moment, step_change
+from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
 from aerosid.evidence import Deviations, Score, deviations, score_hypotheses, unexplained_channels
-from aerosid.hypotheses import STEP_GRID, Hypothesis, step_hypotheses, with_gust, with_offsets
+from aerosid.hypotheses import Hypothesis, with_gust, with_offsets
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
 
@@ -58,7 +58,7 @@ TRIAL = RefinementSettings(
 BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
 
-UNLIKE_THEIR_SCORE = ("control_rate_limit", "control_deadband", "control_lag", "control_delay", "sensor_lag")
+UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
 """Kinds whose effect is far from linear in their number."""
 
 LEAST_SHARE = 0.1
@@ -146,7 +146,7 @@ def attribute(
     coefficients: Sequence[str] = (),
     settings: AttributionSettings = AttributionSettings(),
 ) -> Attribution:
-    """What the declared model lacks, among `hypotheses` and step changes of `coefficients`.
+    """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def attribute(
     hypotheses : sequence of Hypothesis
         What may enter.
     coefficients : sequence of str
-        Coefficients that may change suddenly; none: no step changes are tried.
+        Coefficients that may change without a term; none: no sudden change and no flow separation is tried.
     """
     search = _Search(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings)
     current, rounds = search.forward(before)
@@ -199,7 +199,7 @@ class _Part:
     @property
     def parameters(self) -> tuple[tuple[str, float, float, str], ...]:
         """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
-        if self.active is None or len(self.active.values) < 2 or is_step(self.active):
+        if self.active is None or len(self.active.values) < 2 or is_sudden(self.active):
             return ()
         errors = self.std_errors or (self.std_error,) + (np.nan,) * (len(self.active.values) - 1)
         numbers = zip(self.active.effect.parameters, self.active.values, errors, strict=True)
@@ -221,7 +221,7 @@ class _Part:
     @property
     def time(self) -> float | None:
         """Of a step change, s."""
-        return moment(self.active) if self.active is not None and is_step(self.active) else None
+        return moment(self.active) if self.active is not None and is_sudden(self.active) else None
 
 
 class _Search:
@@ -237,7 +237,7 @@ class _Search:
     ) -> None:
         self.manoeuvres = manoeuvres
         self.stepping = stepping
-        self.hypotheses = hypotheses + (step_hypotheses(manoeuvres, stepping) if stepping else ())
+        self.hypotheses = hypotheses
         self.declared = declared
         self.settings = settings
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
@@ -336,6 +336,7 @@ class _Search:
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
         held = {part.label for part in self.parts(current, None)} | set(without)
+        held |= {(*active.name, "") for active in current.effects if active.held}
         left = [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
         return score_hypotheses(self.with_room(current), self.manoeuvres, left)
 
@@ -344,8 +345,8 @@ class _Search:
         if hypothesis.time is None:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
-        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / STEP_GRID
-        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_step(active)]
+        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / GRID
+        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
         return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
 
     def with_room(self, current: Refinement) -> Refinement:
@@ -404,7 +405,7 @@ class _Search:
         """A jump whose moment is estimated too, near `time` s."""
         manoeuvre = next(m for m in self.manoeuvres if m.name == active.log)
         interval = float(np.median(np.diff(manoeuvre.flight.time)))
-        return ActiveEffect(step_change(active.effect.where, time, interval), (active.values[0], time), active.log)
+        return at_moment(active, time, active.log, interval)
 
     def without(self, current: Refinement, parts: Sequence[_Part]) -> Refinement:
         """The estimate with parts struck out."""
@@ -429,6 +430,8 @@ class _Search:
                 parts.append(_Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0
         for active in current.effects:
+            if active.held:
+                continue  # declared
             errors: tuple[float, ...] = ()
             if isinstance(active.effect, NoiseEffect):
                 error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))

@@ -16,7 +16,7 @@ from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
 from aerosid.errors import AircraftError, EstimationError
 from aerosid.flight_log import FlightLog
-from aerosid.hypotheses import control_hypotheses, sensor_hypotheses, term_hypotheses
+from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.nomenclature import CHANNELS
@@ -110,8 +110,7 @@ def close_loop(
     progress("tracing the residual")
     hypotheses = (
         *term_hypotheses(candidates),
-        *sensor_hypotheses(manoeuvres),
-        *control_hypotheses(declared, manoeuvres),
+        *effect_hypotheses(declared, manoeuvres, aircraft.coefficients),
     )
     found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
 

@@ -5,20 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, Effect, EffectParameter
-from aerosid.effects.control import control_effects
+from aerosid.effects import CATALOGUE, ActiveEffect, Effect, EffectParameter, Flown, InputEffect, OutputEffect
 from aerosid.effects.disturbance import GUST_COLUMN
-from aerosid.effects.sensor import sensor_effects
-from aerosid.effects.step_change import jump_at, offset_column, offset_term
+from aerosid.effects.step_change import offset_column, offset_term
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.nomenclature import CHANNELS
-
-STEP_GRID = 48
-"""Moments at which a step change is tried on each log; the best is then refined between its neighbours."""
+from aerosid.terms import COEFFICIENTS
 
 
 @dataclass(frozen=True)
@@ -34,7 +27,7 @@ class Hypothesis:
     effects : tuple of ActiveEffect
         Effects that become free, at the values at which they are none.
     time : float or None
-        Of a step change, s.
+        Of a sudden change, s.
     """
 
     kind: str
@@ -87,49 +80,51 @@ def _stepping(parameter: EffectParameter, trial: int) -> EffectParameter:
     return replace(parameter, step=reach) if reach > 0.0 else parameter
 
 
-def at_null(effect: Effect, log: str = "") -> ActiveEffect:
-    """The effect with the numbers at which it is none."""
-    return ActiveEffect(effect, tuple(parameter.null for parameter in effect.parameters), log)
-
-
 def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
     """One for each candidate term."""
     return tuple(Hypothesis("aero_term", entry[0], str(entry[1]), entries=(entry,)) for entry in candidates)
 
 
-def sensor_hypotheses(manoeuvres: Sequence[Manoeuvre]) -> tuple[Hypothesis, ...]:
-    """Bias, scale, delay and lag of every measured output."""
-    found: list[Hypothesis] = []
-    for i, channel in enumerate(OUTPUTS):
-        noise = [manoeuvre.noise[i] for manoeuvre in manoeuvres if channel in manoeuvre.outputs]
-        if noise:
-            effects = sensor_effects(channel, CHANNELS[channel].unit, max(float(np.mean(noise)), 1e-9))
-            found.extend(Hypothesis(e.kind, channel, effects=(at_null(e),)) for e in effects)
-    return tuple(found)
+def effect_hypotheses(
+    model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str] = ()
+) -> tuple[Hypothesis, ...]:
+    """One for each offer of the catalogue.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        The declared one; its terms say which controls act.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights.
+    coefficients : sequence of str
+        Those that may change suddenly; none: no sudden changes are offered.
+    """
+    flights = tuple(_flown(manoeuvre) for manoeuvre in manoeuvres)
+    offers = [
+        offer
+        for family in CATALOGUE
+        if family.offered is not None
+        for offer in family.offered(flights, controls_of(model), tuple(coefficients))
+    ]
+    return tuple(Hypothesis(o.kind, o.where, effects=o.effects, time=o.time) for o in offers)
 
 
-def control_hypotheses(model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre]) -> tuple[Hypothesis, ...]:
-    """Lag, delay, rate limit and dead band of every control that moves."""
-    found: dict[tuple[str, str], Hypothesis] = {}
-    for place, channel in enumerate(model.columns[8:], start=8):
-        if not channel.startswith("delta_"):
-            continue
-        widest = max(manoeuvres, key=lambda manoeuvre: float(np.ptp(manoeuvre.flight.inputs[:, place])))
-        for effect in control_effects(channel, widest.flight.time, widest.flight.inputs[:, place]):
-            found[effect.kind, channel] = Hypothesis(effect.kind, channel, effects=(at_null(effect),))
-    return tuple(found.values())
+def controls_of(model: AerodynamicModel) -> tuple[str, ...]:
+    """The surfaces that the model's terms use."""
+    used = {name for _, term in model.entries for name in term.variables}
+    return tuple(name for name in model.columns[8:] if name.startswith("delta_") and name in used)
 
 
-def step_hypotheses(manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str]) -> tuple[Hypothesis, ...]:
-    """Step changes of all coefficients together, on each log at the moments of a grid."""
-    found = []
-    for manoeuvre in manoeuvres:
-        time = manoeuvre.flight.time
-        interval = float(np.median(np.diff(time)))
-        for moment in time[0] + (time[-1] - time[0]) * np.linspace(0.06, 0.94, STEP_GRID):
-            effects = tuple(at_null(jump_at(name, float(moment), interval), manoeuvre.name) for name in coefficients)
-            found.append(Hypothesis("step_change", manoeuvre.name, effects=effects, time=float(moment)))
-    return tuple(found)
+def _flown(manoeuvre: Manoeuvre) -> Flown:
+    flight = manoeuvre.flight
+    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    return Flown(
+        log=manoeuvre.name,
+        time=flight.time,
+        inputs=dict(zip(manoeuvre.columns, flight.inputs.T, strict=True)),
+        measured={name: flight.measured[:, i] for name, i in places.items()},
+        noise={name: float(manoeuvre.noise[i]) for name, i in places.items()},
+    )
 
 
 def with_gust(model: AerodynamicModel) -> AerodynamicModel:
@@ -145,3 +140,17 @@ def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> Aerody
     values = extended.values.copy()
     values[extended.indices(entries)] = 1.0
     return extended.with_values(values)
+
+
+def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
+    """The model with the input columns that effects fill and no channel does."""
+    wanted = {column for active in effects for column in _columns(active.effect)}
+    if GUST_COLUMN in wanted:
+        model = with_gust(model)
+    return with_offsets(model, [name for name in COEFFICIENTS if offset_column(name) in wanted])
+
+
+def _columns(effect: Effect) -> tuple[str, ...]:
+    if isinstance(effect, InputEffect):
+        return (effect.where_acts,)
+    return () if isinstance(effect, OutputEffect) else effect.columns

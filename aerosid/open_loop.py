@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.effects import ActiveEffect, StateEffect, frozen
-from aerosid.effects.step_change import at_moment, moment
+from aerosid.effects.sudden import at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.likelihood import acting_flight, recorded, self_consistent
 from aerosid.longitudinal import OUTPUTS
@@ -103,7 +103,7 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, .
     placed, with its size kept, at the moment where it fits that log best, or nowhere, like the initial state.
     """
     own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
-    jumps = [active for active in completed.effects if active.log and active.log != manoeuvre.name]
+    jumps = [active for active in completed.effects if is_sudden(active) and active.log != manoeuvre.name]
     if not jumps or any(active.log == manoeuvre.name for active in completed.effects):
         return own
     time = manoeuvre.flight.time

@@ -16,7 +16,7 @@ from scipy.signal import lsim
 from aerosid.aerodynamics import values_by_name
 from aerosid.attribution import Attribution, attribute
 from aerosid.flight_log import FlightLog
-from aerosid.hypotheses import control_hypotheses, sensor_hypotheses, term_hypotheses
+from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.longitudinal import OUTPUTS
 from aerosid.refinement import refine
 from aerosid.results import Verdict
@@ -130,8 +130,7 @@ def searched(log: FlightLog) -> tuple[Attribution, Verdict]:
     before = refine(declared, [manoeuvre], declared.entries)
     hypotheses = (
         *term_hypotheses(problem.candidates(log)),
-        *sensor_hypotheses([manoeuvre]),
-        *control_hypotheses(declared, [manoeuvre]),
+        *effect_hypotheses(declared, [manoeuvre], LIGHT.coefficients),
     )
     found = attribute(before, [manoeuvre], hypotheses, LIGHT.coefficients)
     return found, judge(found, [manoeuvre])

@@ -166,8 +166,8 @@ def _write_effects(document: tomlkit.TOMLDocument, aircraft: Aircraft, effects: 
             listed.append(table)
 
 
-def _identity(effect: DeclaredEffect) -> tuple[str, str, str, float | None]:
-    return effect.kind, effect.where, effect.term, effect.time
+def _identity(effect: DeclaredEffect) -> tuple[str, str, str, float | None, str]:
+    return effect.kind, effect.where, effect.term, effect.time, effect.log
 
 
 def _effect_table(effect: DeclaredEffect, inline: bool) -> Any:
@@ -176,8 +176,9 @@ def _effect_table(effect: DeclaredEffect, inline: bool) -> Any:
         table.trivia.indent = "\n"  # a blank line before the header
     table["kind"] = effect.kind
     table["where"] = effect.where
-    if effect.term:
-        table["term"] = effect.term
+    for key, text in (("term", effect.term), ("log", effect.log)):
+        if text:
+            table[key] = text
     for key, number in (("value", effect.value), ("std_error", effect.std_error), ("time", effect.time)):
         if number is not None:
             table[key] = float(f"{number:.12g}")

@@ -48,7 +48,9 @@ class DeclaredEffect:
     term
         Term in canonical text, empty for most kinds.
     time
-        Time of a step_change, s.
+        Time of a sudden change, s of its log.
+    log
+        Name of the log that a sudden change happened on; empty: any that is identified.
     parameters
         Further numbers by name, SI.
     std_error
@@ -62,6 +64,7 @@ class DeclaredEffect:
     time: float | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     std_error: float | None = None
+    log: str = ""
 
 
 @dataclass(frozen=True)

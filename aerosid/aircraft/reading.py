@@ -11,27 +11,11 @@ from pathlib import Path
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
 from aerosid.aircraft.schema import CandidatesTable, DerivativesTable, EffectTable, meant, read_tables, shown
 from aerosid.bundled import bundled_folder
+from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.nomenclature import CHANNELS
 from aerosid.terms import COEFFICIENTS, Term, parse_term
 
-EFFECT_KINDS = {
-    "control_lag": "input",
-    "control_delay": "input",
-    "control_rate_limit": "input",
-    "control_deadband": "input",
-    "sensor_bias": "channel",
-    "sensor_scale": "channel",
-    "sensor_delay": "channel",
-    "sensor_lag": "channel",
-    "step_change": "coefficient",
-    "gust": "nothing",
-    "flow_separation": "coefficient",
-    "ground_effect": "coefficient",
-}
-"""Kinds of effect that are no term, and what stands in their `where`."""
-
-_NOT_NEGATIVE = {"control_lag", "control_delay", "control_rate_limit", "control_deadband", "sensor_scale", "sensor_lag"}
 _LARGEST_FILE = 1_000_000
 
 
@@ -216,37 +200,39 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
     key = f"{path}: effects[{number}]"
     if table.kind == "aero_term":
         raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")
-    if table.kind not in EFFECT_KINDS:
+    if table.kind not in KINDS:
         raise AircraftError(
             f"{key}.kind is {shown(table.kind)}, "
-            f"expected one of {', '.join(EFFECT_KINDS)}{meant(table.kind, EFFECT_KINDS) or '; correct it'}"
+            f"expected one of {', '.join(KINDS)}{meant(table.kind, KINDS) or '; correct it'}"
         )
-    place = EFFECT_KINDS[table.kind]
+    kind = KINDS[table.kind]
     inputs = [name for name in CHANNELS if name.startswith("delta_")]
     expected = {
         "input": f"an input channel such as {', '.join(inputs)}",
         "channel": "the name of a measured channel such as alpha",
         "coefficient": f"one of {', '.join(coefficients)}",
         "nothing": "an empty text",
-    }[place]
+    }[kind.place]
     output = table.where in CHANNELS and CHANNELS[table.where].kind == "output"
     fits = {
         "input": table.where.isidentifier() and not output,
         "channel": table.where.isidentifier(),
         "coefficient": table.where in coefficients,
         "nothing": table.where == "",
-    }[place]
+    }[kind.place]
     if not fits:
         raise AircraftError(f"{key}.where is {shown(table.where)}, expected {expected} for {table.kind}; correct it")
     if table.value is None and not table.parameters and table.kind != "gust":
         raise AircraftError(
             f"{key} has neither value nor parameters, expected a number for {table.kind}; add value = ..."
         )
-    if table.value is not None and table.value < 0.0 and table.kind in _NOT_NEGATIVE:
+    if table.value is not None and table.value < 0.0 and not kind.negative:
         raise AircraftError(f"{key}.value is {table.value:g}, expected no negative number for {table.kind}; correct it")
     try:
         term = str(parse_term(table.term)) if table.term else ""
     except AircraftError as error:
         raise AircraftError(f"{key}.term: {error}") from None
     parameters = {name: parameter.value for name, parameter in table.parameters.items()}
-    return DeclaredEffect(table.kind, table.where, table.value, term, table.time, parameters, table.std_error)
+    return DeclaredEffect(
+        table.kind, table.where, table.value, term, table.time, parameters, table.std_error, table.log
+    )

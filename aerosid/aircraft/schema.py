@@ -102,6 +102,7 @@ class EffectTable(_Table):
     unit: str | None = None
     term: str = ""
     time: _Number | None = None
+    log: str = ""
     parameters: dict[str, _ParameterTable] = {}
 
 

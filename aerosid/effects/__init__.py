@@ -1,5 +1,11 @@
-"""The catalogue of effects that a declared model may lack: one small file a family, each with equation and source."""
+"""The catalogue of effects that a declared model may lack: one small file a family, each with equation and source.
 
+A new effect is one file with its `FAMILY`, as `control.py` is, and one line in `CATALOGUE`. Hypotheses, the kinds that
+an aircraft file may declare, the words of the report and the planted tests are drawn from there.
+"""
+
+from aerosid.effects import control, disturbance, flow_separation, sensor, step_change
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import (
     ActiveEffect,
     Effect,
@@ -11,13 +17,33 @@ from aerosid.effects.kinds import (
     frozen,
 )
 
+CATALOGUE: tuple[Family, ...] = (
+    sensor.FAMILY,
+    control.FAMILY,
+    step_change.FAMILY,
+    disturbance.FAMILY,
+    flow_separation.FAMILY,
+)
+"""Every family, in the order in which its effects are asked for."""
+
+KINDS: dict[str, Kind] = {kind.name: kind for family in CATALOGUE for kind in family.kinds}
+"""Every kind by its name in result.json."""
+
 __all__ = [
+    "CATALOGUE",
+    "KINDS",
     "ActiveEffect",
     "Effect",
     "EffectParameter",
+    "Family",
+    "Flown",
     "InputEffect",
+    "Kind",
     "NoiseEffect",
+    "Offer",
     "OutputEffect",
+    "Planted",
     "StateEffect",
+    "at_null",
     "frozen",
 ]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.operators import deadbanded, delayed_linear, lagged, rate_limited
 
@@ -105,3 +108,54 @@ def _lag_noise(constant: float, interval: float) -> tuple[float, float]:
     variance = now**2 + tail
     covariance = now * (before + decay * now) + decay * tail
     return variance, covariance / variance
+
+
+def _offered(flights: tuple[Flown, ...], controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    """Lag, delay, rate limit and dead band of every control that moves."""
+    for channel in controls:
+        widest = max(flights, key=lambda flown: float(np.ptp(flown.inputs[channel])))
+        for effect in control_effects(channel, widest.time, widest.inputs[channel]):
+            yield Offer(effect.kind, channel, (at_null(effect),))
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "control_lag",
+            "input",
+            "{where} acts with a first-order lag",
+            lambda where, _numbers, _interval: control_lag(where),
+            (Planted("delta_e", {"time_constant": 0.15}),),
+            negative=False,
+            follows_its_score=False,
+        ),
+        Kind(
+            "control_delay",
+            "input",
+            "{where} acts with a delay",
+            lambda where, _numbers, _interval: control_delay(where),
+            (Planted("delta_e", {"delay": 0.12}),),
+            negative=False,
+            follows_its_score=False,
+        ),
+        Kind(
+            "control_rate_limit",
+            "input",
+            "{where} is limited in rate",
+            lambda where, numbers, _interval: control_rate_limit(where, 10.0 * numbers["limit"]),
+            (Planted("delta_e", {"limit": 0.15}),),
+            negative=False,
+            follows_its_score=False,
+        ),
+        Kind(
+            "control_deadband",
+            "input",
+            "{where} has a dead band",
+            lambda where, numbers, _interval: control_deadband(where, 2.0 * numbers["width"]),
+            (Planted("delta_e", {"width": 0.012}),),
+            negative=False,
+            follows_its_score=False,
+        ),
+    ),
+    _offered,
+)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import EffectParameter, NoiseEffect
 from aerosid.effects.step_change import offset_column
 
@@ -52,3 +53,17 @@ def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
         noise,
         "the model error d(t) of Parameswaran & Raol 1994, with a memory",
     )
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "gust",
+            "nothing",
+            "the air moved (gust)",
+            lambda _where, _numbers, _interval: gust(),
+            (Planted("", {"sigma": 0.8, "length": 180.0}),),
+            negative=False,
+        ),
+    ),
+)

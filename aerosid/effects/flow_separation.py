@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import EffectParameter, Signal, StateEffect
 from aerosid.effects.operators import lagged
 from aerosid.effects.step_change import offset_column
@@ -70,3 +73,34 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
         tuple(offset_column(name) for name in (lift, *others)),
         "Goman & Khrabrov 1994; Jategaonkar, Flight Vehicle System Identification, quasi-steady stall",
     )
+
+
+def _made(where: str, numbers: Mapping[str, float], _interval: float) -> StateEffect:
+    others = tuple(name for name in numbers if name.startswith("C_"))
+    return flow_separation(numbers["alpha_star"], where, others)
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "flow_separation",
+            "coefficient",
+            "{where} shows flow separation",
+            _made,
+            (
+                Planted(
+                    "C_Z",
+                    {
+                        "alpha_star": 0.12,
+                        "sharpness": 25.0,
+                        "delay": 0.15,
+                        "relaxation": 0.2,
+                        "C_X": -0.05,
+                        "C_m": -0.03,
+                    },
+                ),
+            ),
+            negative=False,
+        ),
+    ),
+)

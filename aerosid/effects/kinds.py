@@ -44,7 +44,8 @@ class InputEffect:
 
     `where` as reported; `where_acts` the input column that changes (a step change of C_m acts on a column of its own).
     `transform(time, values, parameters)` gives the acting signal (N,); `noise(parameters, interval)` the factor on the
-    recorded signal's noise variance and its memory from sample to sample.
+    recorded signal's noise variance and its memory from sample to sample. Of a sudden change `again(time, interval)`
+    is the same one at another time, s, in a record with that sampling interval, s.
     """
 
     kind: str
@@ -54,6 +55,7 @@ class InputEffect:
     noise: Callable[[tuple[float, ...], float], tuple[float, float]]
     source: str
     column: str = ""
+    again: Callable[[float, float], InputEffect] | None = None
 
     @property
     def where_acts(self) -> str:
@@ -119,11 +121,15 @@ Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
 
 @dataclass(frozen=True)
 class ActiveEffect:
-    """An effect with numbers; `log` names the one manoeuvre that it belongs to, empty where it belongs to all."""
+    """An effect with numbers; `log` names the one manoeuvre that it belongs to, empty where it belongs to all.
+
+    `held` are numbers that act and are not estimated: those of a frozen effect.
+    """
 
     effect: Effect
     values: tuple[float, ...]
     log: str = ""
+    held: tuple[float, ...] = ()
 
     @property
     def slopes(self) -> int:
@@ -149,6 +155,11 @@ class ActiveEffect:
         return self.moved(change)
 
     @property
+    def numbers(self) -> tuple[float, ...]:
+        """All its numbers, estimated or held."""
+        return self.values or self.held
+
+    @property
     def name(self) -> tuple[str, str]:
         """Kind and place."""
         return self.effect.kind, self.effect.where
@@ -157,6 +168,8 @@ class ActiveEffect:
 def frozen(active: ActiveEffect) -> ActiveEffect:
     """The effect acting as it is, with no number left to estimate."""
     values, effect = active.values, active.effect
+    if active.held:
+        return active
     if isinstance(effect, InputEffect):
         bound = replace(
             effect,
@@ -164,20 +177,23 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
             transform=lambda time, signal, _p: effect.transform(time, signal, values),
             noise=lambda _p, interval: effect.noise(values, interval),
         )
-        return ActiveEffect(bound, (), active.log)
+        return ActiveEffect(bound, (), active.log, values)
     if isinstance(effect, NoiseEffect):
-        return active
+        still = replace(
+            effect, parameters=(), noise=lambda _p, interval, airspeed: effect.noise(values, interval, airspeed)
+        )
+        return ActiveEffect(still, (), active.log, values)
     if isinstance(effect, StateEffect):
         held = replace(
             effect,
             parameters=(),
             offsets=lambda time, alpha, slope, _p: effect.offsets(time, alpha, slope, values),
         )
-        return ActiveEffect(held, (), active.log)
+        return ActiveEffect(held, (), active.log, values)
     fixed = replace(
         effect,
         parameters=(),
         transform=lambda time, signal, _p: effect.transform(time, signal, values),
         offset=lambda _p: effect.offset(values),
     )
-    return ActiveEffect(fixed, (), active.log)
+    return ActiveEffect(fixed, (), active.log, values)

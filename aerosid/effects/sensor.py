@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
+
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
 from aerosid.effects.operators import delayed, lagged
+from aerosid.nomenclature import CHANNELS
 
 
 def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:
@@ -58,3 +64,50 @@ def sensor_lag(channel: str) -> OutputEffect:
 def sensor_effects(channel: str, unit: str, noise: float) -> tuple[OutputEffect, ...]:
     """All effects of the sensor of one channel."""
     return sensor_bias(channel, unit, noise), sensor_scale(channel), sensor_delay(channel), sensor_lag(channel)
+
+
+def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    """Bias, scale, delay and lag of every measured output."""
+    for channel in dict.fromkeys(name for flown in flights for name in flown.measured):
+        noise = [flown.noise[channel] for flown in flights if channel in flown.measured]
+        if noise:
+            for effect in sensor_effects(channel, CHANNELS[channel].unit, max(float(np.mean(noise)), 1e-9)):
+                yield Offer(effect.kind, channel, (at_null(effect),))
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "sensor_bias",
+            "channel",
+            "{where} is measured with a bias (measured − true)",
+            lambda where, numbers, _interval: sensor_bias(where, CHANNELS[where].unit, abs(numbers["bias"]) or 1.0),
+            (Planted("alpha", {"bias": 0.02}),),
+        ),
+        Kind(
+            "sensor_scale",
+            "channel",
+            "{where} is measured with a wrong scale (measured / true)",
+            lambda where, _numbers, _interval: sensor_scale(where),
+            (Planted("q", {"scale": 1.08}),),
+            negative=False,
+        ),
+        Kind(
+            "sensor_delay",
+            "channel",
+            "{where} is recorded late",
+            lambda where, _numbers, _interval: sensor_delay(where),
+            (Planted("alpha", {"delay": 0.1}),),
+        ),
+        Kind(
+            "sensor_lag",
+            "channel",
+            "{where} is measured with a first-order lag",
+            lambda where, _numbers, _interval: sensor_lag(where),
+            (Planted("q", {"time_constant": 0.1}), Planted("alpha", {"time_constant": 0.1})),
+            negative=False,
+            follows_its_score=False,
+        ),
+    ),
+    _offered,
+)

@@ -6,6 +6,7 @@ import math
 import re
 from typing import NamedTuple
 
+from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.nomenclature import CHANNELS
 from aerosid.results import Effect
@@ -108,23 +109,6 @@ def factors_of(term: str) -> tuple[Factor, ...] | None:
         return None
 
 
-_KINDS = {
-    "aero_term": "{where} has a term in {term}",
-    "control_lag": "{where} acts with a first-order lag",
-    "control_delay": "{where} acts with a delay",
-    "control_rate_limit": "{where} is limited in rate",
-    "control_deadband": "{where} has a dead band",
-    "sensor_bias": "{where} is measured with a bias (measured − true)",
-    "sensor_scale": "{where} is measured with a wrong scale (measured / true)",
-    "sensor_delay": "{where} is recorded late",
-    "sensor_lag": "{where} is measured with a first-order lag",
-    "step_change": "{where} changes in a step",
-    "gust": "the air moved (gust)",
-    "flow_separation": "{where} shows flow separation",
-    "ground_effect": "{where} shows ground effect",
-}
-
-
 def effect_name(effect: Effect) -> str:
     """The effect in the names of the files, as an entry of a list: `C_m alpha^2`, `control lag of delta_e`."""
     if effect.kind == "aero_term":
@@ -146,11 +130,14 @@ def sentence(text: str) -> str:
 
 def effect_sentence(effect: Effect) -> str:
     """What the effect says, in words and with the names of the files: `C_m has a term in alpha^2`."""
-    pattern = _KINDS.get(effect.kind)
-    if pattern is None:
+    if effect.kind == "aero_term":
+        return (
+            f"{effect.where} has another constant"
+            if effect.term == "1"
+            else f"{effect.where} has a term in {effect.term}"
+        )
+    if effect.kind not in KINDS:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
-    if effect.kind == "aero_term" and effect.term == "1":
-        pattern = "{where} has another constant"
-    said = pattern.format(where=effect.where, term=effect.term)
+    said = KINDS[effect.kind].sentence.format(where=effect.where)
     return said if effect.time is None else f"{said} at {effect.time:g} s"

@@ -1,0 +1,120 @@
+"""What a file of the catalogue says about its effects: how they are named, when they are asked for, how one is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from aerosid.effects.kinds import ActiveEffect, Effect, Signal
+
+Place = Literal["input", "channel", "coefficient", "nothing"]
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One flight as the catalogue sees it before anything is asked of it.
+
+    Attributes
+    ----------
+    log : str
+        Its name.
+    time : ndarray, shape (N,)
+        s.
+    inputs : mapping of str to ndarray, shape (N,)
+        The model's input columns, SI, without gaps.
+    measured : mapping of str to ndarray, shape (N,)
+        The measured outputs, SI, NaN where a sample is missing.
+    noise : mapping of str to float
+        Standard deviation of each measured output's noise.
+    """
+
+    log: str
+    time: Signal
+    inputs: Mapping[str, Signal]
+    measured: Mapping[str, Signal]
+    noise: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A question to the flights: effects that become free together, at the numbers at which they are none.
+
+    `where` as reported, of a sudden change the log; `time` its moment, s.
+    """
+
+    kind: str
+    where: str
+    effects: tuple[ActiveEffect, ...]
+    time: float | None = None
+
+
+@dataclass(frozen=True)
+class Planted:
+    """An example for the catalogue's own tests: an effect with numbers, large enough to be named in a usual flight.
+
+    `where` as in result.json; `numbers` by the names of the effect's parameters. `lasting`: too slow to be searched for
+    in every run of the tests.
+    """
+
+    where: str
+    numbers: Mapping[str, float]
+    lasting: bool = True
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of effect.
+
+    Attributes
+    ----------
+    name : str
+        As in result.json.
+    place : str
+        What stands in its `where`: an input, a measured channel, a coefficient, or nothing.
+    sentence : str
+        What it says of `{where}`, for a report.
+    made : callable
+        The effect at a place, from its numbers by name and the sampling interval, s: what an aircraft file declares.
+    planted : tuple of Planted
+        Examples.
+    negative : bool
+        Whether its first number may be below zero.
+    follows_its_score : bool
+        Whether it is near enough to linear in its numbers for the score test to rank it rightly when it is large.
+    """
+
+    name: str
+    place: Place
+    sentence: str
+    made: Callable[[str, Mapping[str, float], float], Effect]
+    planted: tuple[Planted, ...]
+    negative: bool = True
+    follows_its_score: bool = True
+
+    @property
+    def leading(self) -> str:
+        """The name of the number that result.json calls its value: the first."""
+        return next(iter(self.planted[0].numbers))
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """The names of the numbers without which there is no effect; what it adds to coefficients may be left out."""
+        return tuple(name for name in self.planted[0].numbers if not name.startswith("C_"))
+
+
+@dataclass(frozen=True)
+class Family:
+    """The kinds of one file, and what of them is worth asking of some flights.
+
+    `offered(flights, controls, coefficients)` with the names of the surfaces that declared terms use, and of the
+    coefficients that may change; None where the search brings the family in by itself.
+    """
+
+    kinds: tuple[Kind, ...]
+    offered: Callable[[tuple[Flown, ...], tuple[str, ...], tuple[str, ...]], Iterable[Offer]] | None = None
+
+
+def at_null(effect: Effect, log: str = "") -> ActiveEffect:
+    """The effect with the numbers at which it is none."""
+    return ActiveEffect(effect, tuple(parameter.null for parameter in effect.parameters), log)
