@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 import aerosid
 from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
-from aerosid.aircraft import Aircraft, DeclaredEffect
+from aerosid.aircraft import Aircraft
 from aerosid.attribution import Attribution, AttributionSettings, Finding, attribute
 from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
-from aerosid.errors import AircraftError, EstimationError
+from aerosid.completed_aircraft import complete_aircraft
+from aerosid.declared_effects import declared_effects
+from aerosid.errors import EstimationError
 from aerosid.flight_log import FlightLog
-from aerosid.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.nomenclature import CHANNELS
@@ -93,19 +95,21 @@ def close_loop(
     LogError
         Where a log lacks a channel that the model needs.
     AircraftError
-        Where the aircraft file declares an effect that the flight model cannot apply.
+        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold.
     EstimationError
         Where the declared model cannot be simulated at all.
     """
     progress("reading the logs into the flight model")
-    declared, candidates = _structure(identification, aircraft)
-    manoeuvres = [prepare(log, aircraft, declared.columns) for log in identification]
-    others = [prepare(log, aircraft, declared.columns) for log in validation]
+    plain, candidates = _structure(identification, aircraft)
+    manoeuvres = [prepare(log, aircraft, plain.columns) for log in identification]
+    others = [prepare(log, aircraft, plain.columns) for log in validation]
+    given = declared_effects(aircraft, controls_of(plain), manoeuvres)
+    declared = with_columns_of(plain, given)
 
     progress("re-estimating the declared model")
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     priors = _priors(aircraft) if settings.priors else ()
-    before = refine(declared, manoeuvres, free, priors=priors, settings=BEFORE)
+    before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
 
     progress("tracing the residual")
     hypotheses = (
@@ -115,7 +119,7 @@ def close_loop(
     found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
 
     progress("estimating the model error d(t)")
-    seen = _seen_in_d(declared, manoeuvres, candidates, found, settings.chain)
+    seen = _seen_in_d(plain, manoeuvres, candidates, found, settings.chain)
     chain = seen.chain if seen else None
 
     progress("simulating every log")
@@ -136,7 +140,7 @@ def close_loop(
         version=aerosid.__version__,
         seed=settings.seed,
         aircraft=aircraft,
-        completed_aircraft=_completed(aircraft, found),
+        completed_aircraft=complete_aircraft(aircraft, found, len(manoeuvres)),
         identification=tuple(identification),
         validation=tuple(validation),
         verdict=verdict,
@@ -156,12 +160,6 @@ def close_loop(
 
 def _structure(logs: Sequence[FlightLog], aircraft: Aircraft) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
-    if aircraft.effects:
-        kinds = ", ".join(sorted({effect.kind for effect in aircraft.effects}))
-        raise AircraftError(
-            f"{aircraft.path}: [[effects]] declares {kinds}, which close-loop cannot apply to a simulation; strike the "
-            "effect, or correct the log for it through its channel map."
-        )
     candidates = candidate_entries(aircraft, logs[0])
     airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] else 0.0
     return declared_model(aircraft, airspeed, [term for _, term in candidates]), candidates
@@ -221,10 +219,10 @@ def _compare(
     simulated, rows = [], []
     variance = found.completed.variance
     for manoeuvre, role in [*((m, "identification") for m in manoeuvres), *((m, "validation") for m in others)]:
-        effects = on_log(found.completed, manoeuvre)
+        effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
         responses = {
-            "declared": respond(declared, manoeuvre, variance),
-            "before": respond(found.before.model, manoeuvre, variance),
+            "declared": respond(declared, manoeuvre, variance, effects=given),
+            "before": respond(found.before.model, manoeuvre, variance, effects=given),
             "after": respond(found.completed.model, manoeuvre, variance, effects=effects),
             "trimmed": respond(
                 found.completed.model, manoeuvre, variance, effects=effects, constants_of=aircraft.coefficients
@@ -297,27 +295,6 @@ def _effect(rank: int, finding: Finding, correlations: dict[Entry, float], gain:
         parameters={name: Parameter(value, _finite(error), unit) for name, value, error, unit in finding.parameters},
         instead_of=finding.instead_of,
     )
-
-
-def _completed(aircraft: Aircraft, found: Attribution) -> Aircraft:
-    completed, spread = found.completed, found.completed_deviations
-    values = {
-        (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(spread.corrected[n])))
-        for n, (coefficient, term) in enumerate(completed.free)
-    }
-    effects = [
-        DeclaredEffect(
-            kind=finding.kind,
-            where=finding.where,
-            value=finding.value,
-            time=finding.time,
-            std_error=_finite(finding.std_error),
-            parameters={name: value for name, value, _, _ in finding.parameters},
-        )
-        for finding in found.findings
-        if finding.entry is None
-    ]
-    return aircraft.completed(values, effects)
 
 
 def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None) -> tuple[DerivativeRow, ...]:

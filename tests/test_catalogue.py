@@ -1,4 +1,4 @@
-"""Every kind of the catalogue by its own example: slopes against differences, and the search."""
+"""Every kind of the catalogue by its own example: slopes against differences, the search, the file given back."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, with_channels
 
 from aerosid.aerodynamics import AerodynamicModel
+from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.closed_loop import close_loop
 from aerosid.effects import KINDS, ActiveEffect, Planted, StateEffect, frozen
 from aerosid.flight_log import FlightLog
@@ -19,6 +20,7 @@ from aerosid.hypotheses import with_columns_of
 from aerosid.likelihood import Likelihood
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, initial_state
+from aerosid.results import Verdict
 
 Array = NDArray[np.float64]
 SPREAD = np.array([NOISE.get(name, 1.0) for name in OUTPUTS])
@@ -108,7 +110,7 @@ def flown(name: str, planted: Planted) -> FlightLog:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "planted"), [p for p in EXAMPLES if p.values[0] != "gust"])
-def test_the_loop_names_it(name: str, planted: Planted) -> None:
+def test_the_loop_names_it_and_its_completed_file_lacks_nothing(name: str, planted: Planted) -> None:
     """But a gust, which moves no mean: tests/test_effects_found.py flies through one."""
     log = flown(name, planted)
     result = close_loop([log], LIGHT)
@@ -116,3 +118,7 @@ def test_the_loop_names_it(name: str, planted: Planted) -> None:
     assert (first.kind, first.where) == (name, planted.where)
     value = planted.numbers[KINDS[name].leading]
     assert abs(first.value - value) < 4.0 * first.std_error
+    completed = aircraft_from_text(result.completed_aircraft.text, "completed.toml", "0" * 64)
+    again = close_loop([log], completed)
+    assert not again.effects
+    assert again.verdict is (Verdict.NOTHING_MISSING if result.verdict is Verdict.EXPLAINED else Verdict.UNEXPLAINED)
