@@ -163,6 +163,9 @@ def close_loop_command(
     ] = None,
     priors: Annotated[bool, typer.Option("--priors", help="Let the aircraft file's sigma enter the estimate.")] = False,
     seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    static: Annotated[
+        bool, typer.Option("--static", help="Still figures only: report.html takes half a megabyte, not five.")
+    ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
@@ -179,7 +182,7 @@ def close_loop_command(
     validation = read_logs(validate or [], channels)
     directory = out or Path("reports") / identification[0].name
     result = with_progress(identification, declared, validation, settings)
-    files = write_report(result, directory)
+    files = write_report(result, directory, interactive=not static)
     output = console()
     print_summary(result, output)
     output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)

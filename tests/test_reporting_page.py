@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import dataclasses
+import hashlib
+import json
 import re
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +30,7 @@ class Page(HTMLParser):
         self.open: list[str] = []
         self.elements: list[tuple[str, dict[str, str | None]]] = []
         self.texts: list[str] = []
+        self.data: dict[str, str] = {}
         self.feed(text)
         self.close()
         assert self.open == []
@@ -42,7 +47,11 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.texts.append(data)
+        if self.open[-1:] == ["script"]:
+            name = self.elements[-1][1].get("id") or ""
+            self.data[name] = self.data.get(name, "") + data
+        else:
+            self.texts.append(data)
 
     def all(self, tag: str) -> list[dict[str, str | None]]:
         return [attributes for name, attributes in self.elements if name == tag]
@@ -59,7 +68,7 @@ def result() -> ClosedLoop:
 
 @pytest.fixture(scope="module")
 def html(result: ClosedLoop) -> str:
-    return report_html(result)
+    return report_html(result, interactive=False)
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +140,7 @@ def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: 
 def test_the_drawn_line_is_the_simulated_one() -> None:
     """The line of `after` in the first strip, read back from the picture, is the history up to its scale."""
     made = closed_loop(samples=200, validated=False)
-    body = report_html(made)
+    body = report_html(made, interactive=False)
     strip = body[body.index('id="prediction"') :]
     path = re.search(r'<path class="line after"[^>]* d="M(\d+) (\d+)l([^"M]*)"', strip)
     assert path is not None
@@ -186,8 +195,9 @@ def hostile_result() -> ClosedLoop:
     )
 
 
-def test_hostile_texts_stay_texts() -> None:
-    page = Page(report_html(hostile_result()))
+@pytest.mark.parametrize("interactive", [False, True])
+def test_hostile_texts_stay_texts(interactive: bool) -> None:
+    page = Page(report_html(hostile_result(), interactive=interactive))
     assert not page.all("img")
     assert not [name for _, attributes in page.elements for name in attributes if name.startswith("on")]
     assert page.text.count(HOSTILE) > 12
@@ -206,7 +216,7 @@ def test_a_result_with_almost_nothing_in_it_still_makes_a_page(verdict: Verdict)
         made, effects=(), alternatives=(), derivatives=(), coefficients=(), errors=rows, simulated=(first,),
         screening=(), model_error=(), notes=(),
     )  # fmt: skip
-    text = Page(report_html(bare)).text
+    text = Page(report_html(bare, interactive=False)).text
     assert verdict.value in text
     assert "No flight was held back" in text
     assert "leaves |α| < 1.5 rad" in text
@@ -231,4 +241,54 @@ def test_an_hour_at_100_hz_stays_small() -> None:
             for name in ("measured", "declared", "before", "after", "trimmed")
         }
         long.append(dataclasses.replace(response, log=log, **models))
-    assert len(report_html(dataclasses.replace(made, simulated=tuple(long)))) < 2_000_000
+    result = dataclasses.replace(made, simulated=tuple(long))
+    still, zoomed = (len(report_html(result, interactive=interactive)) for interactive in (False, True))
+    assert still < 2_000_000
+    assert zoomed < 12_000_000
+
+
+def decoded(block: dict[str, Any], number: int) -> np.ndarray:
+    held = block["arrays"][number]
+    return np.frombuffer(base64.b64decode(held["bytes"]), dtype=f"<{held['dtype']}")
+
+
+def test_zoomable_figures_hold_the_histories(result: ClosedLoop) -> None:
+    """The traces of q on the validation log, read back from the page, are the log's own."""
+    text = report_html(result)
+    block = json.loads(Page(text).data["figure-data"])
+    flight = next(simulated for simulated in result.simulated if simulated.role == "validation")
+    figure = next(f for f in block["figures"] if any(trace["name"].startswith("q [") for trace in f["data"]))
+    assert figure["timeline"] == flight.log.name
+    traces = {trace["meta"]: trace for trace in figure["data"] if trace["name"].startswith("q [")}
+    for role in ("measured", "declared", "before", "after"):
+        np.testing.assert_array_equal(decoded(block, traces[role]["x"]), flight.log.time)
+        expected = np.degrees(getattr(flight, role)["q"])
+        np.testing.assert_allclose(decoded(block, traces[role]["y"]), expected, rtol=2e-7)
+    row = next(row for row in result.errors if row.role == "validation" and row.channel == "q")
+    strip = {t["meta"]: t for t in figure["data"] if t["yaxis"] == f"y{int(traces['after']['yaxis'][1:]) + 1}"}
+    residual = decoded(block, strip["after"]["y"]).astype(float)
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(np.degrees(row.after or 0.0), rel=1e-5)
+
+
+def test_only_the_pages_own_scripts_may_run(result: ClosedLoop) -> None:
+    text = report_html(result)
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    assert len(scripts) == 2
+    sums = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    page = Page(text)
+    policy = next(a["content"] for a in page.all("meta") if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy is not None
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'none'"
+    assert set(rules["script-src"].split()) == {f"'sha256-{number}'" for number in sums}
+    assert set(rules) == {"default-src", "style-src", "script-src", "img-src"}
+    assert not {"link", "img", "iframe", "object"} & {tag for tag, _ in page.elements}
+
+
+def test_interactive_labels_are_text(result: ClosedLoop) -> None:
+    block = json.loads(Page(report_html(hostile_result())).data["figure-data"])
+    titles = [axis["title"]["text"] for f in block["figures"] for name, axis in f["layout"].items() if "axis" in name]
+    names = [trace["name"] for f in block["figures"] for trace in f["data"]]
+    assert any("&lt;img" in text for text in titles)
+    for text in (*titles, *names):
+        assert "<" not in re.sub(r"</?sub>", "", text)

@@ -1,7 +1,8 @@
-"""Assemble report.html: one file with style and figures inside, that loads nothing and runs nothing."""
+"""Assemble report.html: one file with style, figures and scripts inside, that loads nothing."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from aerosid.reporting import words
-from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.sections import SECTIONS
+from aerosid.reporting.figures.numbered import Figure, FigureBook
+from aerosid.reporting.scripts import content_policy, page_scripts
+from aerosid.reporting.sections import SECTIONS, Section
 from aerosid.results import ClosedLoop
 from aerosid.terms import Factor
 
@@ -20,29 +22,55 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def report_html(result: ClosedLoop) -> str:
+def report_html(result: ClosedLoop, *, interactive: bool = True) -> str:
     """The text of report.html; identical for an identical result and the same versions.
 
     Parameters
     ----------
     result : ClosedLoop
         What one run of the loop found. Every text in it is escaped.
+    interactive : bool
+        Whether figures can be zoomed: plotly's script, 5 MB, stands in the page then. The still figures stand in it
+        either way, for paper and for readers without scripts.
 
     Notes
     -----
-    The page forbids itself scripts and requests (Content-Security-Policy), so that even a text that escaped the
-    escaping could do nothing.
+    The page forbids itself requests, and scripts but its own by their checksums (Content-Security-Policy), so that
+    even a text that escaped the escaping could do nothing.
     """
-    environment = _environment()
+    report = compose(result)
+    scripts = page_scripts(report.figures) if interactive else ()
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            result=result,
+            parts=report.parts,
+            style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")),
+            scripts=[script.element for script in scripts],
+            policy=content_policy(scripts),
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Report:
+    """The sections of a report with their bodies, which page and paper share, and its figures."""
+
+    parts: tuple[tuple[Section, Markup], ...]
+    figures: tuple[Figure, ...]
+
+
+def compose(result: ClosedLoop) -> Report:
+    """Every section that the result has something for."""
     figures = FigureBook()
     parts = []
     for section in SECTIONS:
         context = section.context(result, figures)
         if context is not None:
-            body = environment.get_template(f"{section.name}.html").render(result=result, **context)
+            body = _environment().get_template(f"{section.name}.html").render(result=result, **context)
             parts.append((section, Markup(body)))  # safe: rendered with autoescape
-    style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    return environment.get_template("page.html").render(result=result, parts=parts, style=style)
+    return Report(tuple(parts), tuple(figures.figures))
 
 
 @cache

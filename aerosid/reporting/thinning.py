@@ -14,23 +14,27 @@ BINS = 600
 """Spans that a longer one is drawn in: more than a figure of 19 cm can show on paper."""
 
 
-def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The history, or the smallest and largest sample of each of 600 spans where it has more than 2000 samples.
+def envelope(
+    time: FloatArray, values: FloatArray, whole: int = DRAWN_WHOLE, bins: int = BINS
+) -> tuple[FloatArray, FloatArray]:
+    """The history, or the smallest and largest sample of each of `bins` spans where it has more than `whole` samples.
 
     Parameters
     ----------
     time, values : ndarray, shape (N,)
         Any units; NaN in `values` is a missing sample.
+    whole, bins : int
+        As many as paper can show, or as a caller asks for.
 
     Returns
     -------
     time, values : ndarray, shape (M,)
-        Samples of the history in the order of time, M = N or at most 1200. A span without any sample leaves a gap.
+        Samples of the history in the order of time, M = N or at most 2 `bins`. A span without any sample leaves a gap.
     """
     samples = time.size
-    if samples <= DRAWN_WHOLE:
+    if samples <= whole:
         return time, values
-    width = -(-samples // BINS)
+    width = -(-samples // bins)
     padded = np.full(width * -(-samples // width), np.nan)
     padded[:samples] = values
     spans = padded.reshape(-1, width)

@@ -19,13 +19,13 @@ TEXTS: dict[str, Callable[[ClosedLoop], str]] = {
     "result.json": result_text,
     "derivatives.csv": derivatives_csv,
     "residuals.csv": residuals_csv,
-    "report.html": report_html,
 }
+PAGE = "report.html"
 COMPLETED_AIRCRAFT = "completed_aircraft.toml"
-FILES = (*TEXTS, COMPLETED_AIRCRAFT)
+FILES = (*TEXTS, PAGE, COMPLETED_AIRCRAFT)
 
 
-def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
+def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = True) -> tuple[Path, ...]:
     """The paths of the files written: result.json, both tables, the report and the completed aircraft.
 
     Parameters
@@ -34,6 +34,8 @@ def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
         What one run of the loop found.
     directory : Path
         Where to; made where it does not exist. Files of an earlier run are replaced, others stay.
+    interactive : bool
+        Whether the figures of report.html can be zoomed, which adds 5 MB to it.
 
     Raises
     ------
@@ -47,7 +49,8 @@ def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
         for name, text in TEXTS.items():
-            (temporary / name).write_bytes(text(result).encode("utf-8", "backslashreplace"))
+            _write(temporary / name, text(result))
+        _write(temporary / PAGE, report_html(result, interactive=interactive))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
         _move(temporary, directory)
     except OSError as error:
@@ -61,6 +64,10 @@ def write_report(result: ClosedLoop, directory: Path) -> tuple[Path, ...]:
             if not any(folder.iterdir()):
                 folder.rmdir()
     return tuple(directory / name for name in FILES)
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_bytes(text.encode("utf-8", "backslashreplace"))
 
 
 def _make(directory: Path) -> list[Path]:

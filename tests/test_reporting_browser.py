@@ -1,0 +1,159 @@
+"""report.html in a headless Chromium: it loads nothing, complains of nothing, draws every figure and zooms it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import browser
+import pytest
+from problems_report import closed_loop
+from test_reporting_page import HOSTILE, hostile_result
+
+from aerosid.reporting import report_html
+from aerosid.results import ClosedLoop
+
+pytestmark = [
+    pytest.mark.skipif(bool(browser.missing()), reason=f"no browser: {browser.missing()}"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning"),  # the driver's own
+]
+
+RANGES = """
+return [...document.querySelectorAll('.live')].map(
+  (e) => ({id: e.closest('figure').id, time: e.layout.xaxis.range, height: e.getBoundingClientRect().height,
+           lines: e.querySelectorAll('.scatterlayer .trace').length,
+           expected: e.data.filter((t) => t.visible !== false).length}));
+"""
+
+
+def opened(driver: Any, result: ClosedLoop, folder: Path, *, interactive: bool = True) -> None:
+    """The page of the result in the browser, every figure drawn."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    page = folder / "report.html"
+    page.write_text(report_html(result, interactive=interactive), encoding="utf-8")
+    browser.requests(driver)
+    browser.complaints(driver)
+    driver.get(page.as_uri())
+    if interactive:
+        state = "return document.documentElement.dataset.figures"
+        WebDriverWait(driver, 60).until(lambda d: d.execute_script(state) is not None)
+        assert driver.execute_script(state) == "drawn"
+
+
+@pytest.fixture(scope="module")
+def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browser.chromium(tmp_path_factory.mktemp("profile")) as driver:
+        yield driver
+
+
+@pytest.fixture
+def driver(started: Any) -> Any:
+    browser.shaped(started)
+    return started
+
+
+def test_every_figure_is_drawn_and_names_stay_text_without_a_request_or_a_complaint(
+    driver: Any, tmp_path: Path
+) -> None:
+    """On a result whose every name is an attack."""
+    opened(driver, hostile_result(), tmp_path)
+    figures = driver.execute_script(RANGES)
+    assert len(figures) == len(driver.find_elements("css selector", "figure")) == 5
+    for figure in figures:
+        assert figure["lines"] == figure["expected"] > 0, figure["id"]
+        assert figure["height"] > 300.0
+    assert driver.execute_script("return document.images.length + document.querySelectorAll('svg image').length") == 0
+    words = driver.execute_script("return [...document.querySelectorAll('.live text')].map((e) => e.textContent)")
+    assert any(text.startswith(HOSTILE[:12]) for text in words)
+    assert driver.execute_script("return document.documentElement.scrollWidth") <= 1280
+    assert browser.complaints(driver) == []
+    assert browser.requests(driver) == []
+
+
+def test_charts_of_one_flight_are_zoomed_together_by_pointer_button_and_key(driver: Any, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains, Keys
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    opened(driver, closed_loop(samples=200), tmp_path)
+
+    def times() -> dict[str, tuple[float, float]]:
+        return {figure["id"]: tuple(figure["time"]) for figure in driver.execute_script(RANGES)}
+
+    def until(happened: Any) -> dict[str, tuple[float, float]]:
+        WebDriverWait(driver, 20).until(lambda _: happened(times()))
+        return times()
+
+    start = times()
+    # Figures 1, 4 and 5 show the fitted flight, 2 and 3 the other.
+    plot = driver.find_element("css selector", "#figure-2 .live .nsewdrag")
+    driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", plot)
+    width = plot.size["width"]
+    drag = ActionChains(driver).move_to_element_with_offset(plot, -width // 4, 0).click_and_hold()
+    drag.move_by_offset(width // 4, 0).move_by_offset(width // 4, 0).release().perform()
+    zoomed = until(lambda now: now["figure-3"] != start["figure-3"])
+    assert zoomed["figure-2"] == pytest.approx(zoomed["figure-3"])
+    length = start["figure-2"][1] - start["figure-2"][0]
+    assert zoomed["figure-2"][1] - zoomed["figure-2"][0] == pytest.approx(0.5 * length, rel=0.05)
+    assert {name: zoomed[name] for name in ("figure-1", "figure-4", "figure-5")} == {
+        name: start[name] for name in ("figure-1", "figure-4", "figure-5")
+    }
+    button = driver.find_element("xpath", "//*[@id='figure-3']//button[text()='Whole flight']")
+    driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
+    button.click()
+    until(lambda now: now == start)
+    driver.find_element("css selector", "#figure-4 .live").send_keys("+", Keys.ARROW_RIGHT)
+    keyed = until(
+        lambda now: now["figure-1"] == now["figure-5"] != start["figure-1"] and now["figure-1"][0] > length / 3
+    )
+    assert keyed["figure-4"] == pytest.approx((0.375 * length, 0.875 * length), rel=1e-6)
+    assert browser.complaints(driver) == []
+
+
+@pytest.mark.slow
+def test_a_line_that_is_switched_off_goes(driver: Any, tmp_path: Path) -> None:
+    opened(driver, closed_loop(samples=80), tmp_path)
+    before = driver.execute_script(RANGES)
+    driver.find_element("id", "show-declared").click()
+    after = driver.execute_script(RANGES)
+    gone = [old["expected"] - new["expected"] for old, new in zip(before, after, strict=True)]
+    assert gone == [0, 4, 3, 4, 3]  # d(t) has none; each other figure one line a channel
+
+
+@pytest.mark.slow
+def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(report_html(closed_loop(samples=80)), encoding="utf-8")
+    driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        driver.get(page.as_uri())
+        drawings = driver.find_elements("css selector", ".drawing > svg")
+        assert len(drawings) == 5
+        assert all(drawing.rect["height"] > 200 and drawing.rect["width"] > 600 for drawing in drawings)
+        assert not driver.find_elements("css selector", ".live")
+        assert browser.complaints(driver) == []
+    finally:
+        driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "dark"), [(400, True), (1280, False)])
+def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
+    driver: Any, tmp_path: Path, width: int, dark: bool
+) -> None:
+    """Contrast of every text with what lies behind it is at least 4.5 (WCAG 2.2, 1.4.3)."""
+    browser.shaped(driver, width, dark=dark)
+    opened(driver, closed_loop(samples=80), tmp_path)
+    assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+    poor = driver.execute_script((Path(__file__).parent / "contrast.js").read_text(encoding="utf-8"))
+    assert poor == []
+    background = "return getComputedStyle(document.body).backgroundColor"
+    assert driver.execute_script(background) == ("rgb(20, 23, 27)" if dark else "rgb(255, 255, 255)")
+    browser.shaped(driver, width, dark=dark, paper=True)
+    shown = driver.execute_script(
+        "return ['.drawing', '.live', '.controls'].map((name) => [...document.querySelectorAll(name)]"
+        ".filter((e) => getComputedStyle(e).display !== 'none').length)"
+    )
+    assert shown == [5, 0, 0]
+    assert browser.complaints(driver) == []
