@@ -1,0 +1,16 @@
+"""Names that the two processes of a flight share: JSBSim's properties that are ours, and the files of a job."""
+
+PLANET = "planet.xml"
+JOB = "job.json"
+DRIVES = "drives.npz"
+ANSWER = "answer.json"
+HISTORIES = "histories.npz"
+
+ELEVATOR = "aerosid/elevator-rad"
+"""Elevator at trim."""
+DEVIATION = "aerosid/elevator-deviation-rad"
+"""Commanded deviation from it; an actuator may stand between this and the surface."""
+FLAP = "aerosid/flap-norm"
+GEAR = "aerosid/gear-norm"
+THRUST = "external_reactions/thrust/magnitude"
+THRUST_PLACE = "external_reactions/thrust/location-{}-in"

@@ -1,0 +1,10 @@
+"""JSBSim's units in SI."""
+
+FOOT = 0.3048
+POUND_FORCE = 4.4482216152605
+SLUG = POUND_FORCE / FOOT
+"""kg"""
+POUNDS_PER_SLUG = 32.174049
+"""With which JSBSim turns weight in pounds into mass in slugs."""
+INCH = FOOT / 12.0
+KNOT = 1852.0 / 3600.0
