@@ -19,7 +19,7 @@ from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
-from aerosid.evidence import Deviations, Score, deviations, score_hypotheses, unexplained_channels
+from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.hypotheses import Hypothesis, with_gust, with_offsets
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
@@ -41,6 +41,8 @@ class AttributionSettings:
         Difference of -2 ln L, for white residuals, within which another hypothesis counts as not told apart (20:1).
     price : float
         What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
+    disturbances : bool
+        Whether gusts and forces of any shape are considered where something is left.
     """
 
     false_alarm: float = 0.001
@@ -48,6 +50,7 @@ class AttributionSettings:
     rounds: int = 6
     reach: float = 6.0
     price: float = 8.0
+    disturbances: bool = True
 
 
 TRIAL = RefinementSettings(
@@ -66,6 +69,13 @@ LEAST_SHARE = 0.1
 
 RIVAL_SHARE = 0.75
 """Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
+
+
+NEARLY_ALL = 0.02
+"""Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
+
+SURELY_APART = 20.0
+"""Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +176,7 @@ def attribute(
         separated, around = search.separated(before)
         if search.price(separated) < search.price(current):
             current, others = separated, around
-    if unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
+    if settings.disturbances and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
         disturbed, around = search.disturbed(before)
         if search.price(disturbed) < search.price(current):
             current, others = disturbed, around
@@ -335,10 +345,13 @@ class _Search:
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
+        return score_hypotheses(self.with_room(current), self.manoeuvres, self.open_hypotheses(current, without))
+
+    def open_hypotheses(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> list[Hypothesis]:
+        """All that the estimate does not hold yet, nor `without` names."""
         held = {part.label for part in self.parts(current, None)} | set(without)
         held |= {(*active.name, "") for active in current.effects if active.held}
-        left = [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
-        return score_hypotheses(self.with_room(current), self.manoeuvres, left)
+        return [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
 
     def is_near_a_step(self, hypothesis: Hypothesis, current: Refinement) -> bool:
         """Whether a step change is so close to one that is held already that it would only mend its edge."""
@@ -498,8 +511,10 @@ class _Search:
                 break
             group = groups[0]
             done.add(group[0].label)
-            reduced = self.without(current, group)
             margin = self.margin(current, {part.label for part in group})
+            if not self.has_rivals(current, group, margin):
+                continue
+            reduced = self.without(current, group)
             trials = self.tried(reduced, self.rivals(reduced, group), self.price(current), margin)
             best = min(trials, key=self.price, default=None)
             if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
@@ -510,6 +525,19 @@ class _Search:
                 alternatives = [other for other in alternatives if other.instead_of != _named(group[0].label)]
             alternatives.extend(self.within_reach(current, reduced, trials))
         return current, tuple(alternatives)
+
+    def has_rivals(self, current: Refinement, group: Sequence[_Part], margin: float) -> bool:
+        """Whether anything could win back nearly all that striking out a group costs.
+
+        Terms are judged without a fit; an effect that is far from linear in its number is always worth one.
+        """
+        entries = [part.entry for part in group if part.entry is not None]
+        if len(entries) < len(group):
+            return True
+        linearised = Linearised(self.with_room(current), self.manoeuvres, self.open_hypotheses(current))
+        loss, scores = linearised.in_place_of(entries)
+        lost_for_good = loss - scores[0].gain if scores else loss
+        return lost_for_good < NEARLY_ALL * loss + SURELY_APART * margin
 
     def rivals(self, reduced: Refinement, group: Sequence[_Part]) -> list[Score]:
         """Hypotheses whose score, where a group was struck out, is not far below the group's own."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,10 @@ class LoopSettings:
         Prefilter, model-error estimator and recursive least squares.
     attribution : AttributionSettings
         Which evidence lets a term enter.
+    catalogue : "all" or "terms"
+        Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
+    paper_chain : bool
+        Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
     priors : bool
         Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
         alone speaks.
@@ -62,6 +67,8 @@ class LoopSettings:
 
     chain: ChainSettings = field(default_factory=ChainSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    catalogue: Literal["all", "terms"] = "all"
+    paper_chain: bool = True
     priors: bool = False
     seed: int = 0
 
@@ -112,14 +119,17 @@ def close_loop(
     before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
 
     progress("tracing the residual")
-    hypotheses = (
-        *term_hypotheses(candidates),
-        *effect_hypotheses(declared, manoeuvres, aircraft.coefficients),
-    )
-    found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
+    hypotheses = term_hypotheses(candidates)
+    if settings.catalogue == "all":
+        hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
+        found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
+    else:
+        found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
 
-    progress("estimating the model error d(t)")
-    seen = _seen_in_d(plain, manoeuvres, candidates, found, settings.chain)
+    seen = None
+    if settings.paper_chain:
+        progress("estimating the model error d(t)")
+        seen = _seen_in_d(plain, manoeuvres, candidates, found, settings.chain)
     chain = seen.chain if seen else None
 
     progress("simulating every log")
@@ -153,8 +163,8 @@ def close_loop(
         simulated=tuple(simulated),
         screening=seen.screening if seen else (),
         model_error=seen.histories if seen else (),
-        prefilter=_prefilter_note(seen, settings.chain),
-        notes=_notes(manoeuvres, others, chain),
+        prefilter=_prefilter_note(seen, settings),
+        notes=_notes(manoeuvres, others, chain, settings),
     )
 
 
@@ -346,9 +356,12 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _prefilter_note(seen: _Seen | None, settings: ChainSettings) -> PrefilterNote:
+def _prefilter_note(seen: _Seen | None, settings: LoopSettings) -> PrefilterNote:
+    if not settings.paper_chain:
+        return PrefilterNote("off", None, "The model error d(t) was not asked for.", "")
+    filtering = settings.chain.filtering
     if seen is None:
-        return PrefilterNote(settings.filtering, None, "The model-error recursion broke down on this flight.", "")
+        return PrefilterNote(filtering, None, "The model-error recursion broke down on this flight.", "")
     fed = seen.chain.fed[0]
     if fed.cut_off is None:
         return PrefilterNote("off", None, "Switched off.", "")
@@ -364,11 +377,13 @@ def _prefilter_note(seen: _Seen | None, settings: ChainSettings) -> PrefilterNot
         f"standard errors in the median and by at most {float(moved[most]):.2g} ({coefficient} {term}); the refined "
         "values do not use it."
     )
-    return PrefilterNote(settings.filtering, fed.cut_off.cut_off_hz, reason, effect)
+    return PrefilterNote(filtering, fed.cut_off.cut_off_hz, reason, effect)
 
 
-def _notes(manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre], chain: Chain | None) -> tuple[str, ...]:
+def _notes(
+    manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre], chain: Chain | None, settings: LoopSettings
+) -> tuple[str, ...]:
     notes = [f"{m.log.name}: {note}" for m in (*manoeuvres, *others) for note in (*m.log.notes, *m.notes)]
-    if chain is None:
+    if chain is None and settings.paper_chain:
         notes.append("The model-error recursion broke down: derivatives of recursive least squares are missing.")
     return tuple(dict.fromkeys(notes))

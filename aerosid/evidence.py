@@ -74,37 +74,82 @@ def score_hypotheses(
     that A cannot imitate is t = s - A (A'A)^-1 A's and the gain is r't (t't)^-1 t'r. A delay or a limit is not linear
     in its number: its column is taken over the distance of each of its trial values, and the best one counts.
     """
-    asked = [
-        (hypothesis, hypothesis.by_chord(trial), trial)
-        for hypothesis in hypotheses
-        for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
-    ]
-    if not asked:
-        return ()
-    entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-    tested = [active for _, chord, _ in asked for active in chord.effects]
-    normal, gradient = _normal_equations(refinement, manoeuvres, entries, tested)
-    free, states = len(refinement.free), 5 * len(manoeuvres)
-    own = sum(active.slopes for active in refinement.effects)
-    present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
-    present = present[np.diag(normal)[present] > 0.0]
-    scale = np.sqrt(np.diag(normal)[present])
-    scaled = normal[np.ix_(present, present)] / np.outer(scale, scale)
-    inner = np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
-    taken = np.asarray(inner @ (gradient[present] / scale), dtype=np.float64)
-    place = {entry: free + n for n, entry in enumerate(entries)}
-    column = free + len(entries) + states + own
-    best: dict[int, Score] = {}
-    for hypothesis, chord, trial in asked:
-        columns = [place[entry] for entry in chord.entries]
-        count = sum(active.slopes for active in chord.effects)
-        columns += list(range(column, column + count))
-        column += count
-        score = _score(hypothesis, columns, normal, gradient, present, scale, inner, taken)
-        known = best.get(id(hypothesis))
-        if known is None or score.gain > known.gain:
-            best[id(hypothesis)] = replace(score, trial=trial)
-    return tuple(sorted(best.values(), key=lambda score: -score.gain))
+    return Linearised(refinement, manoeuvres, hypotheses).scores() if hypotheses else ()
+
+
+class Linearised:
+    """An estimate's likelihood, to second order in its parameters and in those of hypotheses beside it.
+
+    Parameters
+    ----------
+    refinement : Refinement
+        The estimate.
+    manoeuvres : sequence of Manoeuvre
+        Those of the estimate.
+    hypotheses : sequence of Hypothesis
+        None of them in the model.
+    """
+
+    def __init__(
+        self, refinement: Refinement, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
+    ) -> None:
+        self.refinement = refinement
+        asked = [
+            (hypothesis, hypothesis.by_chord(trial), trial)
+            for hypothesis in hypotheses
+            for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
+        ]
+        entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
+        tested = [active for _, chord, _ in asked for active in chord.effects]
+        self.normal, self.gradient = _normal_equations(refinement, manoeuvres, entries, tested)
+        free, states = len(refinement.free), 5 * len(manoeuvres)
+        own = sum(active.slopes for active in refinement.effects)
+        present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
+        self.present = present[np.diag(self.normal)[present] > 0.0]
+        place = {entry: free + n for n, entry in enumerate(entries)}
+        column = free + len(entries) + states + own
+        self.asked: list[tuple[Hypothesis, list[int], int]] = []
+        for hypothesis, chord, trial in asked:
+            count = sum(active.slopes for active in chord.effects)
+            columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
+            self.asked.append((hypothesis, columns, trial))
+            column += count
+
+    def scores(self) -> tuple[Score, ...]:
+        """What each hypothesis alone would bring, greatest first."""
+        return self._scores(self.present, self.gradient)
+
+    def in_place_of(self, entries: Sequence[Entry]) -> tuple[float, tuple[Score, ...]]:
+        """Rise of -2 ln L when free entries are struck out, and what of it each hypothesis would win back.
+
+        Exact for a hypothesis that can stand in their place: the motion then hardly changes, however large each alone.
+        """
+        struck = np.array([self.refinement.free.index(entry) for entry in entries])
+        change = -np.array([self.refinement.model.value(entry) for entry in entries])
+        gradient = self.gradient - self.normal[:, struck] @ change
+        left = np.setdiff1d(self.present, struck)
+        scale, _, taken = self._projection(left, gradient)
+        rise = change @ self.normal[np.ix_(struck, struck)] @ change - 2.0 * self.gradient[struck] @ change
+        return float(rise - (gradient[left] / scale) @ taken), self._scores(left, gradient)
+
+    def _projection(
+        self, present: NDArray[np.int64], gradient: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Scale of the present parameters, the inverse of their scaled information, and their scaled step."""
+        scale = np.sqrt(np.diag(self.normal)[present])
+        scaled = self.normal[np.ix_(present, present)] / np.outer(scale, scale)
+        inner = np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
+        return scale, inner, np.asarray(inner @ (gradient[present] / scale), dtype=np.float64)
+
+    def _scores(self, present: NDArray[np.int64], gradient: NDArray[np.float64]) -> tuple[Score, ...]:
+        scale, inner, taken = self._projection(present, gradient)
+        best: dict[int, Score] = {}
+        for hypothesis, columns, trial in self.asked:
+            score = _score(hypothesis, columns, self.normal, gradient, present, scale, inner, taken)
+            known = best.get(id(hypothesis))
+            if known is None or score.gain > known.gain:
+                best[id(hypothesis)] = replace(score, trial=trial)
+        return tuple(sorted(best.values(), key=lambda score: -score.gain))
 
 
 def _normal_equations(
