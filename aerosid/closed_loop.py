@@ -19,6 +19,7 @@ from aerosid.completed_aircraft import complete_aircraft
 from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
 from aerosid.flight_log import FlightLog
+from aerosid.force_history import smoothed_histories
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
@@ -129,7 +130,7 @@ def close_loop(
     seen = None
     if settings.paper_chain:
         progress("estimating the model error d(t)")
-        seen = _seen_in_d(plain, manoeuvres, candidates, found, settings.chain)
+        seen = _seen_in_d(plain, manoeuvres, candidates, found, aircraft.coefficients, settings.chain)
     chain = seen.chain if seen else None
 
     progress("simulating every log")
@@ -197,6 +198,7 @@ def _seen_in_d(
     manoeuvres: Sequence[Manoeuvre],
     candidates: Sequence[Entry],
     found: Attribution,
+    coefficients: Sequence[str],
     settings: ChainSettings,
 ) -> _Seen | None:
     """The paper's chain on the declared and on the completed structure; None where its recursion breaks down."""
@@ -207,7 +209,9 @@ def _seen_in_d(
         scores = found.rounds[0] if found.rounds else ()
         screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
         completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings) if chosen else deficient
-        histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
+        histories, correlations = smoothed_histories(found.completed, manoeuvres, coefficients, chosen)
+        if not histories:
+            histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
         u, w, q, theta = (float(number) for number in completed.error_density)
         off = replace(settings, filtering="off", error_density=(u, w, q, theta))
         unfiltered = completed

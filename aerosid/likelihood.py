@@ -18,8 +18,8 @@ from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import Flight, no_directions, predict_stretch, simulate_outputs, start_carry
-from aerosid.response import make_trace, make_trace_carry, trace_stretch
-from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
+from aerosid.response import Trace, make_trace, make_trace_carry, trace_stretch
+from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
 
 STRETCH = 20_000
 """Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
@@ -39,6 +39,21 @@ class Whitened:
     columns: NDArray[np.float64]
     predicted: NDArray[np.float64]
     log_sum: float
+
+
+@dataclass(frozen=True)
+class Traced:
+    """One stretch of one manoeuvre simulated open loop.
+
+    `held` (n, 8) which outputs were measured; `block` (n, 8, 1 + M) measured minus simulated, then the response to each
+    parameter of that manoeuvre (free terms, initial state, effects), SI; `trace` the linearisation; `noise` of the
+    inputs.
+    """
+
+    held: NDArray[np.bool_]
+    block: NDArray[np.float64]
+    trace: Trace
+    noise: InputNoise
 
 
 @dataclass(frozen=True)
@@ -276,6 +291,34 @@ class Likelihood:
         tested: Sequence[ActiveEffect],
     ) -> Iterator[Whitened]:
         """Open loop, whitened."""
+        whitening: WhiteningCarry | None = None
+        for part in self.traced(log, values, state, effects, tested):
+            block = part.block
+            if whitening is None:
+                whitening = make_whitening_carry(part.noise, block.shape[2])
+            log_sum = whiten_stretch(part.held, block, part.trace, variance, part.noise, whitening)
+            residual = np.where(part.held, block[:, :, 0], np.nan)
+            yield Whitened(log, residual, self._spread(block[:, :, 1:], log), part.trace.outputs, float(log_sum))
+
+    def traced(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        tested: Sequence[ActiveEffect] = (),
+        *,
+        whole: bool = False,
+    ) -> Iterator[Traced]:
+        """The open-loop simulation of one log with the response to every parameter, stretch by stretch.
+
+        `whole`: in one piece, however long.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the simulation leaves the model's range.
+        """
         manoeuvre = self.manoeuvres[log]
         flight, memory = acting_flight(self.model, manoeuvre, effects)
         exact: NDArray[np.float64] | None = None
@@ -289,9 +332,8 @@ class Likelihood:
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
-        reach = samples if remembers and samples <= 5 * STRETCH else STRETCH
+        reach = samples if whole or (remembers and samples <= 5 * STRETCH) else STRETCH
         carry = make_trace_carry(state, self.free.size, directions.shape[2])
-        whitening = make_whitening_carry(noise, width + 1)
         held = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)
@@ -309,9 +351,7 @@ class Likelihood:
             self._enter_effects(block, trace.outputs, by_inputs, moved, time, manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
-            log_sum = whiten_stretch(here, block, trace, variance, noise, whitening)
-            residual = np.where(here, block[:, :, 0], np.nan)
-            yield Whitened(log, residual, self._spread(block[:, :, 1:], log), trace.outputs, float(log_sum))
+            yield Traced(here, block, trace, noise)
 
     def _differences(
         self,

@@ -159,7 +159,8 @@ class ErrorHistory:
     """The model error d(t) of one equation on one identification log, and the chosen terms over it.
 
     `coefficient` names the equation (C_X, C_Z, C_m); `d` (N,) is d(t) in units of that coefficient from the structure
-    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of both.
+    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of both;
+    `deviation` (N,) the standard deviation of d, None where d is the filter's, as for an aircraft that runs away.
     """
 
     log: str
@@ -169,6 +170,7 @@ class ErrorHistory:
     explained: FloatArray
     correlation: float
     terms: tuple[str, ...]
+    deviation: FloatArray | None = None
 
 
 @dataclass(frozen=True)

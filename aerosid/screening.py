@@ -12,6 +12,7 @@ from scipy import signal
 from aerosid import prefilter
 from aerosid.aerodynamics import Entry
 from aerosid.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.correlation import correlation
 from aerosid.evidence import Score
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.paper_chain import EQUATION, Chain, ChainSettings, Fed, choose_error_density
@@ -73,8 +74,8 @@ def screen(
                 ScreeningRow(
                     entry[0],
                     str(entry[1]),
-                    _correlation(target, column),
-                    _correlation(left, column - basis @ (basis.T @ column)),
+                    correlation(target, column),
+                    correlation(left, column - basis @ (basis.T @ column)),
                     score.gain if score else 0.0,
                     score.independence if score else 0.0,
                     entry in chosen,
@@ -126,7 +127,7 @@ def error_histories(
                     time=manoeuvre.log.time,
                     d=d / unit,
                     explained=picture / unit,
-                    correlation=_correlation(d[held], picture[held]) if names else 0.0,
+                    correlation=correlation(d[held], picture[held]) if names else 0.0,
                     terms=tuple(str(entry[1]) for entry in names),
                 )
             )
@@ -137,7 +138,7 @@ def error_histories(
         columns = np.concatenate([h.responded[:, equation, :][:, places] for h in histories])[held]
         others = np.delete(np.arange(len(chosen)), n)
         left = target - columns[:, others] @ coefficients[others]
-        correlations[entry] = abs(_correlation(left, columns[:, n]))
+        correlations[entry] = abs(correlation(left, columns[:, n]))
     return tuple(rows), correlations
 
 
@@ -196,10 +197,3 @@ def _orthonormal(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
     basis: NDArray[np.float64] = left[:, strength > 1e-9 * strength[0]]
     return basis
-
-
-def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Linear correlation about the means; 0 where either does not vary."""
-    a, b = a - a.mean(), b - b.mean()
-    size = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return float(a @ b) / size if size > 0.0 else 0.0

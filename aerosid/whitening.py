@@ -140,12 +140,12 @@ def whiten_stretch(
         for j in range(extra):
             for c in range(width):
                 error[j, c] *= noise.memory[j]
-        _propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
     return log_sum
 
 
 @njit
-def _propagate(
+def propagate(
     cov: NDArray[np.float64],
     transition: NDArray[np.float64],
     start: NDArray[np.float64],
