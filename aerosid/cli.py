@@ -6,15 +6,14 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import Annotated, Optional
 
 import typer
 
 from aerosid import __version__
+from aerosid.command_options import ChannelsOption, console
 from aerosid.errors import AerosidError
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from aerosid.study_command import study_command
 
 app = typer.Typer(
     name="aerosid",
@@ -29,11 +28,6 @@ app = typer.Typer(
 )
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
-# typer resolves annotations at run time, where Optional is what every supported version understands.
-ChannelsOption = Annotated[
-    Optional[Path],  # noqa: UP045
-    typer.Option("--channels", metavar="FILE", help="Channel map for all logs of the call.", show_default=False),
-]
 
 _DEBUG = "--debug"
 
@@ -83,19 +77,6 @@ def _failed(sentence: str, code: int, debug: bool) -> int:
         traceback.print_exc()
     sys.stderr.write(f"aerosid: {' '.join(sentence.split())}\n")
     return code
-
-
-def console() -> Console:
-    """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
-    from rich.console import Console
-
-    class PipeConsole(Console):
-        """A console that leaves a broken pipe to `main`; rich would end the process with exit code 1."""
-
-        def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
-
-    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140)
 
 
 def _print_version(wanted: bool) -> None:
@@ -195,7 +176,8 @@ def reproduce_command(
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 200,
 ) -> None:
     """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
-    from aerosid.reproduce import require_folder, write_reproduction
+    from aerosid.file_set import require_folder
+    from aerosid.reproduce import write_reproduction
     from aerosid.reproduce.console import print_reproduction, reproduce_with_progress
 
     require_folder(out)
@@ -204,6 +186,9 @@ def reproduce_command(
     output = console()
     print_reproduction(result, output)
     output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+
+
+app.command("study")(study_command)
 
 
 @app.command()

@@ -208,6 +208,8 @@ class Deviations:
         Of the free entries, counting the residuals' colour.
     white : ndarray, shape (F,)
         As if the residuals were white: the Cramer-Rao bound.
+    published : ndarray, shape (F,)
+        As Morelli & Klein published the correction: too small on short records.
     covariance : ndarray, shape (F, F)
         Corrected covariance of the free entries.
     correlation_max : ndarray, shape (F,)
@@ -220,6 +222,7 @@ class Deviations:
 
     corrected: NDArray[np.float64]
     white: NDArray[np.float64]
+    published: NDArray[np.float64]
     covariance: NDArray[np.float64]
     correlation_max: NDArray[np.float64]
     effects: NDArray[np.float64]
@@ -256,12 +259,16 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     chosen = [(x[:, keep], r, w) for x, r, w in groups]
     try:
         if quick:
-            part_covariance = QUICK_SHORTFALL**2 * published_covariance_groups(chosen)
+            part_published = published_covariance_groups(chosen)
+            part_corrected = QUICK_SHORTFALL**2 * part_published
         else:
-            part_covariance = coloured_covariance_groups(chosen).corrected
+            found = coloured_covariance_groups(chosen)
+            part_published, part_corrected = found.published, found.corrected
     except ValueError:
-        part_covariance = np.full((keep.size, keep.size), np.inf)
-    corrected[np.ix_(keep, keep)] = part_covariance
+        part_published = part_corrected = np.full((keep.size, keep.size), np.inf)
+    corrected[np.ix_(keep, keep)] = part_corrected
+    published = np.full(white.shape[0], np.inf)
+    published[keep] = np.sqrt(np.maximum(np.diag(part_published), 0.0))
     # Autocovariances of a short record need not be positive definite; no deviation is below the white one then.
     floor = np.diag(white)
     variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
@@ -274,6 +281,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     return Deviations(
         corrected=np.sqrt(variance)[:free],
         white=spread[:free],
+        published=published[:free],
         covariance=corrected[:free, :free],
         correlation_max=np.max(np.abs(relation), axis=1)[:free] if free else np.zeros(0),
         effects=np.sqrt(variance)[first:],

@@ -107,6 +107,11 @@ class FlightLog:
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "positions", MappingProxyType(dict(self.positions)))
 
+    def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
+        """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
+        mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
+        return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256)
+
     def __contains__(self, name: object) -> bool:
         return name in self.channels
 

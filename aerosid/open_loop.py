@@ -12,7 +12,7 @@ from aerosid.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.effects import ActiveEffect, StateEffect, frozen
 from aerosid.effects.sudden import at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
-from aerosid.likelihood import acting_flight, recorded, self_consistent
+from aerosid.likelihood import OutOfRangeError, acting_flight, recorded, self_consistent
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs
@@ -80,12 +80,7 @@ def respond(
     except EstimationError:
         empty = np.full(manoeuvre.flight.measured.shape, np.nan)
         return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
-    model = fitted.model
-    flight, _ = acting_flight(model, manoeuvre, fitted.effects)
-    if any(isinstance(active.effect, StateEffect) for active in fitted.effects):
-        flight, _ = self_consistent(model, flight, model.values, fitted.states[0], fitted.effects)
-    outputs, states = simulate_outputs(fitted.states[0], flight, np.array(model.values), model.table, model.constants)
-    recorded(outputs, manoeuvre, fitted.effects)
+    outputs, states = simulate(fitted.model, manoeuvre, fitted.states[0], fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
     for i, name in enumerate(OUTPUTS):
@@ -94,6 +89,34 @@ def respond(
             error = difference[held, i]
             rms[name] = float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else None
     return Response(outputs, states, rms)
+
+
+def simulate(
+    model: AerodynamicModel,
+    manoeuvre: Manoeuvre,
+    state: NDArray[np.float64],
+    effects: Sequence[ActiveEffect] = (),
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What the sensors record, (N, 8), and the states, (N, 5), of a flight with the manoeuvre's inputs.
+
+    Parameters
+    ----------
+    state : ndarray, shape (5,)
+        The initial u, w, q, theta, h.
+
+    Returns
+    -------
+    NaN from where the simulation leaves |alpha| < 1.5 rad.
+    """
+    flight, _ = acting_flight(model, manoeuvre, effects)
+    if any(isinstance(active.effect, StateEffect) for active in effects):
+        try:
+            flight, _ = self_consistent(model, flight, model.values, state, effects)
+        except OutOfRangeError:
+            return np.full((flight.time.size, len(OUTPUTS)), np.nan), np.full((flight.time.size, 5), np.nan)
+    outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
+    recorded(outputs, manoeuvre, effects)
+    return outputs, states
 
 
 def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:

@@ -67,11 +67,15 @@ class Workers:
             raise UsageError(f"--workers is {self.count}; at least 1 is needed.")
 
 
+EVERY_CORE = Workers()
+"""A process for each core of this machine."""
+
+
 def work_off(
     task: Task,
     keys: Sequence[str],
     journal: Journal,
-    workers: Workers = Workers(),
+    workers: Workers = EVERY_CORE,
     *,
     chunk: int = 1,
     tick: Callable[[int], None] = lambda _items: None,

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from aerosid.reproduce.run import Reproduction, reproduce
-from aerosid.reproduce.writing import require_folder, write_reproduction
+from aerosid.reproduce.writing import write_reproduction
 
-__all__ = ["Reproduction", "reproduce", "require_folder", "write_reproduction"]
+__all__ = ["Reproduction", "reproduce", "write_reproduction"]

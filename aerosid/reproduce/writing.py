@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from aerosid.errors import UsageError
+from aerosid.file_set import text, write_files
 from aerosid.reproduce import published, table1, table3, table4
 from aerosid.reproduce.page import page_html
 from aerosid.reproduce.run import Reproduction
@@ -80,26 +77,6 @@ def _level(level: table4.NoiseLevel) -> dict[str, Any]:
     return row
 
 
-def require_folder(directory: Path) -> None:
-    """Make the folder; called before the long computation as well, so that a wrong --out is known at once.
-
-    Raises
-    ------
-    UsageError
-        Where it cannot be made or written.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory):
-            pass
-    except OSError as error:
-        raise _unwritable(directory, error) from None
-
-
-def _unwritable(directory: Path, error: OSError) -> UsageError:
-    return UsageError(f"{directory}: cannot be written ({error.strerror or error}); choose another folder with --out.")
-
-
 def write_reproduction(result: Reproduction, directory: Path) -> tuple[Path, ...]:
     """The paths of the files written.
 
@@ -119,15 +96,4 @@ def write_reproduction(result: Reproduction, directory: Path) -> tuple[Path, ...
         "details.json": json.dumps(details(result), indent=2, allow_nan=False) + "\n",
         "paper.html": page_html(result),
     }
-    require_folder(directory)
-    temporary = Path(tempfile.mkdtemp(prefix=".paper-", suffix=".part", dir=directory))
-    try:
-        for name, text in texts.items():
-            (temporary / name).write_text(text, encoding="utf-8")
-        for name in texts:
-            os.replace(temporary / name, directory / name)
-    except OSError as error:
-        raise _unwritable(directory, error) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
-    return tuple(directory / name for name in texts)
+    return write_files(directory, {name: text(content) for name, content in texts.items()})

@@ -1,0 +1,71 @@
+"""Write several files that belong together: all of them, or none under its final name."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from aerosid.errors import UsageError
+
+Writer = Callable[[Path], object]
+"""Writes one file to the path that it is given."""
+
+
+def text(content: str) -> Writer:
+    """The writer of a text, UTF-8 with plain line ends."""
+    return lambda path: path.write_bytes(content.encode("utf-8", "backslashreplace"))
+
+
+def require_folder(directory: Path) -> None:
+    """Make the folder; called before a long computation as well, so that a wrong --out is known at once.
+
+    Raises
+    ------
+    UsageError
+        Where it cannot be made or written.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            pass
+    except OSError as error:
+        raise _unwritable(directory, error) from None
+
+
+def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, ...]:
+    """The paths of the files written.
+
+    Parameters
+    ----------
+    directory : Path
+        Where to; made where it does not exist. Files of these names are replaced, others stay.
+    writers : mapping of str to callable
+        What writes each file, by its name.
+
+    Raises
+    ------
+    UsageError
+        Where the folder cannot be made or written.
+    """
+    require_folder(directory)
+    temporary = Path(tempfile.mkdtemp(prefix=".files-", suffix=".part", dir=directory))
+    try:
+        for name, write in writers.items():
+            write(temporary / name)
+        for name in writers:
+            if (directory / name).is_dir():
+                raise IsADirectoryError(0, f"{name} is a folder there")
+        for name in writers:
+            os.replace(temporary / name, directory / name)
+    except OSError as error:
+        raise _unwritable(directory, error) from None
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+    return tuple(directory / name for name in writers)
+
+
+def _unwritable(directory: Path, error: OSError) -> UsageError:
+    return UsageError(f"{directory}: cannot be written ({error.strerror or error}); choose another folder with --out.")

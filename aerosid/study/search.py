@@ -1,0 +1,86 @@
+"""The chain as a study runs it: re-estimation of the declared model, search for what is missing, refinement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.aerodynamics import Entry, declared_model
+from aerosid.aircraft import Aircraft
+from aerosid.attribution import AttributionSettings, Finding, attribute
+from aerosid.candidates import candidate_entries
+from aerosid.closed_loop import BEFORE
+from aerosid.declared_effects import declared_effects
+from aerosid.effects import ActiveEffect
+from aerosid.evidence import Deviations, deviations
+from aerosid.flight_log import FlightLog
+from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
+from aerosid.manoeuvre import Manoeuvre, prepare
+from aerosid.refinement import Refinement, refine
+from aerosid.study.plan import Catalogue
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the chain made of one log.
+
+    `before` the declared structure re-estimated, None where the structure was known; `completed` with all that was
+    found, `spread` its deviations.
+    """
+
+    manoeuvre: Manoeuvre
+    before: Refinement | None
+    completed: Refinement
+    spread: Deviations
+    findings: tuple[Finding, ...]
+
+
+def search(
+    log: FlightLog,
+    aircraft: Aircraft,
+    catalogue: Catalogue,
+    structure: Sequence[Entry] = (),
+    effects: Sequence[ActiveEffect] = (),
+) -> Found:
+    """What one log says of the aircraft.
+
+    Parameters
+    ----------
+    log : FlightLog
+        The manoeuvre.
+    aircraft : Aircraft
+        The declared model.
+    catalogue : "known", "terms" or "all"
+        What the search may name.
+    structure : sequence of Entry
+        With "known": the terms beside those declared, estimated from zero.
+    effects : sequence of ActiveEffect
+        With "known": the effects that are no term, with start values.
+
+    Raises
+    ------
+    LogError, EstimationError
+        As of `close_loop`.
+    """
+    known = catalogue == "known"
+    candidates = tuple(structure) if known else candidate_entries(aircraft, log)
+    airspeed = float(np.nanmean(log["V"])) if "V" in log else 0.0
+    plain = declared_model(aircraft, airspeed, [term for _, term in candidates])
+    manoeuvre = prepare(log, aircraft, plain.columns)
+    given = declared_effects(aircraft, controls_of(plain), [manoeuvre])
+    declared = with_columns_of(plain, (*given, *effects))
+    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
+    if known:
+        entries = (*free, *(entry for entry in structure if entry not in free))
+        completed = refine(declared.extended(entries), [manoeuvre], entries, effects=(*given, *effects))
+        return Found(manoeuvre, None, completed, deviations(completed, [manoeuvre]), ())
+    before = refine(declared, [manoeuvre], free, effects=given, settings=BEFORE)
+    hypotheses = term_hypotheses(candidates)
+    coefficients = aircraft.coefficients if catalogue == "all" else ()
+    if coefficients:
+        hypotheses += effect_hypotheses(declared, [manoeuvre], coefficients)
+    settings = AttributionSettings(disturbances=catalogue == "all")
+    found = attribute(before, [manoeuvre], hypotheses, coefficients, settings)
+    return Found(manoeuvre, before, found.completed, found.completed_deviations, found.findings)
