@@ -147,6 +147,21 @@ def close_loop_command(
     static: Annotated[
         bool, typer.Option("--static", help="Still figures only: report.html takes half a megabyte, not five.")
     ] = False,
+    flight_phase: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            "--flight-phase",
+            metavar="A|B|C",
+            help="Category for the levels of MIL-F-8785C; else the aircraft file's, else B.",
+            show_default=False,
+        ),
+    ] = None,
+    aircraft_class: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            "--class", metavar="I|II|II-C|III|IV", help="Aircraft class for the same; else II.", show_default=False
+        ),
+    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
@@ -157,7 +172,7 @@ def close_loop_command(
     from aerosid.reporting import print_summary, write_report
     from aerosid.results import Verdict
 
-    settings = loop_settings(prefilter, error_density, priors, seed)
+    settings = loop_settings(prefilter, error_density, priors, seed, flight_phase, aircraft_class)
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)

@@ -21,6 +21,7 @@ from aerosid.errors import EstimationError
 from aerosid.flight_log import FlightLog
 from aerosid.force_history import smoothed_histories
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
+from aerosid.linear_analysis import Spread, analyse_models, requirement_for
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.nomenclature import CHANNELS
@@ -64,6 +65,8 @@ class LoopSettings:
         alone speaks.
     seed : int
         Of every random draw; reported.
+    flight_phase, aircraft_class : str or None
+        Category and class for the levels of MIL-F-8785C; by default the aircraft file's, else B and II.
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
@@ -72,6 +75,8 @@ class LoopSettings:
     paper_chain: bool = True
     priors: bool = False
     seed: int = 0
+    flight_phase: str | None = None
+    aircraft_class: str | None = None
 
 
 BEFORE = RefinementSettings(cost_tolerance=0.05)
@@ -106,7 +111,10 @@ def close_loop(
         Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold.
     EstimationError
         Where the declared model cannot be simulated at all.
+    UsageError
+        Where the flight phase or the aircraft class is unknown.
     """
+    requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     progress("reading the logs into the flight model")
     plain, candidates = _structure(identification, aircraft)
     manoeuvres = [prepare(log, aircraft, plain.columns) for log in identification]
@@ -145,6 +153,9 @@ def close_loop(
     effects = tuple(
         _effect(n, f, seen.correlations if seen else {}, gain) for n, f in enumerate(found.findings, start=1)
     )
+    completed, deviations = found.completed, found.completed_deviations
+    spread = Spread(completed.free, deviations.covariance)
+    linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
     verdict = judge(found, manoeuvres)
     rows = _derivative_rows(aircraft, found, chain)
     return ClosedLoop(
@@ -165,7 +176,8 @@ def close_loop(
         screening=seen.screening if seen else (),
         model_error=seen.histories if seen else (),
         prefilter=_prefilter_note(seen, settings),
-        notes=_notes(manoeuvres, others, chain, settings),
+        notes=(*_notes(manoeuvres, others, chain, settings), *unlinearised),
+        linear=linear,
     )
 
 

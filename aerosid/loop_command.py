@@ -18,7 +18,14 @@ _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 5
 
 
-def loop_settings(prefilter: str, error_density: str | None, priors: bool, seed: int) -> LoopSettings:
+def loop_settings(
+    prefilter: str,
+    error_density: str | None,
+    priors: bool,
+    seed: int,
+    flight_phase: str | None = None,
+    aircraft_class: str | None = None,
+) -> LoopSettings:
     """The settings that the words of the command line ask for.
 
     Raises
@@ -29,7 +36,11 @@ def loop_settings(prefilter: str, error_density: str | None, priors: bool, seed:
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
     return LoopSettings(
-        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)), priors=priors, seed=seed
+        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
+        priors=priors,
+        seed=seed,
+        flight_phase=flight_phase,
+        aircraft_class=aircraft_class,
     )
 
 

@@ -30,7 +30,15 @@ class Trim:
     thrust: float
 
 
-def trim(model: AerodynamicModel, airspeed: float, density: float, mass: float) -> Trim:
+def trim(
+    model: AerodynamicModel,
+    airspeed: float,
+    density: float,
+    mass: float,
+    *,
+    speed_of_sound: float = SPEED_OF_SOUND,
+    further_inputs: Mapping[str, float] | None = None,
+) -> Trim:
     """The angle of attack, elevator and thrust that hold level flight.
 
     Parameters
@@ -41,6 +49,10 @@ def trim(model: AerodynamicModel, airspeed: float, density: float, mass: float) 
         kg/m^3.
     mass : float
         kg.
+    speed_of_sound : float
+        m/s.
+    further_inputs : mapping of str to float, optional
+        Other inputs that terms name, SI; those that the model has no column for are ignored.
 
     Raises
     ------
@@ -51,17 +63,23 @@ def trim(model: AerodynamicModel, airspeed: float, density: float, mass: float) 
     place = model.columns.index("delta_e")
     positions = np.zeros((len(OUTPUTS), 3))
 
+    inputs = input_row(model, density, 0.0, mass, speed_of_sound)
+    for name, value in (further_inputs or {}).items():
+        if name in model.columns:
+            inputs[model.columns.index(name)] = value
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, weights = unknown
-        inputs = _inputs(model, 1, density, weights * mass * 9.80665, mass)[0]
-        inputs[place] = delta_e
+        inputs[1], inputs[place] = weights * mass * 9.80665, delta_e
         x = np.array([airspeed * np.cos(alpha), airspeed * np.sin(alpha), 0.0, alpha, 0.0])
         evaluate(x, inputs, model.values, model.table, model.constants, positions, work, False, False)
         return np.array([work.rates[0], work.rates[1], work.rates[2]])
 
     solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)
     alpha, delta_e, weights = (float(number) for number in solution.x)
-    if not solution.success or abs(alpha) > 0.6 or abs(delta_e) > 1.0:
+    # Rounding may stop the solver short of its tolerance; what counts is that nothing accelerates.
+    balanced = float(np.max(np.abs(solution.fun))) < 1e-9
+    if not balanced or abs(alpha) > 0.6 or abs(delta_e) > 1.0:
         raise EstimationError(
             f"no trim was found at {airspeed:g} m/s (the search ended at alpha {alpha:.3g} rad, delta_e {delta_e:.3g} "
             "rad); try another airspeed or density."
@@ -106,7 +124,7 @@ def fly(
     EstimationError
         Where the simulation leaves |alpha| < 1.5 rad.
     """
-    inputs = _inputs(model, time.size, density, trimmed.thrust, mass)
+    inputs = np.tile(input_row(model, density, trimmed.thrust, mass), (time.size, 1))
     inputs[:, model.columns.index("delta_e")] = trimmed.delta_e + elevator
     for channel, values in (further_inputs or {}).items():
         inputs[:, model.columns.index(channel)] = values
@@ -149,7 +167,10 @@ def steps(time: NDArray[np.float64], start: float, levels: list[tuple[float, flo
     return values
 
 
-def _inputs(model: AerodynamicModel, samples: int, density: float, thrust: float, mass: float) -> NDArray[np.float64]:
-    inputs = np.zeros((samples, len(model.columns)))
-    inputs[:, 0], inputs[:, 1], inputs[:, 2], inputs[:, 3] = density, thrust, mass, SPEED_OF_SOUND
-    return inputs
+def input_row(
+    model: AerodynamicModel, density: float, thrust: float, mass: float, speed_of_sound: float = SPEED_OF_SOUND
+) -> NDArray[np.float64]:
+    """The model's inputs of symmetric flight at one instant, (8 + E,), SI: all that is not given is zero."""
+    row = np.zeros(len(model.columns))
+    row[:4] = density, thrust, mass, speed_of_sound
+    return row

@@ -104,6 +104,25 @@ def test_result_has_the_documented_keys(result: dict) -> None:
         assert {"coefficient", "log", "r2_before", "r2_after"} <= set(row)
 
 
+def test_linear_models_are_told_apart_by_what_was_found(result: dict) -> None:
+    """The found C_m alpha^2 makes the aircraft stiffer: 2 alpha at trim is 3 % of C_m alpha."""
+    assert [entry["model"] for entry in result["linear"]] == ["declared", "completed"]
+    stiffness = []
+    for entry in result["linear"]:
+        assert entry["states"] == ["u", "w", "q", "theta"]
+        assert [len(entry["A"]), len(entry["A"][0]), len(entry["B"]), entry["inputs"]] == [4, 4, 4, ["delta_e"]]
+        poles = np.linalg.eigvals(np.array(entry["A"]))
+        short_period, phugoid = entry["modes"]
+        assert short_period["numbers"]["frequency"]["value"] == pytest.approx(np.abs(poles).max(), rel=1e-9)
+        assert phugoid["numbers"]["frequency"]["value"] == pytest.approx(np.abs(poles).min(), rel=1e-9)
+        assert entry["qualities"]["cap"]["std_error"] > 0.0
+        assert (entry["category"], entry["aircraft_class"]) == ("B", "II")
+        stiffness.append(short_period["numbers"]["frequency"])
+    declared, completed = stiffness
+    assert completed["value"] > declared["value"]
+    assert completed["std_error"] < 0.1 * declared["std_error"]
+
+
 def test_derivative_table_is_that_of_the_result(folder: Path, result: dict) -> None:
     with (folder / "reports" / "doublet" / "derivatives.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -239,6 +258,8 @@ def test_a_broken_aircraft_leaves_nothing(
         (["{log}", "--aircraft", "light_transport", "--prefilter", "magic"], 2, "magic"),
         (["{log}", "--aircraft", "light_transport", "--error-density", "1,2,3"], 2, "1,2,3"),
         (["{log}", "--aircraft", "light_transport", "--error-density", "1,1,-1,0"], 2, "-1"),
+        (["{log}", "--aircraft", "light_transport", "--flight-phase", "D"], 2, "'D'"),
+        (["{log}", "--aircraft", "light_transport", "--class", "VI"], 2, "'VI'"),
         (["{log}", "--aircraft", "light_transport", "--from", "500"], 3, "doublet.csv"),
         (["{log}", "--aircraft", "light_transport", "--channels", "none.toml"], 2, "none.toml"),
     ],

@@ -101,6 +101,8 @@ class Aircraft:
         Declared effects that are no terms.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    flight_phase, aircraft_class
+        Category and class after MIL-F-8785C for the flying qualities, None where the file does not say.
     """
 
     name: str
@@ -120,6 +122,8 @@ class Aircraft:
     path: str
     sha256: str
     text: str
+    flight_phase: str | None = None
+    aircraft_class: str | None = None
 
     @property
     def coefficients(self) -> tuple[str, str, str]:

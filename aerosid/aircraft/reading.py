@@ -93,6 +93,8 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         path=path,
         sha256=sha256,
         text=text,
+        flight_phase=tables.flying_qualities.category,
+        aircraft_class=tables.flying_qualities.aircraft_class,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -58,6 +58,11 @@ class _ThrustTable(_Table):
     force: _Number | None = None
     incidence: _Angle = 0.0
     z_arm: _Number = 0.0
+
+
+class _FlyingQualitiesTable(_Table):
+    category: Literal["A", "B", "C"] | None = None
+    aircraft_class: Annotated[Literal["I", "II", "II-C", "III", "IV"] | None, Field(alias="class")] = None
 
 
 class _DerivativeTable(_Table):
@@ -115,6 +120,7 @@ class AircraftFile(_Table):
     mass: _MassTable
     air: _AirTable | None = None
     thrust: _ThrustTable = _ThrustTable()
+    flying_qualities: _FlyingQualitiesTable = _FlyingQualitiesTable()
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
@@ -175,6 +181,8 @@ def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
         return f"a number{unit} {'of at least' if kind == 'greater_than_equal' else 'of at most'} {limit:g}; correct it"
     if kind.startswith("float"):
         return f"a number{unit}; write it without quotes or brackets"
+    if kind == "literal_error":
+        return f"one of {context['expected']}; correct it"
     if kind.startswith("bool"):
         return "true or false"
     if kind.startswith("string"):
@@ -194,6 +202,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "mass": _MassTable,
         "air": _AirTable,
         "thrust": _ThrustTable,
+        "flying_qualities": _FlyingQualitiesTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,
@@ -205,7 +214,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         table = _DerivativeTable
     if location[0] == "effects" and len(location) > 2:
         table = _ParameterTable
-    return list(table.model_fields)
+    return [field.alias or name for name, field in table.model_fields.items()]
 
 
 def _dotted(location: Sequence[int | str]) -> str:

@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 from aerosid.flight_log import FlightLog
-from aerosid.results import ClosedLoop, Effect
+from aerosid.linear_model import LINEAR_STATES
+from aerosid.results import ClosedLoop, Effect, LinearRow
 
 SCHEMA = 1
 
@@ -149,6 +150,37 @@ class ScreeningEntry(_Row):
     chosen: bool
 
 
+class ModeEntry(_Row):
+    """One mode of a linear model; `numbers` holds those that the mode has."""
+
+    name: Text
+    numbers: dict[Text, ParameterRow]
+
+
+class LinearEntry(_Row):
+    """A model linearised at level flight: x' = A x + B u in u, w, q, theta, SI; rows of A and B by state.
+
+    Levels are those of MIL-F-8785C for `category` and `aircraft_class`, 4 where worse than level 3.
+    """
+
+    model: Literal["declared", "completed"]
+    airspeed: Number
+    density: Number
+    mass: Number
+    trim: dict[Text, ParameterRow]
+    states: tuple[Text, ...]
+    inputs: tuple[Text, ...]
+    A: tuple[tuple[Number, ...], ...]
+    B: tuple[tuple[Number, ...], ...]
+    modes: tuple[ModeEntry, ...]
+    qualities: dict[Text, ParameterRow]
+    category: Text
+    aircraft_class: Text
+    short_period_level: int | None
+    short_period_level_range: tuple[int, int] | None
+    phugoid_level: int | None
+
+
 class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
@@ -166,6 +198,7 @@ class ResultFile(_Row):
     prefilter: PrefilterEntry | None = None
     screening: tuple[ScreeningEntry, ...] = ()
     notes: tuple[Text, ...] = ()
+    linear: tuple[LinearEntry, ...] = ()
 
     model_config = ConfigDict(
         frozen=True,
@@ -214,7 +247,14 @@ def result_file(result: ClosedLoop) -> ResultFile:
         prefilter=PrefilterEntry.model_validate(result.prefilter),
         screening=tuple(ScreeningEntry.model_validate(row) for row in result.screening),
         notes=result.notes,
+        linear=tuple(_linear(row) for row in result.linear),
     )
+
+
+def _linear(row: LinearRow) -> LinearEntry:
+    values = {entry.name: getattr(row, entry.name) for entry in fields(row)}
+    matrices = {name: tuple(map(tuple, values[name].tolist())) for name in ("A", "B")}
+    return LinearEntry.model_validate({**values, **matrices, "states": LINEAR_STATES})
 
 
 def result_text(result: ClosedLoop) -> str:

@@ -1,0 +1,137 @@
+"""Levels of flying qualities after MIL-F-8785C: short period and phugoid.
+
+The specification is an old one and no longer contractual, but every flight-test engineer knows its figures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aerosid.errors import UsageError
+
+CATEGORIES = ("A", "B", "C")
+CLASSES = ("I", "II", "II-C", "III", "IV")
+
+WORSE_THAN_LEVEL_3 = 4
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What an aircraft is held to.
+
+    Attributes
+    ----------
+    category : {"A", "B", "C"}
+        Flight phase: A rapid manoeuvring and precise tracking, B gradual manoeuvres (climb, cruise, descent), C
+        take-off and landing. The default is B, which identification flights are nearest to.
+    aircraft_class : {"I", "II", "II-C", "III", "IV"}
+        I small and light, II medium weight and manoeuvrability (II-C carrier-based), III large and heavy, IV highly
+        manoeuvrable. It matters in category C only. The default is II.
+
+    Raises
+    ------
+    UsageError
+        Where either is none of these.
+    """
+
+    category: str = "B"
+    aircraft_class: str = "II"
+
+    def __post_init__(self) -> None:
+        for what, given, known in (
+            ("flight-phase category", self.category, CATEGORIES),
+            ("aircraft class", self.aircraft_class, CLASSES),
+        ):
+            if given not in known:
+                raise UsageError(f"the {what} is {given!r}, expected one of {', '.join(known)}; correct it.")
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Bounds of one level; None where there is none."""
+
+    cap: tuple[float, float | None]
+    damping: tuple[float, float | None]
+    least_frequency: float = 0.0
+    least_n_alpha: float = 0.0
+
+
+_LIMITS: dict[str, tuple[_Limits, _Limits, _Limits]] = {
+    "A": (
+        _Limits((0.28, 3.6), (0.35, 1.30), least_frequency=1.0),
+        _Limits((0.16, 10.0), (0.25, 2.00), least_frequency=0.6),
+        _Limits((0.16, None), (0.15, None)),
+    ),
+    "B": (
+        _Limits((0.085, 3.6), (0.30, 2.00)),
+        _Limits((0.038, 10.0), (0.20, 2.00)),
+        _Limits((0.038, None), (0.15, None)),
+    ),
+    "C": (
+        _Limits((0.16, 3.6), (0.35, 1.30), 0.87, 2.7),
+        _Limits((0.096, 10.0), (0.25, 2.00), 0.6, 1.8),
+        _Limits((0.096, None), (0.15, None)),
+    ),
+}
+_HEAVY_IN_C = (_Limits((0.16, 3.6), (0.35, 1.30), 0.7, 2.0), _Limits((0.096, 10.0), (0.25, 2.00), 0.4, 1.0))
+"""Levels 1 and 2 of category C for classes II (land-based) and III."""
+
+
+def control_anticipation(frequency: float, n_alpha: float) -> float:
+    """Control anticipation parameter CAP = omega_sp^2/(n/alpha) [1/(g s^2)]: initial pitch acceleration per g.
+
+    `frequency` [rad/s] of the short period, `n_alpha` [g/rad].
+    """
+    return frequency**2 / n_alpha
+
+
+def short_period_level(frequency: float, damping: float, n_alpha: float, requirement: Requirement) -> int:
+    """Level 1, 2 or 3 of the short period; 4 where it is worse.
+
+    Parameters
+    ----------
+    frequency : float
+        Undamped natural frequency, rad/s.
+    damping : float
+        Damping ratio.
+    n_alpha : float
+        Steady load factor over angle of attack at constant airspeed, g/rad.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.2.2.1.1 (figures 1-3) and 3.2.2.1.2 (table IV). The reduction of the damping of level 3 above
+    20,000 ft, which has to be agreed upon, is not made.
+    """
+    if n_alpha <= 0.0:
+        return WORSE_THAN_LEVEL_3
+    levels = _LIMITS[requirement.category]
+    if requirement.category == "C" and requirement.aircraft_class in ("II", "III"):
+        levels = (*_HEAVY_IN_C, levels[2])
+    cap = control_anticipation(frequency, n_alpha)
+    for level, limits in enumerate(levels, 1):
+        within = all(
+            low <= number and (high is None or number <= high)
+            for number, (low, high) in ((cap, limits.cap), (damping, limits.damping))
+        )
+        if within and frequency >= limits.least_frequency and n_alpha >= limits.least_n_alpha:
+            return level
+    return WORSE_THAN_LEVEL_3
+
+
+def phugoid_level(damping: float | None, time_to_double: float | None) -> int:
+    """Level 1, 2 or 3 of the phugoid; 4 where it is worse.
+
+    Parameters
+    ----------
+    damping : float or None
+        Damping ratio; None where the phugoid is two real roots of opposite sign.
+    time_to_double : float or None
+        s; None where it decays.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.2.1.2: a damping ratio of 0.04, of 0, and 55 s to double amplitude.
+    """
+    if time_to_double is not None:
+        return 3 if time_to_double >= 55.0 else WORSE_THAN_LEVEL_3
+    return 1 if damping is not None and damping >= 0.04 else 2
