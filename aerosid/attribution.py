@@ -8,7 +8,7 @@ at, and it stays so beside everything else that entered.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,8 @@ class Finding:
         Of an alternative: what it could replace.
     parameters : tuple of (name, value, standard error, unit)
         All numbers of an effect that has several.
+    fit : Refinement or None
+        Of an alternative: the estimate with it in place of what it could replace.
     """
 
     kind: str
@@ -114,6 +116,7 @@ class Finding:
     gain: float
     instead_of: str = ""
     parameters: tuple[tuple[str, float, float, str], ...] = ()
+    fit: Refinement | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -191,7 +194,7 @@ def attribute(
     )
     completed, spread = search.certain(completed)
     findings = search.findings(completed, spread)
-    others = tuple(other for other in others if other.instead_of in {_named(label) for label in labels(findings)})
+    others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(before, completed, spread, findings, others, tuple(rounds))
 
 
@@ -522,7 +525,7 @@ class _Search:
                 current = best
                 newest = {part.label for part in self.parts(best, None)} - {p.label for p in self.parts(reduced, None)}
                 done |= newest
-                alternatives = [other for other in alternatives if other.instead_of != _named(group[0].label)]
+                alternatives = [other for other in alternatives if other.instead_of != named(group[0].label)]
             alternatives.extend(self.within_reach(current, reduced, trials))
         return current, tuple(alternatives)
 
@@ -570,7 +573,8 @@ class _Search:
             if loss < margin:
                 spread = deviations(trial, self.manoeuvres, quick=True)
                 others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
-                found.extend(self.finding(part, -loss, _named(chosen[0])) for part in others)
+                place = named(chosen[0])
+                found.extend(replace(self.finding(part, -loss, place), fit=trial) for part in others)
         return found
 
     def margin(self, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
@@ -624,8 +628,8 @@ def labels(findings: Sequence[Finding]) -> set[tuple[str, str, str]]:
     return {(finding.kind, finding.where, finding.term) for finding in findings}
 
 
-def _named(label: tuple[str, str, str]) -> str:
-    """A label as a person writes it."""
+def named(label: tuple[str, str, str]) -> str:
+    """Kind, place and term as a person writes them."""
     kind, where, term = label
     if kind == "aero_term":
         return f"{where} {term}"

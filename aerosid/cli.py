@@ -162,6 +162,18 @@ def close_loop_command(
             "--class", metavar="I|II|II-C|III|IV", help="Aircraft class for the same; else II.", show_default=False
         ),
     ] = None,
+    no_next_flight: Annotated[
+        bool, typer.Option("--no-next-flight", help="Design no input for what is left to decide.")
+    ] = False,
+    limit: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            "--limit",
+            metavar="NAME=LOW:HIGH",
+            help="Of the next flight: alpha, n_z, V, theta, delta_e or delta_e_rate, as in alpha=-2:12deg; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
@@ -172,7 +184,9 @@ def close_loop_command(
     from aerosid.reporting import print_summary, write_report
     from aerosid.results import Verdict
 
-    settings = loop_settings(prefilter, error_density, priors, seed, flight_phase, aircraft_class)
+    settings = loop_settings(
+        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
+    )
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -24,6 +24,7 @@ from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, 
 from aerosid.linear_analysis import Spread, analyse_models, requirement_for
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
+from aerosid.next_flight import plan_next_flight
 from aerosid.nomenclature import CHANNELS
 from aerosid.open_loop import Response, on_log, respond
 from aerosid.paper_chain import Chain, ChainSettings, run_chain
@@ -39,6 +40,7 @@ from aerosid.results import (
     PrefilterNote,
     ScreeningRow,
     Simulated,
+    is_shown,
 )
 from aerosid.screening import error_histories, screen
 from aerosid.verdict import judge, summarise
@@ -67,6 +69,10 @@ class LoopSettings:
         Of every random draw; reported.
     flight_phase, aircraft_class : str or None
         Category and class for the levels of MIL-F-8785C; by default the aircraft file's, else B and II.
+    next_flight : bool
+        Whether an input is designed where something is left to decide.
+    limits : mapping of str to (float, float)
+        Of that input: alpha, n_z, V, theta, delta_e, delta_e_rate, SI; they win over those of the aircraft file.
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
@@ -77,6 +83,8 @@ class LoopSettings:
     seed: int = 0
     flight_phase: str | None = None
     aircraft_class: str | None = None
+    next_flight: bool = True
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 BEFORE = RefinementSettings(cost_tolerance=0.05)
@@ -158,6 +166,10 @@ def close_loop(
     linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
     verdict = judge(found, manoeuvres)
     rows = _derivative_rows(aircraft, found, chain)
+    progress("designing the next flight")
+    ahead = None
+    if settings.next_flight:
+        ahead = plan_next_flight(found, manoeuvres, rows, {**aircraft.limits, **settings.limits})
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -178,6 +190,7 @@ def close_loop(
         prefilter=_prefilter_note(seen, settings),
         notes=(*_notes(manoeuvres, others, chain, settings), *unlinearised),
         linear=linear,
+        next_flight=ahead,
     )
 
 
@@ -357,15 +370,6 @@ def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None
             )
         )
     return tuple(rows)
-
-
-SHOWN = 0.3
-"""A derivative known to worse than this share of its size (its own or the declared, the greater) is not shown."""
-
-
-def is_shown(value: float, declared: float | None, std_error: float) -> bool:
-    """Whether a record holds enough information on a derivative to put it into a table unflagged."""
-    return bool(std_error <= SHOWN * max(abs(value), abs(declared or 0.0)))
 
 
 def _finite(value: float) -> float | None:

@@ -9,13 +9,14 @@ from pathlib import Path
 from aerosid.aircraft import Aircraft
 from aerosid.closed_loop import LoopSettings, close_loop
 from aerosid.errors import LogError, UsageError
+from aerosid.flight_limits import read_limit
 from aerosid.flight_log import FlightLog
 from aerosid.paper_chain import ChainSettings
 from aerosid.readers import read_log
 from aerosid.results import ClosedLoop
 
 _FILTERS = ("zero-phase", "causal", "off")
-_STAGES = 5
+_STAGES = 6
 
 
 def loop_settings(
@@ -25,13 +26,15 @@ def loop_settings(
     seed: int,
     flight_phase: str | None = None,
     aircraft_class: str | None = None,
+    next_flight: bool = True,
+    limits: Sequence[str] = (),
 ) -> LoopSettings:
     """The settings that the words of the command line ask for.
 
     Raises
     ------
     UsageError
-        Where a word is not one of the choices or not a number.
+        Where a word is not one of the choices, not a number or no range.
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
@@ -41,6 +44,8 @@ def loop_settings(
         seed=seed,
         flight_phase=flight_phase,
         aircraft_class=aircraft_class,
+        next_flight=next_flight,
+        limits=dict(read_limit(text) for text in limits),
     )
 
 

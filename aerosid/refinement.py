@@ -86,7 +86,7 @@ class Refinement:
     @property
     def covariance(self) -> NDArray[np.float64]:
         """Cramer-Rao bound for white residuals, of all parameters (M, M)."""
-        return _scaled_inverse(self.information)
+        return scaled_inverse(self.information)
 
 
 def refine(
@@ -421,7 +421,7 @@ def _led_in(
     return point
 
 
-def _scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Inverse of a symmetric semi-definite matrix after scaling to unit diagonal; rows without information give inf.
 
     Directions that hold no information to rounding are left to the pseudo-inverse's cut-off at 1e-13.

@@ -99,6 +99,9 @@ class Aircraft:
         Further terms to screen, by coefficient; terms that are declared already are left out.
     effects
         Declared effects that are no terms.
+    limits
+        Of a flight to come, lowest and highest alpha [rad], n_z [1], V [m/s], theta [rad], delta_e [rad] and
+        delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
     flight_phase, aircraft_class
@@ -124,6 +127,7 @@ class Aircraft:
     text: str
     flight_phase: str | None = None
     aircraft_class: str | None = None
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def coefficients(self) -> tuple[str, str, str]:

@@ -9,7 +9,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
-from aerosid.aircraft.schema import CandidatesTable, DerivativesTable, EffectTable, meant, read_tables, shown
+from aerosid.aircraft.schema import (
+    CandidatesTable,
+    DerivativesTable,
+    EffectTable,
+    LimitsTable,
+    meant,
+    read_tables,
+    shown,
+)
 from aerosid.bundled import bundled_folder
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
@@ -95,7 +103,22 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         text=text,
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
+        limits=_read_limits(path, tables.limits),
     )
+
+
+def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, float]]:
+    """The limits that are given; a rate counts both ways."""
+    limits = {}
+    for name in type(table).model_fields:
+        given = getattr(table, name)
+        if given is None:
+            continue
+        low, high = (-given, given) if isinstance(given, float) else given
+        if not low < high:
+            raise AircraftError(f"{path}: limits.{name} is [{low:g}, {high:g}], expected the lower number first")
+        limits[name] = (low, high)
+    return limits
 
 
 def _find(path: str | Path) -> Path:

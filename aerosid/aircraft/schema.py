@@ -20,6 +20,11 @@ _UNITS = {
     "thrust.force": "N",
     "thrust.incidence": "rad",
     "thrust.z_arm": "m",
+    "limits.alpha": "rad",
+    "limits.V": "m/s",
+    "limits.theta": "rad",
+    "limits.delta_e": "rad",
+    "limits.delta_e_rate": "rad/s",
 }
 
 # Far outside of anything that flies, near enough to keep every product of two of them finite.
@@ -63,6 +68,20 @@ class _ThrustTable(_Table):
 class _FlyingQualitiesTable(_Table):
     category: Literal["A", "B", "C"] | None = None
     aircraft_class: Annotated[Literal["I", "II", "II-C", "III", "IV"] | None, Field(alias="class")] = None
+
+
+_Range = Annotated[list[_Number], Field(min_length=2, max_length=2)]
+
+
+class LimitsTable(_Table):
+    """[limits]: of a flight to come; ranges from low to high."""
+
+    alpha: _Range | None = None
+    n_z: _Range | None = None
+    V: _Range | None = None
+    theta: _Range | None = None
+    delta_e: _Range | None = None
+    delta_e_rate: _Positive | None = None
 
 
 class _DerivativeTable(_Table):
@@ -121,6 +140,7 @@ class AircraftFile(_Table):
     air: _AirTable | None = None
     thrust: _ThrustTable = _ThrustTable()
     flying_qualities: _FlyingQualitiesTable = _FlyingQualitiesTable()
+    limits: LimitsTable = LimitsTable()
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
@@ -187,7 +207,9 @@ def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
         return "true or false"
     if kind.startswith("string"):
         return "a text of sensible length in quotes"
-    if kind.startswith("list"):
+    if kind.startswith("list") or kind in ("too_short", "too_long"):
+        if key.startswith("limits."):
+            return f"a range [low, high]{unit}; write both numbers"
         return "a list in square brackets" if not key.startswith("effects") else "[[effects]] with double brackets"
     if key.startswith("derivatives.") and key.count(".") >= 2:
         return "a table such as { value = -0.72, sigma = 0.05 }"
@@ -203,6 +225,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "air": _AirTable,
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
+        "limits": LimitsTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,

@@ -181,6 +181,62 @@ class LinearEntry(_Row):
     phugoid_level: int | None
 
 
+class PlannedStepEntry(_Row):
+    """One level of a planned input; s and rad from trim."""
+
+    start: Number
+    duration: Number
+    deflection: Number
+
+
+class PlannedPeakEntry(_Row):
+    """Least and greatest expected value of one quantity, SI, and its limits."""
+
+    name: Text
+    unit: Text
+    trim: Number
+    lowest: Number
+    highest: Number
+    limit_low: Number
+    limit_high: Number
+    given: bool
+
+
+class PlannedInputEntry(_Row):
+    """The input of next_input.csv."""
+
+    name: Text
+    amplitude: Number
+    rate: Number
+    airspeed: Number
+    density: Number
+    steps: tuple[PlannedStepEntry, ...]
+    peaks: tuple[PlannedPeakEntry, ...]
+
+
+class QuestionEntry(_Row):
+    """Something that the flights leave open, and what the planned input would answer."""
+
+    kind: Literal["alternative", "derivative"]
+    subject: Text
+    rival: Text
+    present: Number
+    expected: Number
+    needed: Number
+    probability: Number
+    repeats: int | None
+    elsewhere: Text
+
+
+class NextFlightEntry(_Row):
+    """What to fly next; `input` is null where no input within the limits decides anything."""
+
+    input: PlannedInputEntry | None
+    questions: tuple[QuestionEntry, ...]
+    tried: int
+    note: Text
+
+
 class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
@@ -199,6 +255,7 @@ class ResultFile(_Row):
     screening: tuple[ScreeningEntry, ...] = ()
     notes: tuple[Text, ...] = ()
     linear: tuple[LinearEntry, ...] = ()
+    next_flight: NextFlightEntry | None = None
 
     model_config = ConfigDict(
         frozen=True,
@@ -248,6 +305,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
         screening=tuple(ScreeningEntry.model_validate(row) for row in result.screening),
         notes=result.notes,
         linear=tuple(_linear(row) for row in result.linear),
+        next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),
     )
 
 
@@ -262,13 +320,16 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time` and `parameters` are left out of effects that have none; every other key always stands.
+    `time` and `parameters` are left out of effects that have none, and `next_flight` where nothing is left to decide;
+    every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
         for key in ("time", "parameters"):
             if effect[key] is None:
                 del effect[key]
+    if document["next_flight"] is None:
+        del document["next_flight"]
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""derivatives.csv and residuals.csv, for the engineer's own tools."""
+"""derivatives.csv, residuals.csv and next_input.csv, for the engineer's own tools."""
 
 from __future__ import annotations
 
@@ -37,6 +37,15 @@ def residuals_csv(result: ClosedLoop) -> str:
     channels = measured_channels(result.simulated)
     header = ["log", "time [s]", *(f"{c}_{r} [{unit_of(c)}]" for c in channels for r in RESPONSES)]
     return _csv_line(header) + "".join(_rows(simulated, channels) for simulated in result.simulated)
+
+
+def next_input_csv(result: ClosedLoop) -> str | None:
+    """The input to fly next as a native log: time and the elevator's deflection from trim; None where there is none."""
+    planned = None if result.next_flight is None else result.next_flight.input
+    if planned is None:
+        return None
+    rows = "".join(f"{t:.9g},{d:.9g}\n" for t, d in zip(planned.time.tolist(), planned.delta_e.tolist(), strict=True))
+    return f"# {planned.name}; delta_e is the deviation from trim, linear between rows\ntime [s],delta_e [rad]\n{rows}"
 
 
 def measured_channels(simulated: Sequence[Simulated]) -> tuple[str, ...]:

@@ -12,28 +12,31 @@ from aerosid.aircraft import save_aircraft
 from aerosid.errors import AircraftError, UsageError
 from aerosid.reporting.page import report_html
 from aerosid.reporting.result_schema import result_text
-from aerosid.reporting.tables import derivatives_csv, residuals_csv
+from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 from aerosid.results import ClosedLoop
 
-TEXTS: dict[str, Callable[[ClosedLoop], str]] = {
+TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
     "result.json": result_text,
     "derivatives.csv": derivatives_csv,
     "residuals.csv": residuals_csv,
+    "next_input.csv": next_input_csv,
 }
+"""Every file with its text; None where the result holds nothing of the kind."""
 PAGE = "report.html"
 COMPLETED_AIRCRAFT = "completed_aircraft.toml"
 FILES = (*TEXTS, PAGE, COMPLETED_AIRCRAFT)
 
 
 def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = True) -> tuple[Path, ...]:
-    """The paths of the files written: result.json, both tables, the report and the completed aircraft.
+    """The paths of the files written: result.json, both tables, the report, the completed aircraft, the next input.
 
     Parameters
     ----------
     result : ClosedLoop
         What one run of the loop found.
     directory : Path
-        Where to; made where it does not exist. Files of an earlier run are replaced, others stay.
+        Where to; made where it does not exist. Files of an earlier run are replaced, or removed where this result
+        holds none of the kind; others stay.
     interactive : bool
         Whether the figures of report.html can be zoomed, which adds 5 MB to it.
 
@@ -48,11 +51,13 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
     temporary: Path | None = None
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
-        for name, text in TEXTS.items():
-            _write(temporary / name, text(result))
+        for name, text_of in TEXTS.items():
+            text = text_of(result)
+            if text is not None:
+                _write(temporary / name, text)
         _write(temporary / PAGE, report_html(result, interactive=interactive))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
-        _move(temporary, directory)
+        written = _move(temporary, directory)
     except OSError as error:
         raise _unwritable(directory, error.strerror or str(error)) from None
     except AircraftError as error:
@@ -63,7 +68,7 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
         for folder in made:
             if not any(folder.iterdir()):
                 folder.rmdir()
-    return tuple(directory / name for name in FILES)
+    return tuple(directory / name for name in written)
 
 
 def _write(path: Path, text: str) -> None:
@@ -82,13 +87,19 @@ def _make(directory: Path) -> list[Path]:
     return missing
 
 
-def _move(source: Path, directory: Path) -> None:
-    """Move every file to its final name, or none where one of the names is taken by a folder."""
+def _move(source: Path, directory: Path) -> tuple[str, ...]:
+    """Move every file to its final name, or none where one of the names is taken by a folder; return their names."""
     for name in FILES:
         if (directory / name).is_dir():
             raise IsADirectoryError(0, f"{name} is a folder there", str(directory))
+    written = tuple(name for name in FILES if (source / name).exists())
     for name in FILES:
-        os.replace(source / name, directory / name)
+        if name in written:
+            os.replace(source / name, directory / name)
+        else:
+            # An input designed by an earlier run would be taken for this one's.
+            (directory / name).unlink(missing_ok=True)
+    return written
 
 
 def _unwritable(directory: Path, found: str) -> UsageError:
