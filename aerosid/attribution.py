@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from aerosid.aerodynamics import Entry
-from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, whole
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
 from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
-from aerosid.hypotheses import Hypothesis, with_gust, with_offsets
+from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
 
@@ -297,7 +297,7 @@ class _Search:
                 room.model,
                 self.manoeuvres,
                 room.free,
-                effects=(ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:]))),),
+                effects=(*room.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
                 states=room.states,
                 variance=room.variance,
                 settings=TRIAL,
@@ -344,11 +344,13 @@ class _Search:
 
     def fare(self, trial: Refinement | Start) -> float:
         """What the numbers of an estimate cost."""
-        return self.settings.price * (len(trial.free) + sum(len(active.values) for active in trial.effects))
+        rare = sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+        return rare + self.settings.price * (len(trial.free) + sum(len(active.values) for active in trial.effects))
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
-        return score_hypotheses(self.with_room(current), self.manoeuvres, self.open_hypotheses(current, without))
+        asked = self.open_hypotheses(current, without)
+        return score_hypotheses(self.asking(current, asked), self.manoeuvres, asked)
 
     def open_hypotheses(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> list[Hypothesis]:
         """All that the estimate does not hold yet, nor `without` names."""
@@ -364,6 +366,12 @@ class _Search:
         reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / GRID
         jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
         return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
+
+    def asking(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
+        """The estimate with the input columns that the effects of some hypotheses fill."""
+        room = self.with_room(current)
+        effects = [active for hypothesis in hypotheses for active in hypothesis.effects]
+        return replace(room, model=with_columns_of(room.model, effects))
 
     def with_room(self, current: Refinement) -> Refinement:
         """The estimate with input columns for step changes."""
@@ -406,9 +414,12 @@ class _Search:
         start = score.start[len(hypothesis.entries) :]
         effects = hypothesis.at(start, score.trial).effects
         base = current.model
-        if hypothesis.time is not None:
+        if hypothesis.kind == "step_change":
             base = self.with_room(current).model
+        if hypothesis.time is not None:
             effects = tuple(self.moving(active, hypothesis.time) for active in effects)
+        effects = tuple(whole(active) for active in effects)
+        base = with_columns_of(base, effects)
         return Start(
             base.extended(hypothesis.entries),
             (*current.free, *hypothesis.entries),
@@ -537,7 +548,8 @@ class _Search:
         entries = [part.entry for part in group if part.entry is not None]
         if len(entries) < len(group):
             return True
-        linearised = Linearised(self.with_room(current), self.manoeuvres, self.open_hypotheses(current))
+        asked = self.open_hypotheses(current)
+        linearised = Linearised(self.asking(current, asked), self.manoeuvres, asked)
         loss, scores = linearised.in_place_of(entries)
         lost_for_good = loss - scores[0].gain if scores else loss
         return lost_for_good < NEARLY_ALL * loss + SURELY_APART * margin
@@ -546,8 +558,13 @@ class _Search:
         """Hypotheses whose score, where a group was struck out, is not far below the group's own."""
         labels = {part.label for part in group}
         scores = self.scores(reduced)
-        own = [s.gain for s in scores if s.hypothesis.label in labels or (group[0].time and s.hypothesis.time)]
-        others = [s for s in scores if s.hypothesis.label not in labels and not (group[0].time and s.hypothesis.time)]
+
+        def is_own(hypothesis: Hypothesis) -> bool:
+            alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
+            return hypothesis.label in labels or bool(alike)
+
+        own = [s.gain for s in scores if is_own(s.hypothesis)]
+        others = [s for s in scores if not is_own(s.hypothesis)]
         return self.shortlist([score for score in others if score.gain > RIVAL_SHARE * max(own, default=0.0)])
 
     def groups(self, current: Refinement) -> list[list[_Part]]:

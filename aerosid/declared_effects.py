@@ -46,7 +46,7 @@ def declared_effects(
                 f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
                 f"{', '.join(OUTPUTS)}; correct the channel map for it instead"
             )
-        if isinstance(made, InputEffect) and KINDS[effect.kind].place == "input" and made.where not in controls:
+        if isinstance(made, InputEffect) and not made.column and made.where not in controls:
             raise AircraftError(
                 f"{key} acts on {made.where}, which no declared term uses, expected one of "
                 f"{', '.join(controls) or 'none'}; add a term in {made.where} or strike the effect"

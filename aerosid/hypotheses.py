@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import CATALOGUE, ActiveEffect, Effect, EffectParameter, Flown, InputEffect, OutputEffect
+from aerosid.effects.cg_shift import centre_column
 from aerosid.effects.disturbance import GUST_COLUMN
 from aerosid.effects.step_change import offset_column, offset_term
+from aerosid.effects.thrust import THRUST_COLUMN
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.terms import COEFFICIENTS
@@ -99,7 +101,8 @@ def effect_hypotheses(
     coefficients : sequence of str
         Those that may change suddenly; none: no sudden changes are offered.
     """
-    flights = tuple(_flown(manoeuvre) for manoeuvre in manoeuvres)
+    span = model.constants.wing_area / model.constants.mean_chord
+    flights = tuple(_flown(manoeuvre, span) for manoeuvre in manoeuvres)
     offers = [
         offer
         for family in CATALOGUE
@@ -115,7 +118,7 @@ def controls_of(model: AerodynamicModel) -> tuple[str, ...]:
     return tuple(name for name in model.columns[8:] if name.startswith("delta_") and name in used)
 
 
-def _flown(manoeuvre: Manoeuvre) -> Flown:
+def _flown(manoeuvre: Manoeuvre, span: float) -> Flown:
     flight = manoeuvre.flight
     places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
     return Flown(
@@ -124,13 +127,29 @@ def _flown(manoeuvre: Manoeuvre) -> Flown:
         inputs=dict(zip(manoeuvre.columns, flight.inputs.T, strict=True)),
         measured={name: flight.measured[:, i] for name, i in places.items()},
         noise={name: float(manoeuvre.noise[i]) for name, i in places.items()},
+        height=flight.measured[:, places["h"]] - manoeuvre.ground if "h" in places else None,
+        span=span,
     )
+
+
+FILLED = {
+    GUST_COLUMN: "gust",
+    THRUST_COLUMN: "thrust_change",
+    centre_column("x"): "cg_x",
+    centre_column("z"): "cg_z",
+}
+"""Input columns that no channel fills and no term names, with the field of `Constants` that says where they are."""
 
 
 def with_gust(model: AerodynamicModel) -> AerodynamicModel:
     """The model with an input column for the vertical gust velocity."""
-    extended = model.with_columns([GUST_COLUMN])
-    return replace(extended, constants=extended.constants._replace(gust=extended.columns.index(GUST_COLUMN) - 8))
+    return _with_filled(model, GUST_COLUMN)
+
+
+def _with_filled(model: AerodynamicModel, column: str) -> AerodynamicModel:
+    extended = model.with_columns([column])
+    place = {FILLED[column]: extended.columns.index(column) - 8}
+    return replace(extended, constants=extended.constants._replace(**place))
 
 
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:
@@ -145,8 +164,9 @@ def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> Aerody
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
     """The model with the input columns that effects fill and no channel does."""
     wanted = {column for active in effects for column in _columns(active.effect)}
-    if GUST_COLUMN in wanted:
-        model = with_gust(model)
+    for column in FILLED:
+        if column in wanted:
+            model = _with_filled(model, column)
     return with_offsets(model, [name for name in COEFFICIENTS if offset_column(name) in wanted])
 
 

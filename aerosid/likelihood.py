@@ -14,11 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect, StateEffect, frozen
+from aerosid.effects import ActiveEffect, InputEffect, Motion, NoiseEffect, OutputEffect, StateEffect, frozen
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.prediction import Flight, no_directions, predict_stretch, simulate_outputs, start_carry
+from aerosid.prediction import (
+    Flight,
+    coefficients_along,
+    no_directions,
+    predict_stretch,
+    simulate_outputs,
+    start_carry,
+)
 from aerosid.response import Trace, make_trace, make_trace_carry, trace_stretch
+from aerosid.terms import COEFFICIENTS
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
 
 STRETCH = 20_000
@@ -122,7 +130,7 @@ def acting_flight(
             effect = active.effect
             assert isinstance(effect, InputEffect)
             place = model.columns.index(effect.where_acts)
-            inputs[:, place] = effect.transform(flight.time, inputs[:, place], active.values)
+            inputs[:, place] = _transformed(effect, model, flight.time, inputs, active.values)
             factor, remembered = effect.noise(active.values, interval)
             variance[place - 8] *= factor
             memory[place - 8] = max(memory[place - 8], remembered)
@@ -138,59 +146,89 @@ def acting_flight(
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
 
 
+def _transformed(
+    effect: InputEffect,
+    model: AerodynamicModel,
+    time: NDArray[np.float64],
+    inputs: NDArray[np.float64],
+    numbers: tuple[float, ...],
+) -> NDArray[np.float64]:
+    """The column (N,) that an input effect acts on, with the effect."""
+    own = inputs[:, model.columns.index(effect.where_acts)]
+    if not effect.driven_by:
+        return effect.transform(time, own, numbers)
+    return np.asarray(own + effect.transform(time, inputs[:, model.columns.index(effect.driven_by)], numbers))
+
+
 def self_consistent(
     model: AerodynamicModel,
     flight: Flight,
     values: NDArray[np.float64],
     state: NDArray[np.float64],
     effects: Sequence[ActiveEffect],
-    alpha: NDArray[np.float64] | None = None,
+    states: NDArray[np.float64] | None = None,
+    ground: float = 0.0,
 ) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with what its own motion adds to the inputs, and that motion's angle of attack (N,).
+    """The flight with what its own motion adds to the inputs, and that motion's states (N, 5).
 
-    Simulation and addition follow each other until they agree; `alpha` is where to begin.
+    Simulation and addition follow each other until they agree; `states` is where to begin, `ground` [m] the altitude of
+    the ground.
 
     Raises
     ------
     OutOfRangeError
         Where the simulation leaves the model's range.
     """
-    moving = [active for active in effects if isinstance(active.effect, StateEffect)]
-    rounds = PICARD_ROUNDS if alpha is None else NEARBY_ROUNDS
-    if alpha is None:
-        alpha = _simulated_alpha(model, flight, values, state)
+    moving = [(active.effect, active.values) for active in effects if isinstance(active.effect, StateEffect)]
+    rounds = PICARD_ROUNDS if states is None else max((effect.rounds for effect, _ in moving), default=0)
+    if states is None:
+        states = _simulated_states(model, flight, values, state)
     acting = flight
     for _ in range(rounds):
         inputs = flight.inputs.copy()
-        for active in moving:
-            effect = active.effect
-            assert isinstance(effect, StateEffect)
-            slope = sum(
-                float(value)
-                for (coefficient, term), value in zip(model.entries, values, strict=True)
-                if coefficient == effect.lift and str(term) == "alpha"
-            )
-            for column, change in effect.offsets(flight.time, alpha, slope, active.values).items():
+        for effect, numbers in moving:
+            motion = motion_of(effect, model, flight, values, states, ground)
+            for column, change in effect.offsets(motion, numbers).items():
                 inputs[:, model.columns.index(column)] += change
         acting = flight._replace(inputs=inputs)
-        alpha = _simulated_alpha(model, acting, values, state)
-    return acting, alpha
+        states = _simulated_states(model, acting, values, state)
+    return acting, states
+
+
+def motion_of(
+    effect: StateEffect,
+    model: AerodynamicModel,
+    flight: Flight,
+    values: NDArray[np.float64],
+    states: NDArray[np.float64],
+    ground: float,
+) -> Motion:
+    """Simulated states (N, 5) as an effect sees them; the flight is that without the effect."""
+    slope = sum(
+        float(value)
+        for (coefficient, term), value in zip(model.entries, values, strict=True)
+        if coefficient == effect.lift and str(term) == "alpha"
+    )
+
+    def coefficient(name: str) -> NDArray[np.float64]:
+        found = coefficients_along(states, flight, np.array(values), model.table, model.constants)
+        return found[:, COEFFICIENTS.index(name)]
+
+    alpha = np.asarray(np.arctan2(states[:, 1], states[:, 0]))
+    return Motion(flight.time, alpha, states[:, 4] - ground, slope, coefficient)
 
 
 PICARD_ROUNDS = 8
 """Rounds of simulation and separation: each gains half a digit or more, the lift lost being a part of the whole."""
 
-NEARBY_ROUNDS = 4
-"""Rounds from a motion that is nearly the same: differences of two such simulations are then good to 2 %."""
 
-
-def _simulated_alpha(
+def _simulated_states(
     model: AerodynamicModel, flight: Flight, values: NDArray[np.float64], state: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     _, states = simulate_outputs(state, flight, values, model.table, model.constants)
     if not np.isfinite(states).all():
         raise OutOfRangeError
-    return np.asarray(np.arctan2(states[:, 1], states[:, 0]))
+    return states
 
 
 def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
@@ -323,10 +361,10 @@ class Likelihood:
         flight, memory = acting_flight(self.model, manoeuvre, effects)
         exact: NDArray[np.float64] | None = None
         if any(isinstance(active.effect, StateEffect) for active in effects):
-            flight, alpha = self_consistent(self.model, flight, values, state, effects)
-            exact = self._differences(manoeuvre, values, state, effects, flight, alpha)
+            flight, states = self_consistent(self.model, flight, values, state, effects, ground=manoeuvre.ground)
+            exact = self._differences(manoeuvre, values, state, effects, flight, states)
         noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
-        directions = self._directions(manoeuvre, effects, flight, tested)
+        directions = self._directions(manoeuvre, values, state, effects, flight, tested)
         own = self.free.size + 5
         width = own + sum(active.slopes for active in (*effects, *tested))
         samples, extra = flight.time.size, memory.size
@@ -360,7 +398,7 @@ class Likelihood:
         state: NDArray[np.float64],
         effects: Sequence[ActiveEffect],
         flight: Flight,
-        alpha: NDArray[np.float64],
+        motion: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Derivatives of the outputs before the sensors' effects, by differences of whole simulations.
 
@@ -372,7 +410,7 @@ class Likelihood:
             values: NDArray[np.float64], state: NDArray[np.float64], effects: Sequence[ActiveEffect]
         ) -> NDArray[np.float64]:
             acting, _ = acting_flight(self.model, manoeuvre, effects)
-            acting, _ = self_consistent(self.model, acting, values, state, effects, alpha)
+            acting, _ = self_consistent(self.model, acting, values, state, effects, motion, manoeuvre.ground)
             response, _ = simulate_outputs(state, acting, values, self.model.table, self.model.constants)
             return response
 
@@ -404,6 +442,8 @@ class Likelihood:
     def _directions(
         self,
         manoeuvre: Manoeuvre,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
         effects: Sequence[ActiveEffect],
         flight: Flight,
         tested: Sequence[ActiveEffect],
@@ -424,15 +464,26 @@ class Likelihood:
                 )
                 move = (upper.inputs - lower.inputs)[:, 8:] / (sides[0].values[n] - sides[1].values[n])
             moves.append(move)
-        for active, n in _parameters(tested, InputEffect):
+        states: NDArray[np.float64] | None = None
+        if any(isinstance(active.effect, StateEffect) for active in tested):
+            states = _simulated_states(self.model, flight, values, state)
+        for active, n in _parameters(tested, InputEffect, StateEffect):
             move = np.zeros((time.size, len(self.model.columns) - 8))
             effect = active.effect
-            assert isinstance(effect, InputEffect)
-            if active.acts_on(manoeuvre.name):
-                place = self.model.columns.index(effect.where_acts)
-                sides = active.beside(n, effect.parameters[n].step), active.beside(n, -effect.parameters[n].step)
-                upper_side, lower_side = (effect.transform(time, flight.inputs[:, place], s.values) for s in sides)
-                move[:, place - 8] = (upper_side - lower_side) / (sides[0].values[n] - sides[1].values[n])
+            step = effect.parameters[n].step
+            sides = active.beside(n, step), active.beside(n, -step)
+            width = sides[0].values[n] - sides[1].values[n]
+            if isinstance(effect, StateEffect) and states is not None:
+                # At no strength the effect moves the motion that it sees only through the inputs that it fills.
+                motion = motion_of(effect, self.model, flight, values, states, manoeuvre.ground)
+                more, less = (effect.offsets(motion, side.values) for side in sides)
+                for column in effect.columns:
+                    move[:, self.model.columns.index(column) - 8] = (more[column] - less[column]) / width
+            elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
+                upper_side, lower_side = (
+                    _transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
+                )
+                move[:, self.model.columns.index(effect.where_acts) - 8] = (upper_side - lower_side) / width
             moves.append(move)
         return np.stack(moves, axis=2) if moves else np.zeros((time.size, len(self.model.columns) - 8, 0))
 
@@ -453,7 +504,8 @@ class Likelihood:
         places = []
         for active in (*effects, *tested):
             places.append(place)
-            if isinstance(active.effect, InputEffect):
+            tested_motion = isinstance(active.effect, StateEffect) and len(places) > len(effects)
+            if isinstance(active.effect, InputEffect) or tested_motion:
                 count = len(active.values)
                 block[:, :, place : place + count] = input_columns[:, :, taken : taken + count]
                 taken += count
@@ -601,10 +653,10 @@ class Likelihood:
         return values, states, tuple(effects)
 
 
-def _parameters(effects: Sequence[ActiveEffect], kind: type) -> Iterator[tuple[ActiveEffect, int]]:
-    """Every parameter of the effects of one kind: the effect and the parameter's place in it."""
+def _parameters(effects: Sequence[ActiveEffect], *kinds: type) -> Iterator[tuple[ActiveEffect, int]]:
+    """Every parameter of the effects of some kinds: the effect and the parameter's place in it."""
     for active in effects:
-        if isinstance(active.effect, kind):
+        if isinstance(active.effect, kinds):
             for n in range(len(active.values)):
                 yield active, n
 

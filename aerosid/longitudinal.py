@@ -39,6 +39,12 @@ class Constants(NamedTuple):
     """U0 of V_hat [m/s]."""
     gust: int = -1
     """Which of the extra inputs is the vertical gust velocity [m/s], positive down; -1: none."""
+    thrust_change: int = -1
+    """Which of them is thrust [N] beyond the thrust input; -1: none."""
+    cg_x: int = -1
+    """Which of them is the centre of gravity's position ahead of the declared one [m]; -1: none."""
+    cg_z: int = -1
+    """Which of them is its position below the declared one [m]; -1: none."""
 
 
 class Workspace(NamedTuple):
@@ -117,6 +123,17 @@ def _lateral(phi: float, beta: float) -> tuple[float, float, float, float]:
 
 
 @njit_inline
+def _centre(u: NDArray[np.float64], constants: Constants) -> tuple[float, float]:
+    """How far the centre of gravity lies ahead of and below the declared one, m."""
+    ahead, below = 0.0, 0.0
+    if constants.cg_x >= 0:
+        ahead = u[FIXED_INPUTS + constants.cg_x]
+    if constants.cg_z >= 0:
+        below = u[FIXED_INPUTS + constants.cg_z]
+    return ahead, below
+
+
+@njit_inline
 def pressure_area(x: NDArray[np.float64], u: NDArray[np.float64], constants: Constants) -> float:
     """Dynamic pressure times wing area [N]: the force that a unit of a coefficient makes."""
     cos_beta, _, _, _ = _lateral(u[4], u[7])
@@ -152,6 +169,9 @@ def evaluate(
     Parameswaran & Raol 1994, eqs. (33)-(36), with thrust, and with the measured lateral motion in the inertial terms
     (phi, p, r, beta zero: the paper's equations). Where alpha_dot_hat stands in a term the equations are implicit in
     alphadot; it is solved by Newton's method, which is exact in one step where the term is linear in it.
+
+    A centre of gravity that is not the declared one: forces keep their lines of action and sensors their places, and
+    u, w, h are those of the true centre; I_yy is left as it is.
     """
     alpha_dot_used = False
     for k in range(table.variable.shape[0]):
@@ -159,6 +179,8 @@ def evaluate(
             alpha_dot_used = True
     u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
     density, thrust, mass, sound = u[0], u[1], u[2], u[3]
+    if constants.thrust_change >= 0:
+        thrust += u[FIXED_INPUTS + constants.thrust_change]
     phi, p, r, beta = u[4], u[5], u[6], u[7]
     square = u_b * u_b + w_b * w_b
     plane = np.sqrt(square)
@@ -183,6 +205,7 @@ def evaluate(
     variables[5] = speed / sound
     for j in range(u.shape[0]):
         variables[FIXED_VARIABLES + j] = u[j]
+    variables[FIXED_VARIABLES + 1] = thrust
 
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
     force = reference_force / mass
@@ -211,20 +234,25 @@ def evaluate(
             if i < passes - 1:
                 target = (u_b * f_w - w_b * f_u) / square * half_chord
                 variables[3] += (target - variables[3]) / (1.0 - slope)
+                if i == 1 and slope == 0.0:
+                    break  # candidates alone name it: nothing moves any more
     rates = work.rates
     rates[0] = f_u
     rates[1] = f_w
     rates[2] = moment * c[2] + thrust_q
+    if constants.cg_x >= 0 or constants.cg_z >= 0:
+        ahead, below = _centre(u, constants)
+        rates[2] += mass / constants.I_yy * (ahead * (f_w - inertial_w) - below * (f_u - inertial_u))
     rates[3] = q * cos_phi - r * sin_phi
     rates[4] = u_b * sin_pitch - v_b * sin_phi * cos_pitch - w_b * cos_phi * cos_pitch
 
     if differentiate:
         _differentiate_rates(
             x, u, table, constants, work, speed, plane, half_chord, current, reference_force, slope, alpha_dot_used,
-            sin_pitch, cos_pitch,
+            sin_pitch, cos_pitch, f_u - inertial_u, f_w - inertial_w,
         )  # fmt: skip
     if observe:
-        _observe(x, u, positions, work, speed, plane, differentiate, constants.gust)
+        _observe(x, u, positions, constants, work, speed, plane, differentiate)
 
 
 @njit_inline
@@ -243,6 +271,8 @@ def _differentiate_rates(
     alpha_dot_used: bool,
     sin_pitch: float,
     cos_pitch: float,
+    specific_x: float,
+    specific_z: float,
 ) -> None:
     """Partial derivatives of the rates with respect to states, extra inputs and term values, by the chain rule.
 
@@ -305,6 +335,12 @@ def _differentiate_rates(
         f_x[0, k] = force * (d_x + c_x * d_pressure)
         f_x[1, k] = force * (d_z + c_z * d_pressure)
         f_x[2, k] = moment * (d_m + c[2] * d_pressure)
+    shifted = constants.cg_x >= 0 or constants.cg_z >= 0
+    ahead, below = _centre(u, constants)
+    ahead, below = mass / constants.I_yy * ahead, mass / constants.I_yy * below
+    if shifted:
+        for k in range(3):
+            f_x[2, k] += ahead * f_x[1, k] - below * f_x[0, k]
     d_v_u, d_v_w = cos_alpha * tan_beta, sin_alpha * tan_beta
     f_x[0, 0] += r * d_v_u
     f_x[0, 1] += -q + r * d_v_w
@@ -326,6 +362,23 @@ def _differentiate_rates(
         f_e[0, j] = force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
         f_e[1, j] = force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
         f_e[2, j] = moment * c_v[2, slot]
+    if constants.thrust_change >= 0:
+        j, slot = constants.thrust_change, FIXED_VARIABLES + 1
+        by_x = c_v[0, 4] + c_v[3, 4] * sin_alpha - c_v[4, 4] * cos_alpha
+        by_z = c_v[1, 4] - c_v[3, 4] * cos_alpha - c_v[4, 4] * sin_alpha
+        f_e[0, j] = (by_x + np.cos(constants.thrust_incidence)) / mass
+        f_e[0, j] += force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
+        f_e[1, j] = (by_z - np.sin(constants.thrust_incidence)) / mass
+        f_e[1, j] += force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
+        f_e[2, j] = (constants.mean_chord * c_v[2, 4] + constants.thrust_z_arm) / constants.I_yy
+        f_e[2, j] += moment * c_v[2, slot]
+    if shifted:
+        for j in range(f_e.shape[1]):
+            f_e[2, j] += ahead * f_e[1, j] - below * f_e[0, j]
+        if constants.cg_x >= 0:
+            f_e[2, constants.cg_x] += mass / constants.I_yy * specific_z
+        if constants.cg_z >= 0:
+            f_e[2, constants.cg_z] -= mass / constants.I_yy * specific_x
     for t in range(f_p.shape[1]):
         row, value = table.coefficient[t], work.term_values[t]
         along, down = 0.0, 0.0
@@ -339,11 +392,13 @@ def _differentiate_rates(
             along, down = -force * value * cos_alpha, -force * value * sin_alpha
         f_p[0, t], f_p[1, t] = along, down
         f_p[2, t] = moment * value if row == 2 else 0.0
+        if shifted:
+            f_p[2, t] += ahead * down - below * along
 
     if alpha_dot_used:
         a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
         a_w = force * (c_v[1, 3] - c_v[3, 3] * cos_alpha - c_v[4, 3] * sin_alpha)
-        a_q = moment * c_v[2, 3]
+        a_q = moment * c_v[2, 3] + ahead * a_w - below * a_u
         by_f_u, by_f_w = -w_b / square * half_chord, u_b / square * half_chord
         inverse = 1.0 / (1.0 - slope)
         hat = work.variables[3]
@@ -384,11 +439,11 @@ def _observe(
     x: NDArray[np.float64],
     u: NDArray[np.float64],
     positions: NDArray[np.float64],
+    constants: Constants,
     work: Workspace,
     speed: float,
     plane: float,
     differentiate: bool,
-    gust: int,
 ) -> None:
     """Sensor outputs at their positions; angular accelerations other than q_dot are taken as zero."""
     u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
@@ -396,12 +451,14 @@ def _observe(
     v_b = plane * np.tan(beta)
     y, rates = work.outputs, work.rates
     sin_pitch, cos_pitch, cos_phi = np.sin(pitch), np.cos(pitch), np.cos(phi)
-    vane_u = u_b + q * positions[1, 2] - r * positions[1, 1]
-    vane_w = w_b + p * positions[1, 1] - q * positions[1, 0]
+    ahead, below = _centre(u, constants)
+    vane_x, vane_y, vane_z = positions[1, 0] - ahead, positions[1, 1], positions[1, 2] - below
+    vane_u = u_b + q * vane_z - r * vane_y
+    vane_w = w_b + p * vane_y - q * vane_x
     force_x = rates[0] + GRAVITY * sin_pitch + q * w_b - r * v_b
     force_z = rates[1] - GRAVITY * cos_pitch * cos_phi - q * u_b + p * v_b
-    x_x, x_y, x_z = positions[4, 0], positions[4, 1], positions[4, 2]
-    z_x, z_y, z_z = positions[5, 0], positions[5, 1], positions[5, 2]
+    x_x, x_y, x_z = positions[4, 0] - ahead, positions[4, 1], positions[4, 2] - below
+    z_x, z_y, z_z = positions[5, 0] - ahead, positions[5, 1], positions[5, 2] - below
     y[0] = speed
     y[1] = np.arctan2(vane_w, vane_u)
     y[2] = q
@@ -426,7 +483,7 @@ def _observe(
     vane_square = vane_u * vane_u + vane_w * vane_w
     y_x[1, 0] = -vane_w / vane_square
     y_x[1, 1] = vane_u / vane_square
-    y_x[1, 2] = (-positions[1, 0] * vane_u - positions[1, 2] * vane_w) / vane_square
+    y_x[1, 2] = (-vane_x * vane_u - vane_z * vane_w) / vane_square
     y_x[2, 2] = 1.0
     y_x[3, 3] = 1.0
     y_x[7, 4] = 1.0
@@ -443,9 +500,17 @@ def _observe(
         y_e[4, j] = f_e[0, j] + f_e[2, j] * x_z
         y_e[5, j] = f_e[1, j] - f_e[2, j] * z_x
         y_e[6, j] = f_e[2, j]
-    if gust >= 0:
-        y_e[0, gust] = -y_x[0, 1]
-        y_e[1, gust] = -y_x[1, 1]
+    if constants.gust >= 0:
+        y_e[0, constants.gust] = -y_x[0, 1]
+        y_e[1, constants.gust] = -y_x[1, 1]
+    if constants.cg_x >= 0:
+        y_e[1, constants.cg_x] = q * vane_u / vane_square
+        y_e[4, constants.cg_x] += q * q + r * r
+        y_e[5, constants.cg_x] += rates[2] - p * r
+    if constants.cg_z >= 0:
+        y_e[1, constants.cg_z] = q * vane_w / vane_square
+        y_e[4, constants.cg_z] -= rates[2] + p * r
+        y_e[5, constants.cg_z] += p * p + q * q
     for t in range(f_p.shape[1]):
         y_p[4, t] = f_p[0, t] + f_p[2, t] * x_z
         y_p[5, t] = f_p[1, t] - f_p[2, t] * z_x

@@ -45,6 +45,8 @@ class Manoeuvre:
         Standard deviation of each output's measurement noise, from the log alone; NaN where not measured.
     notes : tuple of str
         What was assumed: which channel or constant gave density, thrust and mass, gaps that were bridged.
+    ground : float
+        Altitude of the ground below, m: by how much `h` exceeds the height above ground; 0 where that is not logged.
     """
 
     log: FlightLog
@@ -53,6 +55,7 @@ class Manoeuvre:
     outputs: tuple[str, ...]
     noise: NDArray[np.float64]
     notes: tuple[str, ...]
+    ground: float = 0.0
 
     @property
     def name(self) -> str:
@@ -103,7 +106,16 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
     outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
-    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)))
+    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), _ground(log))
+
+
+def _ground(log: FlightLog) -> float:
+    """Altitude of the ground, m, level as far as the flight goes."""
+    if "h" not in log or "h_agl" not in log:
+        return 0.0
+    below = log["h"] - log["h_agl"]
+    known = np.isfinite(below)
+    return float(np.median(below[known])) if known.any() else 0.0
 
 
 def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:

@@ -67,6 +67,7 @@ _GLOSSARY = (
     Channel("q_bar", "dynamic pressure", "Pa", "always", "other"),
     Channel("rho", "air density", "kg/m^3", "always", "input"),
     Channel("h", "altitude", "m", "up", "output"),
+    Channel("h_agl", "height above the ground", "m", "up", "other"),
     Channel("thrust", "thrust", "N", "forward", "input"),
     Channel("mass", "mass", "kg", "always", "input"),
     Channel("mach", "Mach number", "1", "always", "other"),

@@ -111,7 +111,7 @@ def simulate(
     flight, _ = acting_flight(model, manoeuvre, effects)
     if any(isinstance(active.effect, StateEffect) for active in effects):
         try:
-            flight, _ = self_consistent(model, flight, model.values, state, effects)
+            flight, _ = self_consistent(model, flight, model.values, state, effects, ground=manoeuvre.ground)
         except OutOfRangeError:
             return np.full((flight.time.size, len(OUTPUTS)), np.nan), np.full((flight.time.size, 5), np.nan)
     outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)

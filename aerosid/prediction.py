@@ -117,6 +117,24 @@ def simulate_outputs(
 
 
 @njit
+def coefficients_along(
+    states: NDArray[np.float64],
+    flight: Flight,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+) -> NDArray[np.float64]:
+    """The coefficients (N, 5), in the order of `COEFFICIENTS`, along simulated states (N, 5)."""
+    samples = states.shape[0]
+    work = make_workspace(flight.inputs.shape[1] - 8, theta.shape[0])
+    found = np.zeros((samples, 5))
+    for k in range(samples):
+        evaluate(states[k], flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
+        found[k] = work.coefficients
+    return found
+
+
+@njit
 def predict_stretch(
     start: int,
     stop: int,

@@ -36,9 +36,15 @@ def active(name: str, planted: Planted, interval: float, log: str = "") -> Activ
     return ActiveEffect(effect, tuple(planted.numbers[parameter.name] for parameter in effect.parameters), log)
 
 
-def prepared(problem: Problem, effect: ActiveEffect) -> tuple[AerodynamicModel, Manoeuvre]:
-    model, manoeuvre = problem.prepared(problem.fly(seed=1))
+def prepared(problem: Problem, planted: Planted, effect: ActiveEffect) -> tuple[AerodynamicModel, Manoeuvre]:
+    model, manoeuvre = problem.prepared(driven(problem, planted, problem.fly(seed=1)))
     return with_columns_of(model, [effect]), manoeuvre
+
+
+def driven(problem: Problem, planted: Planted, log: FlightLog) -> FlightLog:
+    """The log at the example's altitude, with its thrust."""
+    swing = 1.0 + planted.thrust_swing * np.sin(2.0 * np.pi * problem.time / 9.0)
+    return with_channels(log, h=log["h"] - 1500.0 + planted.altitude, thrust=log["thrust"] * swing)
 
 
 def answered(model: AerodynamicModel, manoeuvre: Manoeuvre, effect: ActiveEffect, state: Array) -> Array:
@@ -53,7 +59,7 @@ def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> N
     """With respect to the effect's numbers, and of ten terms and the initial state through the effect."""
     problem = Problem(duration=7.0, interval=0.05, elevator="3211", amplitude=-0.05)
     effect = active(name, planted, 0.05)
-    model, manoeuvre = prepared(problem, effect)
+    model, manoeuvre = prepared(problem, planted, effect)
     state = initial_state(manoeuvre.flight)
     likelihood = Likelihood(model, (manoeuvre,), model.entries[:10], False)
     (part,) = likelihood.stretches(model.values, [state], [effect], SPREAD**2)
@@ -87,7 +93,7 @@ def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> N
 def test_a_frozen_effect_acts_as_before(name: str, planted: Planted) -> None:
     problem = Problem(duration=7.0, interval=0.05, elevator="3211", amplitude=-0.05)
     effect = active(name, planted, 0.05)
-    model, manoeuvre = prepared(problem, effect)
+    model, manoeuvre = prepared(problem, planted, effect)
     state = initial_state(manoeuvre.flight)
     still = frozen(effect)
     assert (still.values, still.held, still.slopes) == ((), effect.values, 0)
@@ -97,7 +103,7 @@ def test_a_frozen_effect_acts_as_before(name: str, planted: Planted) -> None:
 def flown(name: str, planted: Planted) -> FlightLog:
     """A flight of 470 samples in which the effect acts, with the usual noise."""
     problem = Problem(duration=14.1, elevator="3211", amplitude=-0.045)
-    quiet = replace(problem, noise=dict.fromkeys(NOISE, 0.0)).fly()
+    quiet = driven(problem, planted, replace(problem, noise=dict.fromkeys(NOISE, 0.0)).fly())
     effect = active(name, planted, problem.interval)
     model, manoeuvre = problem.prepared(quiet)
     model = with_columns_of(model, [effect])

@@ -321,3 +321,62 @@ def test_compiled_code_comes_from_the_disk_the_second_time() -> None:
 def test_states_and_outputs_keep_their_declared_order() -> None:
     assert longitudinal.STATES == ("u", "w", "q", "theta", "h")
     assert OUTPUTS == ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
+
+
+@SMOOTH
+@given(cases(), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-2e3, 2e3))
+def test_a_shifted_centre_and_another_thrust_are_rigid_body_mechanics(
+    case: Case, ahead: float, below: float, further: float
+) -> None:
+    """Moments about the true centre by vector products, sensors where they are bolted, slopes by differences."""
+    assume(not case.near_corner())
+    names = (*case.columns, "cg_shift_x", "cg_shift_z", "thrust_change")
+    place = len(case.columns) - 8
+    constants = case.constants._replace(cg_x=place, cg_z=place + 1, thrust_change=place + 2)
+    table = build_table([(coefficient, parse_term(text)) for coefficient, text in case.terms], names)
+    given_inputs = np.concatenate([case.u, [ahead, below, further]])
+    kernel = make_workspace(place + 3, case.theta.size)
+
+    def answer(x: NDArray[np.float64], u: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        evaluate(x, u, theta, table, constants, case.places, kernel, True, True)
+        return np.concatenate([kernel.rates, kernel.outputs])
+
+    found = answer(case.state, given_inputs, case.theta)
+    pushed = case.u.copy()
+    pushed[1] += further
+    plain = make_workspace(place, case.theta.size)
+    evaluate(case.state, pushed, case.theta, case.table, case.constants, np.zeros((8, 3)), plain, False, True)
+    mass, (p, q, r) = case.u[2], (case.u[5], case.state[2], case.u[6])
+    force = mass * np.array([plain.outputs[4], 0.0, plain.outputs[5]])
+    centre = np.array([ahead, 0.0, below])
+    q_dot = plain.rates[2] + np.cross(-centre, force)[1] / case.constants.I_yy
+    assert_allclose(found[2], q_dot, atol=1e-10 * (1.0 + abs(q_dot)))
+    turn, turned = np.array([p, q, r]), np.array([0.0, q_dot, 0.0])
+
+    def at(sensor: int) -> NDArray[np.float64]:
+        arm = case.places[sensor] - centre
+        return force / mass + np.cross(turned, arm) + np.cross(turn, np.cross(turn, arm))
+
+    size = 1.0 + np.abs(force).max() / mass
+    assert_allclose(found[5 + 4], at(4)[0], atol=1e-9 * size)
+    assert_allclose(found[5 + 5], at(5)[2], atol=1e-9 * size)
+    plane = np.hypot(case.state[0], case.state[1])
+    vane = np.array([case.state[0], plane * np.tan(case.u[7]), case.state[1]]) + np.cross(turn, case.places[1] - centre)
+    assert_allclose(found[5 + 1], np.arctan2(vane[2], vane[0]), atol=1e-12)
+
+    answer(case.state, given_inputs, case.theta)
+    slopes = [np.vstack([kernel.rates_x, kernel.outputs_x]), np.vstack([kernel.rates_u, kernel.outputs_u])]
+    slopes.append(np.vstack([kernel.rates_p, kernel.outputs_p]))
+    slopes = [slope.copy() for slope in slopes]
+    steps = np.array([1e-2, 1e-2, 1e-4, 1e-4, 1e-2])
+    agree(slopes[0], central_difference(lambda x: answer(x, given_inputs, case.theta), case.state, steps), 2e-7)
+
+    def moved(extra: NDArray[np.float64]) -> NDArray[np.float64]:
+        return answer(case.state, np.concatenate([case.u[:8], extra]), case.theta)
+
+    reach = np.array([2e-4] * place + [1e-3, 1e-3, 1.0])
+    agree(slopes[1], central_difference(moved, given_inputs[8:], reach), 5e-7)
+    wanted = central_difference(
+        lambda theta: answer(case.state, given_inputs, theta), case.theta, np.full(case.theta.size, 1e-3)
+    )
+    agree(slopes[2], wanted, 2e-7)

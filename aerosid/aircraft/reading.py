@@ -236,6 +236,7 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
         "input": f"an input channel such as {', '.join(inputs)}",
         "channel": "the name of a measured channel such as alpha",
         "coefficient": f"one of {', '.join(coefficients)}",
+        "axis": "x (forward) or z (down)",
         "nothing": "an empty text",
     }[kind.place]
     output = table.where in CHANNELS and CHANNELS[table.where].kind == "output"
@@ -243,6 +244,7 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
         "input": table.where.isidentifier() and not output,
         "channel": table.where.isidentifier(),
         "coefficient": table.where in coefficients,
+        "axis": table.where in ("x", "z"),
         "nothing": table.where == "",
     }[kind.place]
     if not fits:

@@ -4,23 +4,37 @@ A new effect is one file with its `FAMILY`, as `control.py` is, and one line in 
 an aircraft file may declare, the words of the report and the planted tests are drawn from there.
 """
 
-from aerosid.effects import control, disturbance, flow_separation, sensor, step_change
+from aerosid.effects import (
+    cg_shift,
+    control,
+    disturbance,
+    flow_separation,
+    ground_effect,
+    sensor,
+    step_change,
+    thrust,
+)
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import (
     ActiveEffect,
     Effect,
     EffectParameter,
     InputEffect,
+    Motion,
     NoiseEffect,
     OutputEffect,
     StateEffect,
     frozen,
+    whole,
 )
 
 CATALOGUE: tuple[Family, ...] = (
     sensor.FAMILY,
     control.FAMILY,
     step_change.FAMILY,
+    cg_shift.FAMILY,
+    thrust.FAMILY,
+    ground_effect.FAMILY,
     disturbance.FAMILY,
     flow_separation.FAMILY,
 )
@@ -39,6 +53,7 @@ __all__ = [
     "Flown",
     "InputEffect",
     "Kind",
+    "Motion",
     "NoiseEffect",
     "Offer",
     "OutputEffect",
@@ -46,4 +61,5 @@ __all__ = [
     "StateEffect",
     "at_null",
     "frozen",
+    "whole",
 ]

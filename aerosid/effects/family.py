@@ -8,7 +8,7 @@ from typing import Literal
 
 from aerosid.effects.kinds import ActiveEffect, Effect, Signal
 
-Place = Literal["input", "channel", "coefficient", "nothing"]
+Place = Literal["input", "channel", "coefficient", "axis", "nothing"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,10 @@ class Flown:
         The measured outputs, SI, NaN where a sample is missing.
     noise : mapping of str to float
         Standard deviation of each measured output's noise.
+    height : ndarray, shape (N,), or None
+        Measured height above the ground, m; None where no altitude was measured.
+    span : float
+        Wing area over mean chord, m: about the wing's span.
     """
 
     log: str
@@ -34,6 +38,8 @@ class Flown:
     inputs: Mapping[str, Signal]
     measured: Mapping[str, Signal]
     noise: Mapping[str, float]
+    height: Signal | None
+    span: float
 
 
 @dataclass(frozen=True)
@@ -53,13 +59,14 @@ class Offer:
 class Planted:
     """An example for the catalogue's own tests: an effect with numbers, large enough to be named in a usual flight.
 
-    `where` as in result.json; `numbers` by the names of the effect's parameters. `lasting`: too slow to be searched for
-    in every run of the tests.
+    `where` as in result.json; `numbers` by the names of the effect's parameters, the leading one first. The flight
+    begins at `altitude`, m, and its thrust swings slowly by the share `thrust_swing` either way.
     """
 
     where: str
     numbers: Mapping[str, float]
-    lasting: bool = True
+    altitude: float = 1500.0
+    thrust_swing: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ class Kind:
     name : str
         As in result.json.
     place : str
-        What stands in its `where`: an input, a measured channel, a coefficient, or nothing.
+        What stands in its `where`: an input, a measured channel, a coefficient, a body axis (x or z), or nothing.
     sentence : str
         What it says of `{where}`, for a report.
     made : callable
@@ -82,6 +89,10 @@ class Kind:
         Whether its first number may be below zero.
     follows_its_score : bool
         Whether it is near enough to linear in its numbers for the score test to rank it rightly when it is large.
+    optional : tuple of str
+        Numbers that it may do without.
+    rarity : float
+        What it must bring in -2 ln L beyond a commoner effect that does the same.
     """
 
     name: str
@@ -91,6 +102,8 @@ class Kind:
     planted: tuple[Planted, ...]
     negative: bool = True
     follows_its_score: bool = True
+    optional: tuple[str, ...] = ()
+    rarity: float = 0.0
 
     @property
     def leading(self) -> str:
@@ -100,7 +113,7 @@ class Kind:
     @property
     def required(self) -> tuple[str, ...]:
         """The names of the numbers without which there is no effect; what it adds to coefficients may be left out."""
-        return tuple(name for name in self.planted[0].numbers if not name.startswith("C_"))
+        return tuple(n for n in self.planted[0].numbers if not n.startswith("C_") and n not in self.optional)
 
 
 @dataclass(frozen=True)

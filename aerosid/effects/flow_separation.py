@@ -68,7 +68,7 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
             EffectParameter("relaxation", "s", trials=(0.2,), lowest=0.0, highest=3.0, step=1e-3),
             *(EffectParameter(name, "1", trials=(0.0,), lowest=-2.0, highest=2.0, step=1e-4) for name in others),
         ),
-        lambda time, alpha, slope, p: offsets(time, alpha, slope, (p[1], p[0], *p[2:])),
+        lambda motion, p: offsets(motion.time, motion.alpha, motion.slope, (p[1], p[0], *p[2:])),
         lift,
         tuple(offset_column(name) for name in (lift, *others)),
         "Goman & Khrabrov 1994; Jategaonkar, Flight Vehicle System Identification, quasi-steady stall",

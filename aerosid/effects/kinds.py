@@ -45,7 +45,8 @@ class InputEffect:
     `where` as reported; `where_acts` the input column that changes (a step change of C_m acts on a column of its own).
     `transform(time, values, parameters)` gives the acting signal (N,); `noise(parameters, interval)` the factor on the
     recorded signal's noise variance and its memory from sample to sample. Of a sudden change `again(time, interval)`
-    is the same one at another time, s, in a record with that sampling interval, s.
+    is the same one at another time, s, in a record with that sampling interval, s. Where `driven_by` names another
+    column, the transform takes that one's signal and its result is added.
     """
 
     kind: str
@@ -55,6 +56,7 @@ class InputEffect:
     noise: Callable[[tuple[float, ...], float], tuple[float, float]]
     source: str
     column: str = ""
+    driven_by: str = ""
     again: Callable[[float, float], InputEffect] | None = None
 
     @property
@@ -100,20 +102,38 @@ class NoiseEffect:
 
 
 @dataclass(frozen=True)
-class StateEffect:
-    """An effect that depends on the motion itself and remembers it.
+class Motion:
+    """A simulated motion, as effects see it that depend on it.
 
-    `offsets(time, alpha, slope, parameters)` gives what it adds to the input `columns`, (N,) each, for a simulated
-    angle of attack (N,); `slope` is the alpha derivative of the coefficient `lift`.
+    `time`, `alpha`, `height` (N,) s, rad, m above the ground; `slope` the alpha derivative of the effect's coefficient;
+    `coefficient(name)` (N,) a coefficient along the motion without the effect.
+    """
+
+    time: Signal
+    alpha: Signal
+    height: Signal
+    slope: float
+    coefficient: Callable[[str], Signal]
+
+
+@dataclass(frozen=True)
+class StateEffect:
+    """An effect that depends on the motion itself, and may remember it.
+
+    `offsets(motion, parameters)` gives what it adds to the input `columns`, (N,) each; `lift` is the coefficient whose
+    slope it takes. `rounds`: of simulation and addition until they agree again after a small change. `whole` is the
+    effect that is fitted where this one, with fewer numbers, has shown itself.
     """
 
     kind: str
     where: str
     parameters: tuple[EffectParameter, ...]
-    offsets: Callable[[Signal, Signal, float, tuple[float, ...]], dict[str, Signal]]
+    offsets: Callable[[Motion, tuple[float, ...]], dict[str, Signal]]
     lift: str
     columns: tuple[str, ...]
     source: str
+    whole: StateEffect | None = None
+    rounds: int = 4
 
 
 Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
@@ -165,6 +185,15 @@ class ActiveEffect:
         return self.effect.kind, self.effect.where
 
 
+def whole(active: ActiveEffect) -> ActiveEffect:
+    """The effect with all its numbers, where it was asked for with some of them given."""
+    effect = active.effect
+    if not isinstance(effect, StateEffect) or effect.whole is None:
+        return active
+    rest = effect.whole.parameters[len(active.values) :]
+    return ActiveEffect(effect.whole, (*active.values, *(p.trials[0] for p in rest)), active.log)
+
+
 def frozen(active: ActiveEffect) -> ActiveEffect:
     """The effect acting as it is, with no number left to estimate."""
     values, effect = active.values, active.effect
@@ -187,7 +216,7 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
         held = replace(
             effect,
             parameters=(),
-            offsets=lambda time, alpha, slope, _p: effect.offsets(time, alpha, slope, values),
+            offsets=lambda motion, _p: effect.offsets(motion, values),
         )
         return ActiveEffect(held, (), active.log, values)
     fixed = replace(

@@ -53,13 +53,13 @@ def at_given_moment(moving: InputEffect) -> InputEffect:
 
 
 def offered_on_a_grid(
-    flights: tuple[Flown, ...], made: Callable[[float, float], tuple[InputEffect, ...]], points: int = GRID
+    flights: tuple[Flown, ...], made: Callable[[float, float], tuple[InputEffect, ...]]
 ) -> Iterator[Offer]:
     """The sudden changes `made(time, interval)` together, on each flight at the moments of a grid."""
     for flown in flights:
         time = flown.time
         interval = float(np.median(np.diff(time)))
-        for moment in time[0] + (time[-1] - time[0]) * np.linspace(0.06, 0.94, points):
+        for moment in time[0] + (time[-1] - time[0]) * np.linspace(0.06, 0.94, GRID):
             changes = made(float(moment), interval)
             effects = tuple(at_null(at_given_moment(change), flown.log) for change in changes)
             yield Offer(changes[0].kind, flown.log, effects, time=float(moment))

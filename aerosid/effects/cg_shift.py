@@ -1,0 +1,82 @@
+"""A centre of gravity that lies elsewhere than declared, or moves in flight: a load slides, a tank empties.
+
+Forces keep their lines of action. About a centre of gravity that lies x ahead of and z below the declared one, the
+moment gains x F_z - z F_x, with F all forces but the weight: C_m gains (x C_Z - z C_X)/c, thrust its share, so that a
+shift forward (x > 0) pitches the nose down in lifting flight. Sensors keep their places in the aircraft: their
+positions from the centre of gravity change by -x, -z, which is how an accelerometer sees the shift through q_dot.
+The moment of inertia is left as it is. Etkin & Reid, Dynamics of Flight, 3rd ed., section 2.3 (moments about another
+point); Klein & Morelli, Aircraft System Identification, section 10.1 (accelerometers away from the centre of gravity).
+
+While the derivatives of C_m are free they take up the moment of a shift that lasts the whole flight; what is left of it
+is small and belongs to the accelerometers. It is offered where that is measured; the score test leaves it out where
+nothing of it is its own. A shift during the flight shows itself in the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.kinds import EffectParameter, InputEffect
+from aerosid.effects.sudden import offered_on_a_grid, sudden
+
+SOURCE = "moments about another point, Etkin & Reid, Dynamics of Flight, section 2.3"
+
+
+def centre_column(axis: str) -> str:
+    """The input column that moves the centre of gravity along body x (forward) or z (down), m."""
+    return f"cg_shift_{axis}"
+
+
+def _shift() -> EffectParameter:
+    return EffectParameter("shift", "m", trials=(0.0,), lowest=-5.0, highest=5.0, step=1e-3)
+
+
+def cg_shift(axis: str) -> InputEffect:
+    """The centre of gravity lies `shift` ahead of (axis x) or below (z) the declared one, for the whole flight."""
+    return InputEffect(
+        "cg_shift",
+        axis,
+        (_shift(),),
+        lambda _time, values, p: values + p[0],
+        lambda _p, _interval: (1.0, 0.0),
+        SOURCE,
+        column=centre_column(axis),
+    )
+
+
+def sudden_cg_shift(axis: str, time: float, interval: float) -> InputEffect:
+    """The centre of gravity moves by `shift` along an axis at a moment near `time` [s]; both are estimated."""
+    return sudden("cg_shift", axis, centre_column(axis), _shift(), SOURCE, time, interval)
+
+
+def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    """A lasting shift where accelerometers were read; a sudden one forward or back wherever anything may be sudden."""
+    for axis, sensor in (("x", "a_z"), ("z", "a_x")):
+        if any(sensor in flown.measured for flown in flights):
+            yield Offer("cg_shift", axis, (at_null(cg_shift(axis)),))
+    if coefficients:
+        yield from offered_on_a_grid(flights, partial(_moving, "x"))
+
+
+def _moving(axis: str, time: float, interval: float) -> tuple[InputEffect, ...]:
+    return (sudden_cg_shift(axis, time, interval),)
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "cg_shift",
+            "axis",
+            "the centre of gravity lies elsewhere along {where}",
+            lambda where, numbers, interval: (
+                sudden_cg_shift(where, numbers["time"], interval) if "time" in numbers else cg_shift(where)
+            ),
+            (Planted("x", {"shift": 0.06, "time": 4.0}),),
+            optional=("time",),
+            rarity=6.0,
+        ),
+    ),
+    _offered,
+)

@@ -1,0 +1,104 @@
+"""Ground effect: near the ground the trailing vortices are cut short, lift grows, induced drag and downwash fall.
+
+    C_Z, C_L, C_D:  C = C_free (1 + gain sigma(h/b))        C_X, C_m:  C = C_free + gain sigma(h/b)
+    sigma(h/b) = exp(-2.48 (2 h/b)^0.768)
+
+h is the height above the ground, b the wing's span: `reach`, which is estimated too, since neither the wing's height
+above the centre of gravity nor the span itself stands in an aircraft file; it starts at wing area over mean chord.
+The height is the simulated altitude above the ground's. That is `h` less the log's channel `h_agl`, the height above
+the ground, or zero where there is none.
+
+Source: sigma is the induced drag that the ground takes away, as fitted by Suh and Ostowari and quoted by Phillips and
+Hunsaker, AIAA 2013-2917. JSBSim's tables of lift and drag over aero/h_b-mac-ft (c172p) are 1 + 0.25 sigma and 1 - sigma
+to 0.02 from h/b = 0.1 on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.kinds import EffectParameter, Motion, Signal, StateEffect
+from aerosid.effects.step_change import offset_column
+
+PROPORTIONAL = ("C_Z", "C_L", "C_D")
+LEAST_SHARE = 0.02
+"""By how much sigma must vary in a flight: below, a gain as large as one would move the lift by 2 %."""
+
+REACHES = (0.5, 1.0, 2.0)
+"""Reaches that are tried, over wing area by mean chord."""
+
+
+def influence(height: Signal, reach: float) -> Signal:
+    """Sigma (N,), 1 on the ground and 0 far from it, for a height (N,) and a span in m."""
+    return np.asarray(np.exp(-2.48 * (2.0 * np.maximum(height, 0.0) / reach) ** 0.768))
+
+
+def ground_effect(coefficient: str, reach: float) -> StateEffect:
+    """A coefficient changes near the ground; `reach` [m] is where the estimate of the span starts."""
+
+    def offsets(motion: Motion, p: tuple[float, ...]) -> dict[str, Signal]:
+        change = p[0] * influence(motion.height, p[1])
+        if coefficient in PROPORTIONAL:
+            change = change * motion.coefficient(coefficient)
+        return {offset_column(coefficient): change}
+
+    return StateEffect(
+        "ground_effect",
+        coefficient,
+        (
+            EffectParameter("gain", "1", trials=(0.0,), lowest=-3.0, highest=3.0, step=1e-3),
+            EffectParameter("reach", "m", trials=(reach,), lowest=0.1 * reach, highest=10.0 * reach, step=2e-3 * reach),
+        ),
+        offsets,
+        coefficient,
+        (offset_column(coefficient),),
+        "Phillips & Hunsaker, AIAA 2013-2917",
+        rounds=3,
+    )
+
+
+def at_given_reach(whole: StateEffect, reach: float) -> StateEffect:
+    """The effect with its reach given: what is tested before anything is known of it."""
+    return StateEffect(
+        whole.kind,
+        whole.where,
+        whole.parameters[:1],
+        lambda motion, p: whole.offsets(motion, (p[0], reach)),
+        whole.lift,
+        whole.columns,
+        whole.source,
+        whole=ground_effect(whole.where, reach),
+    )
+
+
+def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    """Every coefficient where a flight comes near the ground."""
+    near = [flown for flown in flights if flown.height is not None and _varies(flown.height, flown.span)]
+    if near:
+        for name in coefficients:
+            for share in REACHES:
+                reach = share * near[0].span
+                yield Offer("ground_effect", name, (at_null(at_given_reach(ground_effect(name, reach), reach)),))
+
+
+def _varies(height: Signal, span: float) -> bool:
+    """Whether a flight comes near the ground, and not below it: then its altitude is no height above ground."""
+    known = height[np.isfinite(height)]
+    return bool(known.size and known.min() > -0.2 * span and np.ptp(influence(known, span)) > LEAST_SHARE)
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "ground_effect",
+            "coefficient",
+            "{where} shows ground effect",
+            lambda where, numbers, _interval: ground_effect(where, numbers["reach"]),
+            (Planted("C_Z", {"gain": 0.25, "reach": 14.6}, altitude=5.0),),
+        ),
+    ),
+    _offered,
+)

@@ -1,0 +1,76 @@
+"""Thrust that is not the recorded one: an engine model that is off by a factor, or thrust that changes unrecorded.
+
+Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and where C_T stands
+in a term. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.
+Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (engine model with a scale factor).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.kinds import EffectParameter, InputEffect
+from aerosid.effects.sudden import offered_on_a_grid, sudden
+
+SOURCE = "Jategaonkar, Flight Vehicle System Identification, 2nd ed."
+THRUST_COLUMN = "thrust_change"
+"""Thrust beyond the recorded one, N."""
+
+LEAST_VARIATION = 0.05
+"""Share of its mean by which recorded thrust must vary to tell a factor from a constant."""
+
+
+def thrust_scale() -> InputEffect:
+    """The thrust that acts is `scale` times the recorded one."""
+    return InputEffect(
+        "thrust_scale",
+        "thrust",
+        (EffectParameter("scale", "1", trials=(1.0,), lowest=-2.0, highest=5.0, step=1e-3, null=1.0),),
+        lambda _time, recorded, p: (p[0] - 1.0) * recorded,
+        lambda _p, _interval: (1.0, 0.0),
+        SOURCE,
+        column=THRUST_COLUMN,
+        driven_by="thrust",
+    )
+
+
+def thrust_change(time: float, interval: float) -> InputEffect:
+    """Thrust is greater by `change` from a moment near `time` [s] on; both are estimated."""
+    change = EffectParameter("change", "N", trials=(0.0,), lowest=-1e7, highest=1e7, step=1.0)
+    return sudden("thrust_change", "thrust", THRUST_COLUMN, change, SOURCE, time, interval)
+
+
+def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    thrusts = [flown.inputs["thrust"] for flown in flights]
+    mean = max(float(np.mean(np.abs(thrust))) for thrust in thrusts)
+    spread = float(np.ptp(np.concatenate(thrusts)))
+    if spread > LEAST_VARIATION * mean > 0.0:
+        yield Offer("thrust_scale", "thrust", (at_null(thrust_scale()),))
+    if coefficients:
+        yield from offered_on_a_grid(flights, lambda time, interval: (thrust_change(time, interval),))
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "thrust_scale",
+            "input",
+            "thrust is not the recorded one (acting / recorded)",
+            lambda _where, _numbers, _interval: thrust_scale(),
+            (Planted("thrust", {"scale": 0.8}, thrust_swing=0.4),),
+            rarity=6.0,
+        ),
+        Kind(
+            "thrust_change",
+            "input",
+            "thrust changes in a step",
+            lambda _where, numbers, interval: thrust_change(numbers["time"], interval),
+            (Planted("thrust", {"change": -3000.0, "time": 6.0}),),
+            rarity=6.0,
+        ),
+    ),
+    _offered,
+)
