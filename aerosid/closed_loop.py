@@ -20,6 +20,7 @@ from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
 from aerosid.flight_log import FlightLog
 from aerosid.force_history import smoothed_histories
+from aerosid.goodness import correlation_matrix, fit_rows, innovation_rows, scatter, variance_inflation
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.linear_analysis import Spread, analyse_models, requirement_for
 from aerosid.longitudinal import OUTPUTS
@@ -165,7 +166,7 @@ def close_loop(
     spread = Spread(completed.free, deviations.covariance)
     linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
     verdict = judge(found, manoeuvres)
-    rows = _derivative_rows(aircraft, found, chain)
+    rows = _derivative_rows(aircraft, found, chain, scatter(completed, manoeuvres))
     progress("designing the next flight")
     ahead = None
     if settings.next_flight:
@@ -188,9 +189,12 @@ def close_loop(
         screening=seen.screening if seen else (),
         model_error=seen.histories if seen else (),
         prefilter=_prefilter_note(seen, settings),
-        notes=(*_notes(manoeuvres, others, chain, settings), *unlinearised),
+        notes=(*_notes(manoeuvres, others, chain, settings), *unlinearised, *_not_shown(rows)),
         linear=linear,
         next_flight=ahead,
+        fit=tuple(row for each in simulated for row in fit_rows(each)),
+        innovations=tuple(innovation_rows(completed, manoeuvres)),
+        correlation=correlation_matrix(completed, deviations),
     )
 
 
@@ -336,10 +340,13 @@ def _effect(rank: int, finding: Finding, correlations: dict[Entry, float], gain:
     )
 
 
-def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None) -> tuple[DerivativeRow, ...]:
+def _derivative_rows(
+    aircraft: Aircraft, found: Attribution, chain: Chain | None, scattered: Mapping[Entry, float]
+) -> tuple[DerivativeRow, ...]:
     """One row for each declared or found term, coefficient by coefficient."""
     declared = {(d.coefficient, d.term): d for d in aircraft.derivatives}
     completed, spread = found.completed, found.completed_deviations
+    inflation = variance_inflation(completed)
     rows = []
     order = sorted(dict.fromkeys([*declared, *completed.free]), key=lambda entry: aircraft.coefficients.index(entry[0]))
     for entry in order:
@@ -367,9 +374,28 @@ def _derivative_rows(aircraft: Aircraft, found: Attribution, chain: Chain | None
                 else None,
                 correlation_max=_finite(float(spread.correlation_max[n])),
                 shown=is_shown(value, given, error),
+                variance_inflation=_finite(float(inflation[n])),
+                scatter=scattered.get(entry),
             )
         )
     return tuple(rows)
+
+
+def _not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
+    """One sentence for each derivative that the record cannot show, with what hides it."""
+    sentences = []
+    for row in rows:
+        if row.shown:
+            continue
+        error = "no bound" if row.std_error is None else f"a standard error of {row.std_error:.2g}"
+        why = ""
+        if row.correlation_max is not None and row.correlation_max > 0.95:
+            why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
+        sentences.append(
+            f"These records cannot show {row.coefficient} {row.term}: {row.value:.3g} has {error}{why}. Do not read it "
+            "as measured."
+        )
+    return sentences
 
 
 def _finite(value: float) -> float | None:

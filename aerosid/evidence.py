@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
+from aerosid.fit_statistics import whiteness
 from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.noise import autocovariance
 from aerosid.refinement import Refinement, whiten
 from aerosid.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
@@ -295,14 +294,8 @@ NOISE_RATIO = 1.3
 
 def is_coloured(residual: NDArray[np.float64]) -> bool:
     """Whether a residual (N,) repeats itself, slowly or swinging: Ljung and Box's test at one in ten thousand."""
-    count = residual.size
-    lags = min(20, count // 5)
-    gamma = autocovariance(residual, lags)
-    if gamma[0] <= 0.0 or lags < 1:
-        return False
-    rho = gamma[1:] / gamma[0]
-    statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return bool(statistic > chdtri(lags, 1e-4))
+    found = whiteness(residual)
+    return found is not None and found.p_value < 1e-4
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:

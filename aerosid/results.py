@@ -91,6 +91,10 @@ class DerivativeRow:
     rls_std_error: float | None
     correlation_max: float | None
     shown: bool
+    variance_inflation: float | None = None
+    """By how much the other parameters widen its variance: what it would be if all others were known is 1."""
+    scatter: float | None = None
+    """Standard deviation of the estimates from each identification log alone, where there are several."""
 
 
 SHOWN = 0.3
@@ -127,6 +131,54 @@ class ErrorRow:
     noise: float
     r2_trimmed: float | None = None
     """Share of the measured variance that the trimmed simulation explains."""
+
+
+@dataclass(frozen=True)
+class FitRow:
+    """How well one channel of one log is simulated, by one of the variants `before`, `after`; None where it diverged.
+
+    `theil` is Theil's inequality coefficient, with the shares `bias`, `variance` and `covariance` of the mean square
+    error; `r2` the explained share of the measured variance; `autocorrelation` of the residual at the lags 0, 1, ...;
+    `whiteness` the p-value of Ljung and Box's test.
+    """
+
+    log: str
+    role: str
+    channel: str
+    variant: str
+    theil: float | None
+    bias: float | None
+    variance: float | None
+    covariance: float | None
+    r2: float | None
+    autocorrelation: tuple[float, ...]
+    whiteness: float | None
+
+
+@dataclass(frozen=True)
+class InnovationRow:
+    """The whitened residuals of one channel of an identification log, beside the completed model.
+
+    `ratio` of their root-mean-square to what the estimate took for noise; `autocorrelation` at the lags 0, 1, ...;
+    `whiteness` the p-value of Ljung and Box's test.
+    """
+
+    log: str
+    channel: str
+    ratio: float
+    autocorrelation: tuple[float, ...]
+    whiteness: float | None
+
+
+@dataclass(frozen=True)
+class CorrelationMatrix:
+    """Correlations of the estimated derivatives, from the covariance corrected for coloured residuals.
+
+    `parameters` name coefficient and term; `rows` one tuple a parameter.
+    """
+
+    parameters: tuple[str, ...]
+    rows: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -386,6 +438,9 @@ class ClosedLoop:
     screening: tuple[ScreeningRow, ...]
     model_error: tuple[ErrorHistory, ...]
     prefilter: PrefilterNote
+    fit: tuple[FitRow, ...]
+    innovations: tuple[InnovationRow, ...]
+    correlation: CorrelationMatrix
     notes: tuple[str, ...]
     """What was assumed and what a reader must know, one sentence each."""
     linear: tuple[LinearRow, ...] = ()

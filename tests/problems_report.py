@@ -7,15 +7,18 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.flight_log import ChannelSource, FlightLog
+from aerosid.goodness import fit_rows
 from aerosid.nomenclature import CHANNELS
 from aerosid.results import (
     ClosedLoop,
     CoefficientRow,
+    CorrelationMatrix,
     DerivativeRow,
     Effect,
     ErrorHistory,
     ErrorRow,
     Evidence,
+    InnovationRow,
     PrefilterNote,
     ScreeningRow,
     Simulated,
@@ -205,5 +208,8 @@ def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, val
         prefilter=PrefilterNote(
             "butterworth, zero phase", 4.2, "the spectra of all channels reach noise there", "0.3 %"
         ),
+        fit=tuple(row for response_ in responses for row in fit_rows(response_)),
+        innovations=(InnovationRow(first.log.name, "alpha", 1.02, (1.0, 0.05, -0.02), 0.41),),
+        correlation=CorrelationMatrix(("C_m alpha", "C_m q_hat"), ((1.0, -0.6), (-0.6, 1.0))),
         notes=("The air density is the aircraft file's, 0.9077 kg/m^3.",),
     )

@@ -103,6 +103,8 @@ class DerivativeEntry(_Row):
     rls_std_error: Number
     correlation_max: Number
     shown: bool
+    variance_inflation: Number = None
+    scatter: Number = None
 
 
 class CoefficientEntry(_Row):
@@ -237,6 +239,39 @@ class NextFlightEntry(_Row):
     note: Text
 
 
+class FitEntry(_Row):
+    """How well one channel of one log is simulated."""
+
+    log: Text
+    role: Literal["identification", "validation"]
+    channel: Text
+    variant: Literal["before", "after"]
+    theil: Number
+    bias: Number
+    variance: Number
+    covariance: Number
+    r2: Number
+    autocorrelation: tuple[Number, ...]
+    whiteness: Number
+
+
+class InnovationEntry(_Row):
+    """The whitened residuals of one channel of an identification log."""
+
+    log: Text
+    channel: Text
+    ratio: Number
+    autocorrelation: tuple[Number, ...]
+    whiteness: Number
+
+
+class CorrelationEntry(_Row):
+    """Correlations of the estimated derivatives."""
+
+    parameters: tuple[Text, ...]
+    rows: tuple[tuple[Number, ...], ...]
+
+
 class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
@@ -253,6 +288,9 @@ class ResultFile(_Row):
     error: tuple[ErrorEntry, ...]
     prefilter: PrefilterEntry | None = None
     screening: tuple[ScreeningEntry, ...] = ()
+    fit: tuple[FitEntry, ...] = ()
+    innovations: tuple[InnovationEntry, ...] = ()
+    correlation: CorrelationEntry | None = None
     notes: tuple[Text, ...] = ()
     linear: tuple[LinearEntry, ...] = ()
     next_flight: NextFlightEntry | None = None
@@ -303,6 +341,9 @@ def result_file(result: ClosedLoop) -> ResultFile:
         error=tuple(ErrorEntry.model_validate(row) for row in result.errors),
         prefilter=PrefilterEntry.model_validate(result.prefilter),
         screening=tuple(ScreeningEntry.model_validate(row) for row in result.screening),
+        fit=tuple(FitEntry.model_validate(row) for row in result.fit),
+        innovations=tuple(InnovationEntry.model_validate(row) for row in result.innovations),
+        correlation=CorrelationEntry.model_validate(result.correlation),
         notes=result.notes,
         linear=tuple(_linear(row) for row in result.linear),
         next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),

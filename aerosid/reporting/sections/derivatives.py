@@ -16,4 +16,9 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         if row.declared is not None and row.std_error and row.shown:
             shift = (row.value - row.declared) / row.std_error
         groups.setdefault(row.coefficient, []).append({"row": row, "found": row.declared is None, "shift": shift})
-    return {"groups": groups, "hidden": any(not row.shown for row in result.derivatives)}
+    return {
+        "groups": groups,
+        "hidden": any(not row.shown for row in result.derivatives),
+        "scattered": any(row.scatter is not None for row in result.derivatives),
+        "correlation": result.correlation,
+    }
