@@ -13,7 +13,7 @@ import numpy as np
 
 from aerosid.aerodynamics import declared_model
 from aerosid.aircraft import load_aircraft
-from aerosid.flight_log import FlightLog
+from aerosid.log_writing import native_csv
 from aerosid.simulation import doublet, fly, three_two_one_one, trim
 from aerosid.terms import parse_term
 
@@ -29,14 +29,6 @@ NOISE = {
     "h": 0.3,
     "delta_e": 0.0002,
 }
-
-
-def write(log: FlightLog, path: Path, remark: str) -> None:
-    """Write a log as native CSV with seven significant digits."""
-    header = ",".join(["time [s]", *(f"{name} [{log.units[name]}]" for name in log.channels)])
-    table = np.column_stack([log.time, *log.channels.values()])
-    rows = "\n".join(",".join(f"{value:.7g}" for value in row) for row in table)
-    path.write_text(f"# {remark}\n{header}\n{rows}\n", encoding="utf-8")
 
 
 def main() -> None:
@@ -57,7 +49,8 @@ def main() -> None:
     }
     for seed, (name, (elevator, remark)) in enumerate(inputs.items(), start=1994):
         log = fly(model, level, time, elevator, density=density, mass=mass, noise=NOISE, seed=seed, name=name)
-        write(log, HERE / f"light_transport_{name}.csv", f"Simulated light transport, {remark}; seed {seed}")
+        text = native_csv(log, f"Simulated light transport, {remark}; seed {seed}")
+        (HERE / f"light_transport_{name}.csv").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -37,15 +37,15 @@ def declared_aircraft(title: str, name: str, answer: Mapping[str, Any], version:
         f'source = "linear about level flight of {_plain(name)} in JSBSim {_plain(version)}, by differences"',
         "",
         "[reference]",
-        f"wing_area = {_number(answer['wing_area'])}  # m^2",
-        f"mean_chord = {_number(answer['mean_chord'])}  # m",
+        f"wing_area = {_number(answer['wing_area'], 10)}  # m^2",
+        f"mean_chord = {_number(answer['mean_chord'], 10)}  # m",
         "",
         "[mass]",
-        f"mass = {_number(answer['mass'])}  # kg",
-        f"I_yy = {_number(answer['I_yy'])}  # kg m^2",
+        f"mass = {_number(answer['mass'], 10)}  # kg",
+        f"I_yy = {_number(answer['I_yy'], 10)}  # kg m^2",
         "",
         "[thrust]",
-        f"force = {_number(trim['thrust'])}  # N",
+        f"force = {_number(trim['thrust'], 10)}  # N",
     ]
     for i, coefficient in enumerate(COEFFICIENTS):
         constant = answer["slopes"]["at"][0][i]
@@ -59,9 +59,9 @@ def declared_aircraft(title: str, name: str, answer: Mapping[str, Any], version:
     return aircraft_from_text(text, f"{name}.aircraft.toml", hashlib.sha256(text.encode()).hexdigest())
 
 
-def _number(value: float) -> str:
+def _number(value: float, digits: int = 6) -> str:
     """Six digits: more than differences hold; a sum that cancels to nothing is nothing."""
-    return repr(float(f"{value:.6g}") if abs(value) > 1e-9 else 0.0)
+    return repr(float(f"{value:.{digits}g}") if abs(value) > 1e-9 else 0.0)
 
 
 def _plain(text: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.errors import LogError, UsageError
+from aerosid.input_shapes import Multisine
 from aerosid.readers import read_log
 from aerosid.simulation import doublet, three_two_one_one
 
@@ -103,23 +104,10 @@ def _sweep(time: Array, unit: float, amplitude: float) -> Array:
 
 
 def _multisine(time: Array, unit: float, amplitude: float) -> Array:
-    """Harmonics of the manoeuvre's length up to 1/(2 unit), equal power, Schroeder's phases, from and to zero.
-
-    Schroeder, IEEE Trans. Inf. Theory 16 (1970); Morelli shifts the sum to where it crosses zero.
-    """
+    """Harmonics of the manoeuvre's length up to 1/(2 unit)."""
     span = time[-1] - 2.0 * START
-    harmonics = np.arange(1, max(2, int(0.5 / unit * span)) + 1)
-    phases = np.pi * harmonics**2 / harmonics.size
-
-    def wave(instants: Array) -> Array:
-        return np.asarray(np.cos(2.0 * np.pi * np.outer(instants / span, harmonics) - phases).sum(axis=1))
-
-    fine = np.linspace(0.0, span, 4097)
-    values = wave(fine)
-    crossing = int(np.flatnonzero(np.diff(np.signbit(values)))[0])
-    shift = fine[crossing] - values[crossing] * (fine[1] - fine[0]) / (values[crossing + 1] - values[crossing])
-    inside = (time > START) & (time < START + span)
-    return np.asarray(np.where(inside, amplitude * wave(time - START + shift) / np.abs(values).max(), 0.0))
+    harmonics = tuple(range(1, max(2, int(0.5 / unit * span)) + 1))
+    return Multisine("multisine", span, harmonics).deflection(time, START, amplitude, np.inf)
 
 
 SHAPES: Mapping[str, Callable[[Array, float, float], Array]] = MappingProxyType(

@@ -116,8 +116,13 @@ class Executive:
 
     def place(self, pattern: str, forward: float, below: float) -> None:
         """Put a point at body coordinates from the first centre of gravity, m; JSBSim counts aft and up, in inches."""
-        for axis, offset in zip("xyz", (-forward, 0.0, -below), strict=True):
-            self[pattern.format(axis)] = (self.centre["xyz".index(axis)] + offset) / INCH
+        for axis, centre, offset in zip("xyz", self.centre, (-forward, 0.0, -below), strict=True):
+            name = pattern.format(x=axis, X=axis.upper())
+            if not self.fdm.get_property_manager().hasNode(name):  # writing it would only create it
+                raise EstimationError(
+                    f"JSBSim has no property {name}; install the version that aerosid was tested with."
+                )
+            self[name] = (centre + offset) / INCH
 
     def freeze(self, state: State) -> None:
         """Put the aircraft into a state and let alphadot, which is a frame old, settle to it."""

@@ -95,7 +95,7 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     job = _job(plan, parts, "fly", interval / count) | {
         "places": [
             *injection.places,
-            *((f"external_reactions/{name}/location-{{}}-in", 0.0, 0.0) for name in _points(injection)),
+            *((f"external_reactions/{name}/location-{{x}}-in", 0.0, 0.0) for name in _points(injection)),
         ],
         "after_trim": injection.after_trim,
         "attached": injection.attached,

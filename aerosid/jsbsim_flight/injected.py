@@ -2,7 +2,8 @@
 
     KIND[:WHERE[:TERM]]=NUMBER[,NUMBER...][@TIME]
 
-as in `aero_term:C_m:alpha^2=-1.7`, `control_lag=0.15`, `sensor_bias:alpha=0.01`, `cg_shift=150,-1.0`, `icing=1@5`.
+as in `C_m:alpha^2=-1.7` (short for `aero_term:C_m:alpha^2`), `control_lag=0.15`, `sensor_bias:alpha=0.01`,
+`cg_shift=150,-1.0`, `icing=1@5`.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ _ELEVATOR = ("delta_e",)
 
 KINDS: Mapping[str, InjectedKind] = MappingProxyType(
     {
-        "aero_term": InjectedKind(("value",), 1, _COEFFICIENTS, True, "a term, as in aero_term:C_m:alpha^2=-1.7"),
+        "aero_term": InjectedKind(("value",), 1, _COEFFICIENTS, True, "a term, as in C_m:alpha^2=-1.7"),
         "step_change": InjectedKind(("jump",), 1, _COEFFICIENTS, True, "a coefficient jumps"),
         "control_lag": InjectedKind(("time constant [s]",), 1, _ELEVATOR, False, "first-order actuator"),
         "control_delay": InjectedKind(("delay [s]",), 1, _ELEVATOR, False, "the surface follows late"),
@@ -134,7 +135,7 @@ class InjectedEffect:
         return f"{place}={','.join(f'{value:g}' for value in self.values)}{began}"
 
 
-_EXAMPLES = {"aero_term": "aero_term:C_m:alpha^2=-1.7"}
+_EXAMPLES = {"aero_term": "C_m:alpha^2=-1.7"}
 
 
 def parse_effect(text: str) -> InjectedEffect:
@@ -147,7 +148,10 @@ def parse_effect(text: str) -> InjectedEffect:
     """
     name, _, numbers = text.partition("=")
     numbers, _, began = numbers.partition("@")
-    kind, where, term = [*(word.strip() for word in name.split(":")), "", ""][:3]
+    words = [word.strip() for word in name.split(":")]
+    if words[0] in _COEFFICIENTS:
+        words.insert(0, "aero_term")
+    kind, where, term = [*words, "", ""][:3]
     try:
         values = tuple(float(number) for number in numbers.split(","))
         time = float(began) if began else None

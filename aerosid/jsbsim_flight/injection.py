@@ -162,7 +162,7 @@ def _add(made: Injection, effect: InjectedEffect, body: Body, since: Array, swit
         mass, forward, *below = effect.values
         index = f"[{body.point_masses}]" if body.point_masses else ""
         made.point_mass = _point_mass()
-        made.places.append((f"inertia/pointmass-location-{{}}-inches{index}", forward, below[0] if below else 0.0))
+        made.places.append((f"inertia/pointmass-location-{{X}}-inches{index}", forward, below[0] if below else 0.0))
         made.drives[f"inertia/pointmass-weight-lbs{index}"] = mass / SLUG * POUNDS_PER_SLUG * since
     elif effect.kind == "ground_effect":
         made.forces.append(_ground_force(switch, effect.values[0]))
@@ -242,8 +242,8 @@ def _point_mass() -> ET.Element:
 
 def _hysteresis(reattachment: float, stall: float) -> ET.Element:
     limits = ET.Element("hysteresis_limits", unit="RAD")
-    ET.SubElement(limits, "min").text = repr(reattachment)
-    ET.SubElement(limits, "max").text = repr(stall)
+    for tag, alpha in (("min", reattachment), ("max", stall)):
+        ET.SubElement(limits, tag).text = repr(alpha or 1e-9)  # JSBSim takes a zero for no limits at all
     return limits
 
 

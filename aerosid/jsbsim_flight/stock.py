@@ -97,7 +97,7 @@ def stock_parts(name: str) -> StockParts:
     root = _parsed(source)
     aerodynamics = root.find("aerodynamics")
     if aerodynamics is not None and aerodynamics.get("file"):
-        aerodynamics = _parsed(source.parent / str(aerodynamics.get("file")))
+        aerodynamics = _parsed(_beside(source, str(aerodynamics.get("file"))))
     metrics, balance = root.find("metrics"), root.find("mass_balance")
     if aerodynamics is None or metrics is None or balance is None or aerodynamics.find("axis") is None:
         raise UsageError(f"JSBSim's aircraft {name} holds no mass or no aerodynamics that could be flown; try another.")
@@ -126,11 +126,18 @@ def stock_parts(name: str) -> StockParts:
     )
 
 
+def _beside(source: Path, name: str) -> Path:
+    """Where JSBSim looks for a file that an aircraft names."""
+    places = [source.parent / folder / f"{name}{suffix}" for folder in (".", "Systems") for suffix in ("", ".xml")]
+    return next((place for place in places if place.is_file()), places[0])
+
+
 def _parsed(source: Path) -> ET.Element:
     try:
         return ET.parse(source).getroot()
     except (OSError, ET.ParseError) as error:
-        raise UsageError(f"{source.name} of the installed JSBSim cannot be read ({error}); try another.") from None
+        found = error.strerror if isinstance(error, OSError) else error
+        raise UsageError(f"{source.name} of the installed JSBSim cannot be read ({found}); try another.") from None
 
 
 def _reads(aerodynamics: ET.Element) -> tuple[str, ...]:
