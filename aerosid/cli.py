@@ -99,13 +99,19 @@ def _global_options(
 @app.command()
 def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
     """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
+    from aerosid.kinematics import check_kinematics
     from aerosid.quality import check_log
-    from aerosid.quality_tables import print_quality
+    from aerosid.quality_tables import print_kinematics, print_quality
     from aerosid.readers import read_log
 
     output = console()
     for path in logs:
-        print_quality(check_log(read_log(path, channels)), output)
+        log = read_log(path, channels)
+        quality = check_log(log)
+        print_quality(quality, output)
+        agreement = check_kinematics([log])
+        if agreement is not None:
+            print_kinematics(agreement, output)
 
 
 @app.command("close-loop")

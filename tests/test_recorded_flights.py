@@ -9,6 +9,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.bundled import bundled_folder
 from aerosid.closed_loop import close_loop
 from aerosid.flight_log import FlightLog
+from aerosid.kinematics import InstrumentFinding, check_kinematics
 from aerosid.readers import read_log
 from aerosid.results import ClosedLoop, Verdict
 
@@ -59,3 +60,36 @@ def test_the_citation_s_vane_lags() -> None:
     ]
     assert late
     assert all(0.15 < value < 0.5 for value in late)
+
+
+def explanations(log: FlightLog) -> dict[tuple[str, str], InstrumentFinding]:
+    """What kinematics find on a log, and what they cannot tell from it, by kind and channel."""
+    agreement = check_kinematics([log])
+    assert agreement is not None
+    rows = [*agreement.findings, *(row for group in agreement.inseparable for row in group[1:])]
+    return {(row.kind, row.where): row for row in rows}
+
+
+def test_kinematics_alone_show_the_hfb_320_s_contradiction_and_cannot_tell_which_instrument_it_is() -> None:
+    agreement = check_kinematics([read("hfb320/hfb320_1_10.asc", "hfb320.toml")])
+    assert agreement is not None
+    both = {("sensor_bias", "a_x"), ("sensor_bias", "theta")}
+    (group,) = [group for group in agreement.inseparable if both <= {(row.kind, row.where) for row in group}]
+    values = {(row.kind, row.where): row.value for row in group}
+    assert values["sensor_bias", "a_x"] == pytest.approx(-0.11, abs=0.03)
+    assert values["sensor_bias", "theta"] == pytest.approx(0.0115, abs=0.003)
+
+
+@pytest.mark.parametrize("name", ["totter_demo_018", "totter_lon_020213f1_017"])
+def test_kinematics_alone_show_the_twin_otter_s_late_vane_or_its_arm(name: str) -> None:
+    found = explanations(read(f"twin_otter/{name}.csv", "twin_otter.toml"))
+    late = [row.value for key, row in found.items() if key in {("sensor_delay", "alpha"), ("sensor_lag", "alpha")}]
+    arms = [abs(row.value) for (kind, where), row in found.items() if kind == "sensor_position" and where != "a_x"]
+    assert late or arms
+    assert all(0.015 < value < 0.035 for value in late)
+    assert all(1.3 < value < 2.3 for value in arms)
+
+
+def test_kinematics_alone_show_the_citation_s_slow_vane() -> None:
+    found = explanations(read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"))
+    assert 0.1 < found["sensor_lag", "alpha"].value < 0.5

@@ -1,0 +1,25 @@
+"""Kinematic consistency: what a_x, a_z, q, theta, V, alpha and h say about each other without any aerodynamics.
+
+`consistency` gives the answer; `search` looks for faults of instruments, `estimate` fits them, `likelihood` whitens
+what is left, `flight_path` integrates the motion, `faults` is the catalogue, `recording` a log as arrays.
+"""
+
+from aerosid.kinematics.consistency import (
+    Agreement,
+    ChannelAgreement,
+    InstrumentFinding,
+    KinematicConsistency,
+    MovingAir,
+    check_kinematics,
+    describe,
+)
+
+__all__ = [
+    "Agreement",
+    "ChannelAgreement",
+    "InstrumentFinding",
+    "KinematicConsistency",
+    "MovingAir",
+    "check_kinematics",
+    "describe",
+]
