@@ -26,7 +26,8 @@ from aerosid.reporting.thinning import BINS, DRAWN_WHOLE, envelope
 from aerosid.reporting.words import number, symbol, with_deviation
 from aerosid.results import ClosedLoop, Effect, Evidence, Parameter, Verdict
 
-FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "completed_aircraft.toml"}
+FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "report.pdf"}
+FILES |= {"completed_aircraft.toml"}
 
 
 def refuse(word: str) -> float:

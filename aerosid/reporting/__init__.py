@@ -1,8 +1,8 @@
-"""What a closed loop leaves behind: result.json, tables, the report on one page, and a summary on the terminal.
+"""What a closed loop leaves behind: result.json, tables, the report on page and paper, a summary on the terminal.
 
-`result_schema` and `tables` are what scripts read. `page` assembles report.html from `sections`, each of which is one
-function here and one template in templates/; `charts` draws the figures and `inline_svg` sets them into the page.
-`writing` puts all files in place at once.
+`result_schema` and `tables` are what scripts read. `sections` says what the report holds, each with a template in
+templates/, and `figures` what it shows; `page` makes report.html of it and `paper` report.pdf. `writing` puts all files
+in place at once.
 """
 
 from aerosid.reporting.console import print_summary

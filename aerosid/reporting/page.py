@@ -22,13 +22,15 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def report_html(result: ClosedLoop, *, interactive: bool = True) -> str:
+def report_html(result: ClosedLoop, report: Report | None = None, *, interactive: bool = True) -> str:
     """The text of report.html; identical for an identical result and the same versions.
 
     Parameters
     ----------
     result : ClosedLoop
         What one run of the loop found. Every text in it is escaped.
+    report : Report, optional
+        Its sections, where they are composed already.
     interactive : bool
         Whether figures can be zoomed: plotly's script, 5 MB, stands in the page then. The still figures stand in it
         either way, for paper and for readers without scripts.
@@ -38,7 +40,7 @@ def report_html(result: ClosedLoop, *, interactive: bool = True) -> str:
     The page forbids itself requests, and scripts but its own by their checksums (Content-Security-Policy), so that
     even a text that escaped the escaping could do nothing.
     """
-    report = compose(result)
+    report = report or compose(result)
     scripts = page_scripts(report.figures) if interactive else ()
     return (
         _environment()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,3 +46,11 @@ def envelope(
     highest = start + np.argmax(np.where(known, spans, -np.inf), axis=1)
     chosen = np.sort(np.stack([lowest, highest], axis=1), axis=1).ravel()
     return time[chosen], values[chosen]
+
+
+def unbroken(x: FloatArray, y: FloatArray) -> Iterator[FloatArray]:
+    """The stretches (M, 2) of samples between missing ones."""
+    held = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
+    for start, stop in zip(edges[0::2], edges[1::2], strict=True):
+        yield np.column_stack([x[start:stop], y[start:stop]])

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from aerosid.aircraft import save_aircraft
 from aerosid.errors import AircraftError, UsageError
-from aerosid.reporting.page import report_html
+from aerosid.reporting.page import compose, report_html
+from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_schema import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 from aerosid.results import ClosedLoop
@@ -23,12 +24,13 @@ TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
 }
 """Every file with its text; None where the result holds nothing of the kind."""
 PAGE = "report.html"
+PAPER = "report.pdf"
 COMPLETED_AIRCRAFT = "completed_aircraft.toml"
-FILES = (*TEXTS, PAGE, COMPLETED_AIRCRAFT)
+FILES = (*TEXTS, PAGE, PAPER, COMPLETED_AIRCRAFT)
 
 
 def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = True) -> tuple[Path, ...]:
-    """The paths of the files written: result.json, both tables, the report, the completed aircraft, the next input.
+    """The paths of the files written: result.json, tables, the report twice, the completed aircraft, the next input.
 
     Parameters
     ----------
@@ -55,7 +57,9 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
             text = text_of(result)
             if text is not None:
                 _write(temporary / name, text)
-        _write(temporary / PAGE, report_html(result, interactive=interactive))
+        report = compose(result)
+        _write(temporary / PAGE, report_html(result, report, interactive=interactive))
+        (temporary / PAPER).write_bytes(report_pdf(result, report))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
         written = _move(temporary, directory)
     except OSError as error:

@@ -20,7 +20,7 @@ from aerosid.reporting.figures.chart import (
     Points,
 )
 from aerosid.reporting.figures.layout import tick_texts
-from aerosid.reporting.thinning import envelope
+from aerosid.reporting.thinning import envelope, unbroken
 
 FONT_SIZE = 8.0
 """pt."""
@@ -121,7 +121,7 @@ def _dots(mark: Points, panel: Panel, height: float) -> str:
     x, y = envelope(mark.x, mark.y) if mark.ordered else (mark.x, mark.y)
     whole = x.size == mark.x.size
     held = np.isfinite(x) & np.isfinite(y)
-    places = _whole(panel.across(x[held]), height - panel.up(y[held]))
+    places = _whole(np.column_stack([panel.across(x[held]), height - panel.up(y[held])]))
     if whole:
         moves = np.diff(places, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
         data = "".join(f"m{across} {down}h0" for across, down in moves.tolist())
@@ -132,20 +132,18 @@ def _dots(mark: Points, panel: Panel, height: float) -> str:
 
 def _path(x: FloatArray, y: FloatArray) -> str:
     """The lines through the samples, relative and in tenths of a point; NaN interrupts them."""
-    held = np.isfinite(x) & np.isfinite(y)
-    edges = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
     parts = []
-    for start, stop in zip(edges[0::2], edges[1::2], strict=True):
-        places = _whole(x[start:stop], y[start:stop])
+    for stretch in unbroken(x, y):
+        places = _whole(stretch)
         moves = np.diff(places, axis=0)
         moves = moves[(moves != 0).any(axis=1)]
         parts.append(f"M{places[0, 0]} {places[0, 1]}l" + " ".join(map(str, moves.ravel().tolist() or [0, 0])))
     return "".join(parts).replace(" -", "-")
 
 
-def _whole(x: FloatArray, y: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+def _whole(places: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
     """Places as whole tenths of a point; what lies far outside the chart is brought to where browsers still count."""
-    return np.rint(np.clip(_FINE * np.column_stack([x, y]), -1e5, 1e5)).astype(np.int64)
+    return np.rint(np.clip(_FINE * places, -1e5, 1e5)).astype(np.int64)
 
 
 def _words(x: float, y: float, text: str, role: str, align: str, size: float, *, upright: bool = False) -> str:

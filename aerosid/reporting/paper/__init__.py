@@ -1,0 +1,9 @@
+"""The report on A4: the same sections as the page, set by reportlab.
+
+`elements` reads a section's HTML as a tree, `blocks` turns it into paragraphs, tables and figures, `tables` sets the
+width of columns, `typeface` holds fonts and colours, and `document` puts them on numbered pages.
+"""
+
+from aerosid.reporting.paper.document import report_pdf
+
+__all__ = ["report_pdf"]

@@ -1,0 +1,35 @@
+"""Texts within a paragraph, in the markup that reportlab's paragraphs read."""
+
+from __future__ import annotations
+
+import re
+from xml.sax.saxutils import escape
+
+from aerosid.reporting.paper.elements import Element
+
+_TAGS = {"b": "b", "i": "i", "var": "i", "sub": "sub", "sup": "super", "strong": "b", "em": "i"}
+_BLANKS = re.compile(r"[ \t\r\n]+")
+
+
+def markup(element: Element) -> str:
+    """What stands in the element; every text is escaped, pictures are left out."""
+    return _BLANKS.sub(" ", "".join(map(_part, element.children))).strip()
+
+
+def printable(text: str) -> str:
+    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _part(child: Element | str) -> str:
+    if isinstance(child, str):
+        return escape(printable(child))
+    if child.tag in ("svg", "input"):
+        return ""
+    if child.tag == "br":
+        return "<br/>"
+    inner = "".join(map(_part, child.children))
+    if "tag" in child.classes:
+        return f" ({inner.strip()})"
+    tag = _TAGS.get(child.tag)
+    return f"<{tag}>{inner}</{tag}>" if tag and inner else inner

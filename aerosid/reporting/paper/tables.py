@@ -1,0 +1,137 @@
+"""A table of the page on paper: columns as wide as their words need, heads repeated on every page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
+
+from aerosid.reporting.paper.elements import Element
+from aerosid.reporting.paper.inline import markup, printable
+from aerosid.reporting.paper.typeface import colours, registered, style
+
+_SIZE, _HEAD_SIZE = 7.0, 6.5
+_PADDING = 3.0
+_SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """One cell: its column, how many it spans, and its text."""
+
+    column: int
+    span: int
+    element: Element
+    head: bool
+
+
+def table(element: Element, width: float) -> Table:
+    """The table within the given width, pt."""
+    rows = [(row, _cells(row, head=part.tag == "thead")) for part in _parts(element) for row in part.all("tr")]
+    columns = max((cell.column + cell.span for _, cells in rows for cell in cells), default=1)
+    heads = sum(1 for part in _parts(element) if part.tag == "thead" for _ in part.all("tr"))
+    widths = _widths([cells for _, cells in rows], columns, width)
+    grid: list[list[Any]] = [[""] * columns for _ in rows]
+    rules: list[tuple[Any, ...]] = [
+        ("VALIGN", (0, 0), (-1, -1), "TOP"),
+        ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
+        ("LEFTPADDING", (0, 0), (-1, -1), _PADDING),
+        ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
+        ("TOPPADDING", (0, 0), (-1, -1), 1.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 2.0),
+        ("LINEBELOW", (0, 0), (-1, -1), 0.25, colours()["rule"]),
+        ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
+    ]
+    for i, (row, cells) in enumerate(rows):
+        if "chosen" in row.classes:
+            rules.append(("BACKGROUND", (0, i), (-1, i), colours()["chosen"]))
+        for cell in cells:
+            if cell.span > 1:
+                rules.append(("SPAN", (cell.column, i), (cell.column + cell.span - 1, i)))
+            grid[i][cell.column] = _content(cell, row, sum(widths[cell.column : cell.column + cell.span]))
+    return Table(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
+
+
+def _parts(element: Element) -> list[Element]:
+    return [part for part in element.elements() if part.tag in ("thead", "tbody")]
+
+
+def _cells(row: Element, *, head: bool) -> list[_Cell]:
+    cells = []
+    column = 0
+    for element in row.elements():
+        if element.classes & _SKIPPED:
+            continue
+        span = int(element.attributes.get("colspan", "1"))
+        cells.append(_Cell(column, span, element, head))
+        column += span
+    return cells
+
+
+class _OneLine(Flowable):
+    """A text without markup that fits its column: most cells are, and a paragraph takes ten times as long to set."""
+
+    def __init__(self, text: str, its_style: Any) -> None:
+        super().__init__()
+        self.text, self.style = text, its_style
+
+    def wrap(self, width: float, _height: float) -> tuple[float, float]:
+        """Width and height, pt."""
+        self.width = width
+        return width, self.style.leading
+
+    def draw(self) -> None:
+        """The text at its side of the column."""
+        self.canv.setFont(self.style.fontName, self.style.fontSize)
+        self.canv.setFillColor(self.style.textColor)
+        base = self.style.leading - self.style.fontSize
+        if self.style.alignment:
+            self.canv.drawRightString(self.width, base, self.text)
+        else:
+            self.canv.drawString(0.0, base, self.text)
+
+
+def _content(cell: _Cell, row: Element, width: float) -> Any:
+    its_style = _style(cell, row)
+    if all(isinstance(child, str) for child in cell.element.children):
+        text = " ".join(printable(cell.element.text()).split())
+        if stringWidth(text, its_style.fontName, its_style.fontSize) <= width - 2.0 * _PADDING:
+            return _OneLine(text, its_style)
+    return Paragraph(markup(cell.element), its_style)
+
+
+def _style(cell: _Cell, row: Element) -> Any:
+    right = "n" in cell.element.classes
+    if cell.head:
+        return style(_HEAD_SIZE, "muted", bold=True, right=right)
+    bold = "strong" in cell.element.classes or "group" in row.classes
+    return style(_SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
+
+
+def _widths(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> list[float]:
+    """Every column as wide as its longest text where that fits, else between its longest word and that."""
+    typeface = registered()
+    bold = f"{typeface}-Bold"
+    least, most = [0.0] * columns, [0.0] * columns
+    for cell in (cell for cells in rows for cell in cells if cell.span == 1):
+        strong = cell.head or "strong" in cell.element.classes
+        words = printable(cell.element.text()).split()
+        size = _HEAD_SIZE if cell.head else _SIZE
+        lengths = [stringWidth(word, bold if strong else typeface, size) for word in words] or [0.0]
+        blank = stringWidth(" ", typeface, size)
+        # Numbers keep their deviation in one line.
+        whole = sum(lengths) + blank * (len(lengths) - 1)
+        longest = whole if "n" in cell.element.classes and not cell.head else max(lengths)
+        least[cell.column] = max(least[cell.column], longest + 2.0 * _PADDING + 1.0)
+        most[cell.column] = max(most[cell.column], whole + 2.0 * _PADDING + 1.0)
+    room = width - sum(least)
+    wanted = [m - n for m, n in zip(most, least, strict=True)]
+    if room < 0.0:
+        return [n * width / sum(least) for n in least]
+    if sum(wanted) <= room:
+        spare = min((room - sum(wanted)) / columns, 14.0)
+        return [m + spare for m in most]
+    return [n + room * w / sum(wanted) for n, w in zip(least, wanted, strict=True)]

@@ -1,0 +1,81 @@
+"""Fonts, colours and paragraph styles of the report on paper."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aerosid.errors import UsageError
+
+if TYPE_CHECKING:
+    from reportlab.lib.colors import Color
+    from reportlab.lib.styles import ParagraphStyle
+
+TYPEFACE = "DejaVuSans"
+"""It travels with matplotlib and holds Greek, subscripts and the signs of the tables."""
+
+_STYLE_SHEET = Path(__file__).parents[1] / "templates" / "style.css"
+_VARIABLE = re.compile(r"--([\w-]+): #([0-9a-f]{6})([0-9a-f]{2})?")
+
+
+@cache
+def registered() -> str:
+    """The typeface, made known to reportlab in four cuts; texts without Greek would do with built-in fonts."""
+    from reportlab.pdfbase import pdfmetrics
+    from reportlab.pdfbase.ttfonts import TTFont
+
+    spec = find_spec("matplotlib")
+    if spec is None or spec.origin is None:
+        raise UsageError("matplotlib, whose fonts report.pdf uses, is not installed; install aerosid anew.")
+    folder = Path(spec.origin).parent / "mpl-data" / "fonts" / "ttf"
+    cuts = [f"{TYPEFACE}{cut}" for cut in ("", "-Bold", "-Oblique", "-BoldOblique")]
+    for cut in cuts:
+        pdfmetrics.registerFont(TTFont(cut, str(folder / f"{cut}.ttf")))
+    pdfmetrics.registerFontFamily(TYPEFACE, *cuts)
+    return TYPEFACE
+
+
+@cache
+def colours() -> dict[str, Color]:
+    """The light colours of the page by the names of their variables."""
+    from reportlab.lib.colors import Color
+
+    light = _STYLE_SHEET.read_text(encoding="utf-8").split("}", 1)[0]
+    held = {}
+    for name, digits, opacity in _VARIABLE.findall(light):
+        red, green, blue = (int(digits[i : i + 2], 16) / 255.0 for i in (0, 2, 4))
+        held[name] = Color(red, green, blue, int(opacity or "ff", 16) / 255.0)
+    return held
+
+
+@cache
+def style(
+    size: float,
+    colour: str = "ink",
+    *,
+    bold: bool = False,
+    right: bool = False,
+    before: float = 0.0,
+    after: float = 0.0,
+    together: bool = False,
+) -> ParagraphStyle:
+    """A paragraph style: size, pt; spaces before and after, pt; `together` keeps it with what follows."""
+    from reportlab.lib.enums import TA_LEFT, TA_RIGHT
+    from reportlab.lib.styles import ParagraphStyle
+
+    name = f"{registered()}-Bold" if bold else registered()
+    return ParagraphStyle(
+        "text",
+        fontName=name,
+        fontSize=size,
+        leading=1.3 * size,
+        textColor=colours()[colour],
+        alignment=TA_RIGHT if right else TA_LEFT,
+        spaceBefore=before,
+        spaceAfter=after,
+        keepWithNext=together,
+        splitLongWords=True,
+    )
