@@ -39,11 +39,12 @@ from aerosid.results import (
     Evidence,
     Parameter,
     PrefilterNote,
+    RegressorPicture,
     ScreeningRow,
     Simulated,
     is_shown,
 )
-from aerosid.screening import error_histories, screen
+from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
 from aerosid.verdict import judge, summarise
 
 Progress = Callable[[str], None]
@@ -195,6 +196,7 @@ def close_loop(
         fit=tuple(row for each in simulated for row in fit_rows(each)),
         innovations=tuple(innovation_rows(completed, manoeuvres)),
         correlation=correlation_matrix(completed, deviations),
+        regressors=seen.regressors if seen else (),
     )
 
 
@@ -220,6 +222,7 @@ class _Seen:
     screening: tuple[ScreeningRow, ...]
     histories: tuple[ErrorHistory, ...]
     correlations: dict[Entry, float]
+    regressors: tuple[RegressorPicture, ...]
 
 
 def _seen_in_d(
@@ -241,6 +244,7 @@ def _seen_in_d(
         histories, correlations = smoothed_histories(found.completed, manoeuvres, coefficients, chosen)
         if not histories:
             histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
+        regressors = regressor_pictures(completed, manoeuvres, chosen, closest_rivals(screening, candidates), settings)
         u, w, q, theta = (float(number) for number in completed.error_density)
         off = replace(settings, filtering="off", error_density=(u, w, q, theta))
         unfiltered = completed
@@ -248,7 +252,7 @@ def _seen_in_d(
             unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)
     except EstimationError:
         return None
-    return _Seen(completed, unfiltered, screening, histories, correlations)
+    return _Seen(completed, unfiltered, screening, histories, correlations, regressors)
 
 
 def _compare(

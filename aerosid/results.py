@@ -235,6 +235,24 @@ class ErrorHistory:
 
 
 @dataclass(frozen=True)
+class RegressorPicture:
+    """The model error of one equation against one candidate term, both through the recursion, over all logs.
+
+    `candidate` (N,) is the term's picture in d(t); `left` (N,), in units of the coefficient, is d(t) less what the
+    other found terms explain for a term that was `chosen`, and all of d(t) for one that was not; `slope` and
+    `correlation` of `left` over `candidate` about their means.
+    """
+
+    coefficient: str
+    term: str
+    candidate: FloatArray
+    left: FloatArray
+    slope: float
+    correlation: float
+    chosen: bool
+
+
+@dataclass(frozen=True)
 class ModeRow:
     """One mode of a linear model.
 
@@ -447,3 +465,5 @@ class ClosedLoop:
     """The declared and the completed model linearised at the flight's condition; a model without a trim is left out."""
     next_flight: NextFlight | None = None
     """What to fly next, where something is left to decide."""
+    regressors: tuple[RegressorPicture, ...] = ()
+    """The model error against the found terms and their closest rivals."""

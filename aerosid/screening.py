@@ -17,7 +17,7 @@ from aerosid.evidence import Score
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.paper_chain import EQUATION, Chain, ChainSettings, Fed, choose_error_density
 from aerosid.prefilter import Butterworth
-from aerosid.results import ErrorHistory, ScreeningRow
+from aerosid.results import ErrorHistory, RegressorPicture, ScreeningRow
 
 
 def screen(
@@ -140,6 +140,65 @@ def error_histories(
         left = target - columns[:, others] @ coefficients[others]
         correlations[entry] = abs(correlation(left, columns[:, n]))
     return tuple(rows), correlations
+
+
+def regressor_pictures(
+    chain: Chain,
+    manoeuvres: Sequence[Manoeuvre],
+    chosen: Sequence[Entry],
+    rivals: Sequence[Entry],
+    settings: ChainSettings,
+) -> tuple[RegressorPicture, ...]:
+    """The d(t) of the model without the chosen terms against each of them and against each rival.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of the completed structure.
+    chosen : sequence of Entry
+        The terms that the declared model lacks.
+    rivals : sequence of Entry
+        Terms that did not enter, to be seen against the whole of d.
+    """
+    places = chain.model.indices(chosen)
+    values = chain.model.values.copy()
+    coefficients = values[places]
+    values[places] = 0.0
+    lacking = chain.model.with_values(values).extended(rivals)
+    density = choose_error_density(lacking, manoeuvres, settings)
+    histories = [
+        _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
+    ]
+    pictures = []
+    for entry in (*chosen, *rivals):
+        equation = EQUATION[entry[0]]
+        left, held = _joined(histories, equation)
+        columns = np.concatenate([h.responded[:, equation, :] for h in histories])[held]
+        unit = np.concatenate([h.rate_per_unit[:, equation] for h in histories])[held]
+        if entry in chosen:
+            others = [n for n, other in enumerate(chosen) if other != entry]
+            left = left - columns[:, places[others]] @ coefficients[others]
+        pictures.append(_regressor(entry, columns[:, lacking.index(entry)] / unit, left / unit, entry in chosen))
+    return tuple(pictures)
+
+
+def closest_rivals(rows: Sequence[ScreeningRow], candidates: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Of each equation, the first candidate in the order of the rows that did not enter the model."""
+    entries = {(coefficient, str(term)): (coefficient, term) for coefficient, term in candidates}
+    first: dict[int, Entry] = {}
+    for row in rows:
+        if not row.chosen and (row.coefficient, row.term) in entries:
+            first.setdefault(EQUATION[row.coefficient], entries[row.coefficient, row.term])
+    return tuple(first[equation] for equation in sorted(first))
+
+
+def _regressor(
+    entry: Entry, candidate: NDArray[np.float64], left: NDArray[np.float64], chosen: bool
+) -> RegressorPicture:
+    """The picture with the slope of least squares about the means: the constant is the trim's."""
+    spread = float(np.var(candidate))
+    slope = float(np.mean((candidate - candidate.mean()) * (left - left.mean()))) / spread if spread > 0.0 else 0.0
+    return RegressorPicture(entry[0], str(entry[1]), candidate, left, slope, correlation(left, candidate), chosen)
 
 
 def _seen(history: AircraftError, fed: Fed) -> AircraftError:

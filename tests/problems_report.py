@@ -20,6 +20,7 @@ from aerosid.results import (
     Evidence,
     InnovationRow,
     PrefilterNote,
+    RegressorPicture,
     ScreeningRow,
     Simulated,
     Verdict,
@@ -163,6 +164,18 @@ def histories(response_: Simulated, seed: int = 3) -> tuple[ErrorHistory, ...]:
     return tuple(rows)
 
 
+def regressors(response_: Simulated, seed: int = 4) -> tuple[RegressorPicture, ...]:
+    """d(t) over a term that explains it and over one that does not."""
+    generator = np.random.default_rng(seed)
+    alpha = response_.after["alpha"]
+    rows = []
+    for coefficient, term, slope, chosen in (("C_m", "alpha^2", -1.7, True), ("C_m", "alpha*delta_e", 0.0, False)):
+        candidate = alpha**2 if chosen else alpha * response_.log["delta_e"]
+        left = -1.7 * alpha**2 + 2e-4 * generator.standard_normal(alpha.size)
+        rows.append(RegressorPicture(coefficient, term, candidate, left, slope, 0.99 if chosen else 0.4, chosen))
+    return tuple(rows)
+
+
 def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, validated: bool = True) -> ClosedLoop:
     """A whole result."""
     aircraft = load_aircraft("light_transport")
@@ -212,4 +225,5 @@ def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, val
         innovations=(InnovationRow(first.log.name, "alpha", 1.02, (1.0, 0.05, -0.02), 0.41),),
         correlation=CorrelationMatrix(("C_m alpha", "C_m q_hat"), ((1.0, -0.6), (-0.6, 1.0))),
         notes=("The air density is the aircraft file's, 0.9077 kg/m^3.",),
+        regressors=regressors(first),
     )

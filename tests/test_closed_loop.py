@@ -49,6 +49,25 @@ def squares() -> ClosedLoop:
     return close_loop([SQUARES.fly(1, "doublet")], declaring(LIGHT, OFF), [other.fly(2, "3211")])
 
 
+def test_the_model_error_is_a_straight_line_over_a_missing_term_and_none_over_its_rival(squares: ClosedLoop) -> None:
+    """Slope of the line: the term's value; scatter about it: far below that of the rival's."""
+    pictures = {(p.coefficient, p.term): p for p in squares.regressors}
+    values = {(row.coefficient, row.term): row.value for row in squares.derivatives}
+    left_over = {}
+    for name, picture in pictures.items():
+        slope, constant = np.polyfit(picture.candidate, picture.left, 1)
+        assert picture.slope == pytest.approx(slope, rel=1e-6)
+        assert picture.correlation == pytest.approx(np.corrcoef(picture.candidate, picture.left)[0, 1], abs=1e-9)
+        left_over[name] = np.std(picture.left - slope * picture.candidate - constant) / np.std(picture.left)
+    assert {name for name, picture in pictures.items() if picture.chosen} == {("C_X", "alpha^2"), ("C_m", "alpha^2")}
+    for coefficient in ("C_X", "C_m"):
+        term = (coefficient, "alpha^2")
+        assert pictures[term].slope == pytest.approx(values[term], rel=0.1)
+        rivals = [name for name in pictures if name[0] == coefficient and name != term]
+        assert len(rivals) == 1
+        assert left_over[term] < left_over[rivals[0]]
+
+
 def test_the_papers_two_terms_are_named_with_their_values(squares: ClosedLoop) -> None:
     assert named(squares) == aero(*BOTH_SQUARES)
     assert squares.verdict is Verdict.EXPLAINED

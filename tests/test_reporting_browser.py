@@ -60,7 +60,10 @@ def test_every_figure_is_drawn_and_names_stay_text_without_a_request_or_a_compla
     """On a result whose every name is an attack."""
     opened(driver, hostile_result(), tmp_path)
     figures = driver.execute_script(RANGES)
-    assert len(figures) == len(driver.find_elements("css selector", "figure")) == 5
+    assert len(figures) == 5
+    still = driver.find_elements("css selector", "figure:not(.is-live) .drawing > svg")
+    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == 7
+    assert all(drawing.is_displayed() for drawing in still)
     for figure in figures:
         assert figure["lines"] == figure["expected"] > 0, figure["id"]
         assert figure["height"] > 300.0
@@ -86,28 +89,28 @@ def test_charts_of_one_flight_are_zoomed_together_by_pointer_button_and_key(driv
         return times()
 
     start = times()
-    # Figures 1, 4 and 5 show the fitted flight, 2 and 3 the other.
-    plot = driver.find_element("css selector", "#figure-2 .live .nsewdrag")
+    # Figures 1, 5 and 6 show the fitted flight, 3 and 4 the other; 2 and 7 have no time.
+    plot = driver.find_element("css selector", "#figure-3 .live .nsewdrag")
     driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", plot)
     width = plot.size["width"]
     drag = ActionChains(driver).move_to_element_with_offset(plot, -width // 4, 0).click_and_hold()
     drag.move_by_offset(width // 4, 0).move_by_offset(width // 4, 0).release().perform()
-    zoomed = until(lambda now: now["figure-3"] != start["figure-3"])
-    assert zoomed["figure-2"] == pytest.approx(zoomed["figure-3"])
-    length = start["figure-2"][1] - start["figure-2"][0]
-    assert zoomed["figure-2"][1] - zoomed["figure-2"][0] == pytest.approx(0.5 * length, rel=0.05)
-    assert {name: zoomed[name] for name in ("figure-1", "figure-4", "figure-5")} == {
-        name: start[name] for name in ("figure-1", "figure-4", "figure-5")
+    zoomed = until(lambda now: now["figure-4"] != start["figure-4"])
+    assert zoomed["figure-3"] == pytest.approx(zoomed["figure-4"])
+    length = start["figure-3"][1] - start["figure-3"][0]
+    assert zoomed["figure-3"][1] - zoomed["figure-3"][0] == pytest.approx(0.5 * length, rel=0.05)
+    assert {name: zoomed[name] for name in ("figure-1", "figure-5", "figure-6")} == {
+        name: start[name] for name in ("figure-1", "figure-5", "figure-6")
     }
-    button = driver.find_element("xpath", "//*[@id='figure-3']//button[text()='Whole flight']")
+    button = driver.find_element("xpath", "//*[@id='figure-4']//button[text()='Whole flight']")
     driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
     button.click()
     until(lambda now: now == start)
-    driver.find_element("css selector", "#figure-4 .live").send_keys("+", Keys.ARROW_RIGHT)
+    driver.find_element("css selector", "#figure-5 .live").send_keys("+", Keys.ARROW_RIGHT)
     keyed = until(
-        lambda now: now["figure-1"] == now["figure-5"] != start["figure-1"] and now["figure-1"][0] > length / 3
+        lambda now: now["figure-1"] == now["figure-6"] != start["figure-1"] and now["figure-1"][0] > length / 3
     )
-    assert keyed["figure-4"] == pytest.approx((0.375 * length, 0.875 * length), rel=1e-6)
+    assert keyed["figure-5"] == pytest.approx((0.375 * length, 0.875 * length), rel=1e-6)
     assert browser.complaints(driver) == []
 
 
@@ -129,8 +132,8 @@ def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path
     try:
         driver.get(page.as_uri())
         drawings = driver.find_elements("css selector", ".drawing > svg")
-        assert len(drawings) == 5
-        assert all(drawing.rect["height"] > 200 and drawing.rect["width"] > 600 for drawing in drawings)
+        assert len(drawings) == 7
+        assert all(drawing.rect["height"] > 150 and drawing.rect["width"] > 600 for drawing in drawings)
         assert not driver.find_elements("css selector", ".live")
         assert browser.complaints(driver) == []
     finally:
@@ -155,5 +158,5 @@ def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
         "return ['.drawing', '.live', '.controls'].map((name) => [...document.querySelectorAll(name)]"
         ".filter((e) => getComputedStyle(e).display !== 'none').length)"
     )
-    assert shown == [5, 0, 0]
+    assert shown == [7, 0, 0]
     assert browser.complaints(driver) == []

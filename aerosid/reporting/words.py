@@ -109,6 +109,24 @@ def factors_of(term: str) -> tuple[Factor, ...] | None:
         return None
 
 
+def term_label(term: str) -> str:
+    """A term for a figure: `alpha^2` is α²; a text that is no term stays a text."""
+    factors = factors_of(term)
+    if not factors:
+        return term
+    return "·".join(map(_factor_label, factors))
+
+
+def _factor_label(factor: Factor) -> str:
+    body = subscripted(factor.variable)
+    if factor.shape == "abs":
+        body = f"|{body}|"
+    elif factor.shape == "pos":
+        sign = "−" if factor.offset >= 0.0 else "+"
+        body = f"pos({body} {sign} {abs(factor.offset):g})" if factor.offset else f"pos({body})"
+    return body if factor.power == 1 else body + str(factor.power).translate(_SUPERSCRIPTS)
+
+
 def effect_name(effect: Effect) -> str:
     """The effect in the names of the files, as an entry of a list: `C_m alpha^2`, `control lag of delta_e`."""
     if effect.kind == "aero_term":

@@ -30,7 +30,7 @@ def strip_chart(
     channels: Sequence[str],
     inputs: Sequence[str],
     noise: Mapping[str, float],
-    tolerances: Mapping[str, float] | None = None,
+    corridors: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
 ) -> Chart:
     """Measured points and simulated lines of each channel, its residuals below, the inputs at the bottom.
 
@@ -42,16 +42,18 @@ def strip_chart(
         What is drawn, from the top.
     noise : mapping of str to float
         Standard deviation of each channel's noise, SI, for the band of twice its size in the residual strip.
-    tolerances : mapping of str to float
-        How far a channel may be from the measured one, SI, where a tolerance applies: a corridor around the points.
+    corridors : mapping of str to (ndarray, ndarray)
+        Lower and upper edge (N,), SI, of what a tolerance allows a channel; NaN where none applies.
     """
     time = simulated.log.time
     rows: list[Row] = []
     for name in channels:
         responses = _responses(simulated, name)
         band = _shown(simulated, name, 2.0 * noise.get(name, 0.0))
-        tolerance = _shown(simulated, name, (tolerances or {}).get(name, 0.0))
-        rows.append(_main_row(time, responses, axis_label(name, simulated), tolerance))
+        edges = (corridors or {}).get(name)
+        factor = shown_unit(_unit(name, simulated)).factor
+        allowed = (factor * edges[0], factor * edges[1]) if edges else None
+        rows.append(_main_row(time, responses, axis_label(name, simulated), allowed))
         limits = _residual_limits(responses, band)
         rows.append(Row(_RESIDUAL, _WITHIN, "residual", limits, _residual_marks(time, responses, band), quiet=True))
     for name in inputs:
@@ -65,7 +67,11 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
     """d(t) of each equation of one log, and what the found terms explain of it through the same estimator."""
     rows = []
     for history in histories:
-        marks: list[Mark] = [Points(history.time, history.d)]
+        marks: list[Mark] = []
+        if history.deviation is not None:
+            edges = (history.d - 2.0 * history.deviation, history.d + 2.0 * history.deviation)
+            marks.append(Corridor(history.time, *edges, "noise"))
+        marks.append(Points(history.time, history.d))
         if history.terms:
             marks.append(Line(history.time, history.explained, "after"))
         label = f"d in {subscripted(history.coefficient)}"
@@ -126,10 +132,12 @@ def _shown(simulated: Simulated, channel: str, value: float) -> float:
     return value if math.isfinite(value) else 0.0
 
 
-def _main_row(time: FloatArray, responses: Mapping[Role, FloatArray], label: str, tolerance: float) -> Row:
+def _main_row(
+    time: FloatArray, responses: Mapping[Role, FloatArray], label: str, allowed: tuple[FloatArray, FloatArray] | None
+) -> Row:
     """The strip with the measured points and the simulations over them."""
     measured = responses["measured"]
-    marks: list[Mark] = [Corridor(time, measured - tolerance, measured + tolerance)] if tolerance else []
+    marks: list[Mark] = [Corridor(time, *allowed)] if allowed else []
     marks.append(Points(time, measured))
     marks.extend(Line(time, responses[r], r, 1.0 if r == "after" else 1.2) for r in _MODELS if r in responses)
     limits = limits_around(measured, *(responses[role] for role in _MODELS if role in responses))

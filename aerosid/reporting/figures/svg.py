@@ -30,7 +30,7 @@ _FINE = 10.0
 
 _SMALL_FONT = 6.5
 _TALL = 50.0
-_SUBSCRIPT = re.compile(r"_\{(\w+)\}([^<]*)")
+_SUBSCRIPT = re.compile(r"_\{(\w+)\}((?:(?!_\{)[^<])*)")
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 

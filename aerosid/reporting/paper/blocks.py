@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import Flowable, ListFlowable, ListItem, Paragraph, Spacer, Table, TableStyle
 
 from aerosid.reporting.figures.numbered import Figure
@@ -15,6 +16,7 @@ from aerosid.reporting.paper.tables import table
 from aerosid.reporting.paper.typeface import colours, registered, style
 
 _TEXT, _QUIET, _HEADING = 8.5, 7.5, 10.5
+_KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 
 
@@ -23,24 +25,35 @@ class Drawing(Flowable):
 
     def __init__(self, figure: Figure, keys: list[tuple[str, str]], width: float) -> None:
         super().__init__()
-        self.figure, self.keys = figure, keys
-        self.scale = min(width / figure.chart.width, 1.0)
+        self.chart = figure.chart
+        self.scale = min(width / self.chart.width, 1.0)
+        self.keys = list(_set_out(keys, self.chart.width))
+        self.legend = _KEY_HEIGHT * (self.keys[-1][3] + 1) + 4.0 if self.keys else 0.0
 
     def wrap(self, *_room: float) -> tuple[float, float]:
         """Width and height, pt."""
-        chart = self.figure.chart
-        return self.scale * chart.width, self.scale * (chart.height + (14.0 if self.keys else 0.0))
+        return self.scale * self.chart.width, self.scale * (self.chart.height + self.legend)
 
     def draw(self) -> None:
         """The legend, and the chart below it."""
         self.canv.scale(self.scale, self.scale)
         paper = Paper(self.canv, colours(), registered())
-        x, y = 0.0, self.figure.chart.height + 4.0
-        for role, words in self.keys:
+        for role, words, x, line in self.keys:
+            y = self.chart.height + self.legend - _KEY_HEIGHT * (line + 1) + 2.0
             paper.key(role, x, y + 2.5, 20.0)
-            paper.words(x + 24.0, y, words, "ink", "left", 7.5)
-            x += 36.0 + self.canv.stringWidth(words, registered(), 7.5)
-        paper.draw(self.figure.chart)
+            paper.words(x + 24.0, y, words, "ink", "left", _KEY_SIZE)
+        paper.draw(self.chart)
+
+
+def _set_out(keys: Sequence[tuple[str, str]], width: float) -> Iterator[tuple[str, str, float, int]]:
+    """Each key with where it begins, pt, and in which line."""
+    x, line = 0.0, 0
+    for role, words in keys:
+        length = 24.0 + stringWidth(words, registered(), _KEY_SIZE)
+        if x > 0.0 and x + length > width:
+            x, line = 0.0, line + 1
+        yield role, words, x, line
+        x += length + 12.0
 
 
 def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:

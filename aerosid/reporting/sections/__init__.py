@@ -22,6 +22,7 @@ from aerosid.reporting.sections import (
     fit,
     origin,
     prediction,
+    qualification,
     readings,
     residual,
 )
@@ -45,6 +46,7 @@ SECTIONS = (
     Section("candidates", "The candidates and their evidence", candidates.context),
     Section("effects", "What was chosen", effects.context),
     Section("prediction", "Error before and after", prediction.context),
+    Section("qualification", "Simulator tolerances of 14 CFR Part 60", qualification.context),
     Section("alternatives", "What else it could be", alternatives.context),
     Section("derivatives", "Derivatives", derivatives.context),
     Section("fit", "Fit of every flight", fit.context),

@@ -3,13 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
-from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.results import ClosedLoop
+from aerosid.reporting.figures.cross_plots import cross_plots
+from aerosid.reporting.figures.numbered import Figure, FigureBook
+from aerosid.reporting.words import number
+from aerosid.results import ClosedLoop, RegressorPicture
 
 
-def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
-    """The screening of d(t), largest gain first."""
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
+    """d(t) against the found terms and their closest rivals, and the screening, largest gain first."""
     screening = sorted(result.screening, key=lambda row: -row.gain if math.isfinite(row.gain) else math.inf)
-    return {"screening": screening, "chosen": [row for row in screening if row.chosen]}
+    return {
+        "screening": screening,
+        "chosen": [row for row in screening if row.chosen],
+        "plots": _plots(result.regressors, figures) if result.regressors else None,
+    }
+
+
+def _plots(found: Sequence[RegressorPicture], figures: FigureBook) -> Figure:
+    coefficients = list(dict.fromkeys(picture.coefficient for picture in found))
+    pictures = sorted(found, key=lambda picture: coefficients.index(picture.coefficient))  # a rival beside its victor
+    said = "; ".join(
+        f"{picture.coefficient} {picture.term}: slope {number(picture.slope, 3)}, correlation "
+        f"{number(picture.correlation, 3)}{'' if picture.chosen else ' (did not enter)'}"
+        for picture in pictures
+    )
+    label = f"Cross-plots of d(t) against {', '.join(f'{p.coefficient} {p.term}' for p in pictures)}"
+    return figures.add(cross_plots(pictures), f"Model error against single terms. {said}.", label)

@@ -8,10 +8,11 @@ import numpy as np
 
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.sign_sketch import sign_sketch
 from aerosid.results import ClosedLoop
 
 
-def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """The channels of every log with their sources, and the glossary's entries for them."""
     logs: list[dict[str, Any]] = []
     names: dict[str, None] = {}
@@ -33,4 +34,10 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
             )
         logs.append({"log": log, "role": role, "channels": channels})
         names.update(dict.fromkeys(log.channels))
-    return {"logs": logs, "glossary": [CHANNELS[name] for name in names if name in CHANNELS]}
+    label = (
+        "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose above "
+        "the flight path; positive pitch angle: the nose above the horizon; positive pitch rate and moment: nose up; "
+        "positive elevator: trailing edge down."
+    )
+    sketch = figures.add(sign_sketch(), "Positive senses of axes, angles, the pitch rate and the elevator.", label)
+    return {"logs": logs, "sketch": sketch, "glossary": [CHANNELS[name] for name in names if name in CHANNELS]}

@@ -1,0 +1,17 @@
+"""The tolerances of 14 CFR Part 60, for the flights that are a manoeuvre that it names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.simulator_tolerances import Comparison, comparisons
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
+    """The comparisons, flight by flight and paragraph by paragraph; nothing where no tolerance applies."""
+    groups: dict[tuple[str, str, str], list[Comparison]] = {}
+    for row in comparisons(result):
+        groups.setdefault((row.log, row.role, row.source), []).append(row)
+    return {"groups": groups} if groups else None

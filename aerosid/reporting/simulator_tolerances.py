@@ -1,0 +1,243 @@
+"""How far simulated flights may be from measured ones by 14 CFR Part 60, where a flight is a manoeuvre that it names.
+
+The tolerances are those of Appendix A to Part 60 (Qualification Performance Standards for Airplane Full Flight
+Simulators), Attachment 2, Table A2A, entries 2.c.9 and 2.c.10. They are applied as a yardstick: whether a flight meets
+the other conditions of a qualification test (cruise configuration, control states) is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from aerosid.flight_log import FlightLog
+from aerosid.results import ClosedLoop, Simulated
+
+FloatArray = NDArray[np.float64]
+
+GRAVITY = 9.80665
+
+SHORT_PERIOD = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.10 (short period dynamics)"
+PHUGOID = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.9 (phugoid dynamics)"
+
+SHORT_PERIOD_TOLERANCES = {"theta": math.radians(1.5), "q": math.radians(2.0), "a_z": 0.10 * GRAVITY}
+"""SI. The paragraph asks for the pitch angle or the pitch rate, and for the acceleration."""
+
+PERIOD, TIME_TO_HALF, DAMPING_RATIO = 0.10, 0.10, 0.02
+"""Of the phugoid: shares of the measured period and time to half or double amplitude; or of the damping ratio."""
+
+_LONGEST_INPUT = 12.0
+"""s from the first to the last move of the elevator; a 3-2-1-1 for a transport takes 7 to 10 s."""
+
+_FREE = 5.0
+"""s of free response after the last move that belong to the short period."""
+
+_STEADY_SPEED = 0.15
+"""Share of the airspeed that it may vary by in a short-period manoeuvre."""
+
+_MOVE, _WITHIN = 0.1, 0.2
+"""The elevator moves where it changes by more than this share of its range within so many s."""
+
+_SWING = 0.005
+"""Least standard deviation of the airspeed, share of its mean, of a phugoid that can be measured."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity of a manoeuvre against its tolerance; `before` and `after` are the largest differences, or None."""
+
+    log: str
+    role: str
+    source: str
+    quantity: str
+    unit: str
+    measured: float | None
+    tolerance: float
+    before: float | None
+    after: float | None
+
+
+@dataclass(frozen=True)
+class ShortPeriod:
+    """The stretch of a log, s, that is a short-period manoeuvre."""
+
+    start: float
+    stop: float
+
+
+class Oscillation(NamedTuple):
+    """A damped oscillation: its period, s, its damping ratio, and the time to half (negative: double) amplitude, s."""
+
+    period: float
+    damping_ratio: float
+    time_to_half: float
+
+
+def short_period(log: FlightLog) -> ShortPeriod | None:
+    """The short-period manoeuvre of a log: one brief movement of the elevator at nearly constant airspeed; or None."""
+    moves = _elevator_moves(log)
+    if moves is None or moves[1] - moves[0] > _LONGEST_INPUT:
+        return None
+    start, stop = moves[0] - 1.0, moves[1] + _FREE
+    inside = (log.time >= start) & (log.time <= stop)
+    if "V" in log:
+        speed = log["V"][inside]
+        speed = speed[np.isfinite(speed)]
+        if not speed.size or np.ptp(speed) > _STEADY_SPEED * float(np.mean(speed)):
+            return None
+    return ShortPeriod(max(start, float(log.time[0])), min(stop, float(log.time[-1])))
+
+
+def free_phugoid(log: FlightLog) -> tuple[float, float] | None:
+    """The stretch of a log, s, in which the elevator rests for a phugoid's period or more and the airspeed swings.
+
+    Notes
+    -----
+    The period that is waited for is Lanchester's, sqrt(2) pi V / g.
+    """
+    moves = _elevator_moves(log)
+    if moves is None or "V" not in log:
+        return None
+    start, stop = moves[1] + _FREE, float(log.time[-1])
+    speed = log["V"][log.time >= start]
+    speed = speed[np.isfinite(speed)]
+    if speed.size < 10:
+        return None
+    mean = float(np.mean(speed))
+    if stop - start < math.sqrt(2.0) * math.pi * mean / GRAVITY or float(np.std(speed)) < _SWING * mean:
+        return None
+    return start, stop
+
+
+def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillation | None:
+    """The damped oscillation about a mean that fits a history best; None where none does.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (N,)
+        s, any unit; NaN is a missing sample.
+    period : float
+        Where to begin, s.
+
+    Notes
+    -----
+    exp(-s t) (a cos(w t) + b sin(w t)) + c: a, b and c follow from s and w by linear least squares, so that only two
+    numbers are searched for (variable projection).
+    """
+    held = np.isfinite(values)
+    t, y = time[held] - time[0], values[held]
+    if t.size < 10:
+        return None
+
+    def left(parameters: FloatArray) -> FloatArray:
+        decay, rate = parameters
+        envelope = np.exp(-decay * t)
+        columns = np.column_stack([envelope * np.cos(rate * t), envelope * np.sin(rate * t), np.ones_like(t)])
+        solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
+        return np.asarray(y - columns @ solution)
+
+    rate = 2.0 * math.pi / period
+    bounds = ([-0.5 * rate, 0.3 * rate], [2.0 * rate, 3.0 * rate])
+    fitted = least_squares(left, [0.02 * rate, rate], bounds=bounds, x_scale=[0.1 * rate, rate])
+    decay, found = (float(number) for number in fitted.x)
+    if 2.0 * float(fitted.cost) > 0.5 * float(np.sum((y - y.mean()) ** 2)):
+        return None
+    return Oscillation(2.0 * math.pi / found, decay / math.hypot(decay, found), math.log(2.0) / decay)
+
+
+def comparisons(result: ClosedLoop) -> tuple[Comparison, ...]:
+    """Every tolerance that applies to a flight of the result, with how far both models are from the measurement."""
+    return tuple(row for simulated in result.simulated for row in (*_short(simulated), *_long(simulated)))
+
+
+def within(simulated: Simulated, stretch: ShortPeriod, channel: str) -> tuple[FloatArray, FloatArray] | None:
+    """Lower and upper edge of the tolerance around a measured channel, SI, NaN outside the manoeuvre."""
+    if channel not in SHORT_PERIOD_TOLERANCES or channel not in simulated.measured:
+        return None
+    time = simulated.log.time
+    inside = (time >= stretch.start) & (time <= stretch.stop)
+    measured = np.where(inside, simulated.measured[channel], np.nan)
+    tolerance = SHORT_PERIOD_TOLERANCES[channel]
+    return measured - tolerance, measured + tolerance
+
+
+_QUANTITIES = {"theta": ("pitch angle", "rad"), "q": ("pitch rate", "rad/s"), "a_z": ("normal acceleration", "m/s^2")}
+
+
+def _short(simulated: Simulated) -> Iterator[Comparison]:
+    stretch = short_period(simulated.log)
+    if stretch is None:
+        return
+    time = simulated.log.time
+    inside = (time >= stretch.start) & (time <= stretch.stop)
+    for channel, tolerance in SHORT_PERIOD_TOLERANCES.items():
+        if channel in simulated.measured:
+            quantity, unit = _QUANTITIES[channel]
+            largest = [_largest(simulated, role, channel, inside) for role in ("before", "after")]
+            head = (simulated.log.name, simulated.role, SHORT_PERIOD, quantity, unit)
+            yield Comparison(*head, None, tolerance, *largest)
+
+
+def _largest(simulated: Simulated, role: str, channel: str, inside: NDArray[np.bool_]) -> float | None:
+    history = getattr(simulated, role).get(channel)
+    if history is None:
+        return None
+    difference = np.abs(simulated.measured[channel] - history)[inside & np.isfinite(simulated.measured[channel])]
+    return float(difference.max()) if difference.size and np.isfinite(difference).all() else None
+
+
+def _long(simulated: Simulated) -> Iterator[Comparison]:
+    stretch = free_phugoid(simulated.log)
+    if stretch is None or "V" not in simulated.measured:
+        return
+    inside = (simulated.log.time >= stretch[0]) & (simulated.log.time <= stretch[1])
+    time = simulated.log.time[inside]
+    mean = float(np.nanmean(simulated.measured["V"][inside]))
+    period = math.sqrt(2.0) * math.pi * mean / GRAVITY
+    histories = [getattr(simulated, role).get("V") for role in ("measured", "before", "after")]
+    measured, *models = [None if h is None else oscillation(time, h[inside], period) for h in histories]
+    if measured is None:
+        return
+    limits = (
+        ("period", "s", measured.period, PERIOD * measured.period),
+        (
+            "time to half (negative: double) amplitude",
+            "s",
+            measured.time_to_half,
+            TIME_TO_HALF * abs(measured.time_to_half),
+        ),
+        ("damping ratio", "1", measured.damping_ratio, DAMPING_RATIO),
+    )
+    for i, name in enumerate(("period", "time_to_half", "damping_ratio")):
+        quantity, unit, value, tolerance = limits[i]
+        differences = [None if model is None else abs(getattr(model, name) - value) for model in models]
+        yield Comparison(
+            simulated.log.name,
+            simulated.role,
+            PHUGOID,
+            quantity,
+            unit,
+            value,
+            tolerance,
+            differences[0],
+            differences[1],
+        )
+
+
+def _elevator_moves(log: FlightLog) -> tuple[float, float] | None:
+    """When the elevator first and last moves, s; None where it is not recorded or rests."""
+    if "delta_e" not in log:
+        return None
+    held = np.isfinite(log["delta_e"])
+    time, elevator = log.time[held], log["delta_e"][held]
+    if time.size < 10 or np.ptp(elevator) <= 0.0:
+        return None
+    later = np.interp(time + _WITHIN, time, elevator)
+    moving = np.flatnonzero(np.abs(later - elevator) > _MOVE * np.ptp(elevator))
+    return (float(time[moving[0]]), float(time[moving[-1]]) + _WITHIN) if moving.size else None
