@@ -37,6 +37,8 @@ class RefinementSettings:
         Fall of -2 ln L in one step that decides nothing any more.
     disturbances : bool
         Whether the statistics of disturbances are estimated too, or kept.
+    hold_states : bool
+        Whether the initial states keep their start values.
     """
 
     steps: int = 60
@@ -45,6 +47,7 @@ class RefinementSettings:
     variance_tolerance: float = 1e-3
     cost_tolerance: float = 1e-3
     disturbances: bool = True
+    hold_states: bool = False
 
 
 @dataclass(frozen=True)
@@ -318,6 +321,8 @@ def _path(
     """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
     damping = 1e-3
     active = likelihood.active(point.effects)
+    if settings.hold_states:
+        active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
     for _ in range(settings.steps):
         variance = point.variance if hold_variance else point.likeliest_variance(likelihood.variance_floor)
         level = float(np.max(np.abs(np.log(variance / point.variance))))
