@@ -13,6 +13,7 @@ import typer
 from aerosid import __version__
 from aerosid.command_options import ChannelsOption, console
 from aerosid.errors import AerosidError
+from aerosid.export_command import export_command
 from aerosid.fly_command import fly_command
 from aerosid.study_command import study_command
 
@@ -226,6 +227,7 @@ def reproduce_command(
 
 app.command("study")(study_command)
 app.command("fly")(fly_command)
+app.command("export")(export_command)
 
 
 @app.command()
