@@ -22,7 +22,7 @@ from aerosid.expected_information import (
     shared_information,
 )
 from aerosid.flight_limits import FlightLimits, flight_limits, shown
-from aerosid.input_shapes import InputShape, neighbours, patterns
+from aerosid.input_shapes import InputShape, Steps, neighbours, patterns
 from aerosid.likelihood import OutOfRangeError
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.open_loop import simulate
@@ -118,6 +118,11 @@ class Trial:
     def worth(self) -> float:
         """Sum over the questions of x/(1 + x): what is decided already counts little more, what is hopeless nothing."""
         return float(np.sum(self.shares / (1.0 + self.shares)))
+
+    @property
+    def decides_less_than_all(self) -> bool:
+        """Whether one flight leaves a question open."""
+        return bool(np.any(self.shares < 1.0))
 
 
 class InputSearch:
@@ -257,12 +262,16 @@ class InputSearch:
         if not grid:
             return None, np.zeros(len(self.rivals) + len(self.unknowns))
         alone = np.max([one.shares for one in grid], axis=0)
-        best = grid[0]
-        for start in grid[: self.settings.refined]:
+        by_hand = [one for one in grid if isinstance(one.shape, Steps)]
+        best = by_hand[0] if by_hand else grid[0]
+        for start in by_hand[: self.settings.refined]:
             reached = self.refined(start, longest)
             alone = np.maximum(alone, reached.shares)
             if reached.worth > (1.0 + self.settings.worth) * best.worth:
                 best = reached
+        # What a pilot can fly comes first, as long as it decides everything.
+        if best.decides_less_than_all and grid[0].worth > (1.0 + self.settings.worth) * best.worth:
+            best = grid[0]
         return best, alone
 
     def refined(self, start: Trial, longest: float) -> Trial:

@@ -34,7 +34,16 @@ from aerosid.likelihood import OutOfRangeError
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.nomenclature import CHANNELS
-from aerosid.results import SHOWN, DerivativeRow, NextFlight, PlannedInput, PlannedPeak, PlannedStep, Question
+from aerosid.results import (
+    SHOWN,
+    DerivativeRow,
+    NextFlight,
+    PlannedHistory,
+    PlannedInput,
+    PlannedPeak,
+    PlannedStep,
+    Question,
+)
 
 
 def plan_next_flight(
@@ -243,7 +252,7 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
     if not isinstance(shape, Multisine):
         start = search.settings.lead
         for duration, level in zip(shape.durations, shape.levels, strict=True):
-            steps.append(PlannedStep(start, duration, level * best.amplitude))
+            steps.append(PlannedStep(round(start, 6), duration, level * best.amplitude))
             start += duration
     deflection = elevator - search.steady.delta_e
     return PlannedInput(
@@ -256,7 +265,20 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
         peaks=tuple(peaks),
         airspeed=search.steady.airspeed,
         density=float(search.steady.inputs[0]),
+        expected=_expected(responses),
+        rival=search.rivals[0].label if search.rivals else "",
     )
+
+
+def _expected(responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
+    """The histories of the channels that a pilot and an engineer follow, by the chosen model and the first rival."""
+    chosen, *rivals = responses
+    histories = {}
+    for name in ("alpha", "q", "theta", "a_z"):
+        column = OUTPUTS.index(name)
+        rival = rivals[0][:, column] if rivals else None
+        histories[name] = PlannedHistory(CHANNELS[name].unit, chosen[:, column], rival)
+    return histories
 
 
 def _peak(

@@ -360,6 +360,18 @@ class PlannedPeak:
 
 
 @dataclass(frozen=True)
+class PlannedHistory:
+    """What one channel is expected to show, SI: by the chosen model, and by the closest alternative where there is one.
+
+    `chosen`, `rival`: (N,) at the times of the input.
+    """
+
+    unit: str
+    chosen: FloatArray
+    rival: FloatArray | None
+
+
+@dataclass(frozen=True)
 class PlannedInput:
     """A control input to be flown, as a deflection of the elevator from trim.
 
@@ -379,6 +391,10 @@ class PlannedInput:
         m/s, at which it begins, in steady flight.
     density : float
         kg/m^3 there.
+    expected : mapping of str to PlannedHistory
+        By channel.
+    rival : str
+        The closest alternative; empty where none is in question.
     """
 
     name: str
@@ -390,6 +406,8 @@ class PlannedInput:
     peaks: tuple[PlannedPeak, ...]
     airspeed: float
     density: float
+    expected: Mapping[str, PlannedHistory]
+    rival: str
 
 
 @dataclass(frozen=True)

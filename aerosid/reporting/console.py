@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, with_deviation
-from aerosid.results import ClosedLoop, Effect, ErrorRow, Verdict
+from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
+from aerosid.results import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",
@@ -37,6 +37,8 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
+    if result.next_flight is not None:
+        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
@@ -67,6 +69,20 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
         )
         table.add_row(*map(Text, cells))
     return table
+
+
+def _next_flight(ahead: NextFlight) -> str:
+    """What to fly next, and how much of what is open it decides, in one sentence."""
+    if ahead.input is None:
+        return f"What to fly next: {ahead.note}"
+    decided = [question for question in ahead.questions if question.repeats is not None]
+    flights = max(question.repeats or 1 for question in decided)
+    times = "once" if flights == 1 else f"{flights} times"
+    amplitude = number(shown_unit("rad").factor * ahead.input.amplitude, 2)
+    return (
+        f"What to fly next: {ahead.input.name}, {amplitude} deg, {times} "
+        f"(next_input.csv); it is expected to decide {len(decided)} of {len(ahead.questions)} open questions."
+    )
 
 
 def _derivatives(result: ClosedLoop) -> Table:

@@ -17,7 +17,7 @@ MISSING = "–"
 
 _GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ"}
 _ACCENTS = {"hat": "\u0302", "dot": "\u0307", "bar": "\u0304"}
-_SUBSCRIPTED = re.compile(r"(C|a|delta)_([A-Za-z]+)")
+_SUBSCRIPTED = re.compile(r"(C|a|n|delta)_([A-Za-z]+)")
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _ANGLES = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}
 
@@ -39,7 +39,7 @@ class Unit(NamedTuple):
 def symbol(name: str) -> Symbol:
     """The symbol of a channel, coefficient or variable; a name that the glossary does not know stays as it is."""
     matched = _SUBSCRIPTED.fullmatch(name)
-    if matched and (name in CHANNELS or name.startswith("C_")):
+    if matched and (name in CHANNELS or name.startswith("C_") or name == "n_z"):
         return Symbol(_GREEK.get(matched[1], matched[1]), matched[2])
     base, *marks = name.split("_")
     if (base in CHANNELS or base in _GREEK) and all(mark in _ACCENTS for mark in marks):

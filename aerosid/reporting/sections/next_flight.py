@@ -1,0 +1,110 @@
+"""What to fly next: the input, the answer that is expected of it, and the pilot's card."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aerosid.flight_limits import MARGIN
+from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
+from aerosid.reporting.figures.layout import Row, limits_around, stacked
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.words import number, shown_unit, subscripted
+from aerosid.results import ClosedLoop, PlannedInput, PlannedPeak, Question
+
+_STRIP, _GAP = 46.0, 12.0  # pt
+
+
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
+    """The questions, and the input with its card where there is one; None where nothing is left to decide."""
+    ahead = result.next_flight
+    if ahead is None:
+        return None
+    planned = ahead.input
+    figure = None
+    if planned is not None:
+        caption = (
+            f"Expected flight: {planned.name} of {number(shown_unit('rad').factor * planned.amplitude, 2)} deg from "
+            f"{number(planned.airspeed, 4)} m/s, as the chosen model predicts it"
+            + (f" and as it would be with {planned.rival}." if planned.rival else ".")
+        )
+        label = f"Expected time histories of the elevator, {', '.join(planned.expected)}"
+        figure = figures.add(_expected_chart(planned), caption, label)
+    return {
+        "ahead": ahead,
+        "planned": planned,
+        "figure": figure,
+        "answers": [(question, _answer(question)) for question in ahead.questions],
+        "decides": [_decides(question) for question in ahead.questions if question.repeats is not None],
+        "card": planned is not None,
+        "percent": round(100 * MARGIN),
+        "limits": [] if planned is None else [_limit(peak) for peak in planned.peaks],
+        "repeats": max((question.repeats or 1 for question in ahead.questions), default=1),
+    }
+
+
+def _expected_chart(planned: PlannedInput) -> Chart:
+    """The elevator's deflection, and what is expected below it."""
+    time = planned.time
+    degrees = shown_unit("rad").factor
+    command = degrees * planned.delta_e
+    elevator: tuple[Mark, ...] = (Line(time, command, "ink"),)
+    rows = [Row(_STRIP, _GAP, "Δδ_{e} [deg]", limits_around(command), elevator)]
+    for name, history in planned.expected.items():
+        unit = shown_unit(history.unit)
+        chosen, others = unit.factor * history.chosen, _scaled(unit.factor, history.rival)
+        marks: list[Mark] = [Line(time, other, "before") for other in others]
+        marks.append(Line(time, chosen, "after"))
+        label = f"{subscripted(name)} [{unit.text}]" if unit.text else subscripted(name)
+        rows.append(Row(_STRIP, _GAP, label, limits_around(chosen, *others), tuple(marks)))
+    return stacked(rows, (float(time[0]), float(time[-1])), "next flight")
+
+
+def _scaled(factor: float, values: FloatArray | None) -> list[FloatArray]:
+    return [] if values is None else [factor * values]
+
+
+def _answer(question: Question) -> str:
+    """What the input is expected to say, as a sentence."""
+    if question.kind == "derivative":
+        now = "is unknown" if question.present is None else f"is ± {number(question.present, 2)}"
+        if question.expected is None:
+            return f"Its deviation {now}. {question.elsewhere}"
+        said = f"Its deviation {now}; expected afterwards ± {number(question.expected, 2)}"
+        said += f", to be shown it must be ± {number(question.needed, 2)}. "
+        return said + _flights(question)
+    if question.expected is None or question.probability is None:
+        return question.elsewhere
+    likely = "more than 99.9 %" if question.probability > 0.999 else f"{number(100 * question.probability, 3)} %"
+    said = (
+        f"Expected difference of −2 ln L {number(question.expected, 3)}, whichever is true "
+        f"({number(question.needed, 3)} decide): one flight tells them apart with a probability of {likely}. "
+    )
+    return said + _flights(question)
+
+
+def _flights(question: Question) -> str:
+    if question.repeats is None:
+        return question.elsewhere
+    return "One flight decides it." if question.repeats == 1 else f"{question.repeats} flights decide it together."
+
+
+def _decides(question: Question) -> str:
+    if question.kind == "derivative":
+        return f"{question.subject} becomes known"
+    return f"{question.subject} or {question.rival}"
+
+
+def _limit(peak: PlannedPeak) -> Mapping[str, Any]:
+    """A line of the card in the unit shown."""
+    unit = shown_unit(peak.unit)
+    return {
+        "name": peak.name,
+        "unit": unit.text,
+        "trim": number(unit.factor * peak.trim, 3),
+        "low": number(unit.factor * peak.lowest, 3),
+        "high": number(unit.factor * peak.highest, 3),
+        "abort_low": None if peak.limit_low is None else number(unit.factor * peak.limit_low, 3),
+        "abort_high": None if peak.limit_high is None else number(unit.factor * peak.limit_high, 3),
+        "given": peak.given,
+    }
