@@ -11,6 +11,7 @@ from typing import Annotated, Optional
 import typer
 
 from aerosid import __version__
+from aerosid.batch_command import batch_command
 from aerosid.command_options import ChannelsOption, console
 from aerosid.errors import AerosidError
 from aerosid.export_command import export_command
@@ -228,6 +229,7 @@ def reproduce_command(
 app.command("study")(study_command)
 app.command("fly")(fly_command)
 app.command("export")(export_command)
+app.command("batch")(batch_command)
 
 
 @app.command()

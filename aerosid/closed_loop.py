@@ -203,7 +203,7 @@ def close_loop(
 def _structure(logs: Sequence[FlightLog], aircraft: Aircraft) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
     candidates = candidate_entries(aircraft, logs[0])
-    airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] else 0.0
+    airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] and np.isfinite(logs[0]["V"]).any() else 0.0
     return declared_model(aircraft, airspeed, [term for _, term in candidates]), candidates
 
 

@@ -18,6 +18,9 @@ from aerosid.prediction import Flight
 LONGEST_ANGLE = 0.15
 """rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
 
+FEWEST = 5
+"""Samples of a channel from which on it is used."""
+
 LONGEST_SUBSTEP = 0.1
 """s; where the aircraft is slow or the declared model empty."""
 
@@ -86,6 +89,11 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
                 f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}); the estimation needs it, "
                 "map it in a channel map."
             )
+        if (held := int(np.isfinite(log[name]).sum())) < FEWEST:
+            raise LogError(
+                f"{log.path}: channel {name} holds {held} samples that are numbers, but the estimation needs at least "
+                f"{FEWEST}; record it, or map another column."
+            )
     notes: list[str] = []
     inputs = np.zeros((log.time.size, len(columns)))
     for j, name in enumerate(columns):
@@ -98,7 +106,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     noise = np.full(len(OUTPUTS), np.nan)
     positions = np.zeros((len(OUTPUTS), 3))
     for i, name in enumerate(OUTPUTS):
-        if name in log and np.isfinite(log[name]).sum() >= 5:
+        if name in log and np.isfinite(log[name]).sum() >= FEWEST:
             measured[:, i] = log[name]
             noise[i] = estimate_noise(log.time, log[name])
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))

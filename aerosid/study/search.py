@@ -66,7 +66,7 @@ def search(
     """
     known = catalogue == "known"
     candidates = tuple(structure) if known else candidate_entries(aircraft, log)
-    airspeed = float(np.nanmean(log["V"])) if "V" in log else 0.0
+    airspeed = float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0
     plain = declared_model(aircraft, airspeed, [term for _, term in candidates])
     manoeuvre = prepare(log, aircraft, plain.columns)
     given = declared_effects(aircraft, controls_of(plain), [manoeuvre])

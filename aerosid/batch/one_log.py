@@ -1,0 +1,118 @@
+"""What a batch does with one log: close its loop, write its report, and keep what tables need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft
+from aerosid.closed_loop import LoopSettings, close_loop
+from aerosid.errors import LogError
+from aerosid.flight_log import FlightLog
+from aerosid.journal import Row
+from aerosid.readers import read_log
+from aerosid.reporting import write_report
+from aerosid.results import ClosedLoop
+
+CONDITION = ("V", "h", "mach", "alpha")
+"""Channels whose means say at which condition a manoeuvre was flown, SI."""
+
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class BatchTask:
+    """All that the logs of a batch share; sent to workers.
+
+    Attributes
+    ----------
+    paths : mapping of str to (path, name)
+        Each item's log.
+    aircraft : Aircraft
+    channels : Path or None
+        The channel map for all logs.
+    reports : Path or None
+        Where each log's report goes, in a folder of its name; None: none is written.
+    settings : LoopSettings
+    """
+
+    paths: Mapping[str, tuple[str, str]]
+    aircraft: Aircraft
+    channels: Path | None
+    reports: Path | None
+    settings: LoopSettings
+
+
+def close_one(task: BatchTask, key: str) -> Row:
+    """The result of one log: verdict, effects, derivatives, condition and errors, as JSON holds them.
+
+    Raises
+    ------
+    AerosidError
+        As `read_log` and `close_loop`.
+    """
+    path, name = task.paths[key]
+    log = read_log(path, task.channels)
+    if log.samples < FEWEST:
+        raise LogError(f"{path}: {log.samples} samples are too few to estimate anything; give at least {FEWEST}.")
+    result = close_loop([log], task.aircraft, settings=task.settings)
+    if task.reports is not None:
+        write_report(result, task.reports / name)
+    return summary_row(result)
+
+
+def summary_row(result: ClosedLoop) -> Row:
+    """What tables over manoeuvres need of one loop."""
+    (log,) = result.identification
+    return {
+        "sha256": log.sha256,
+        "verdict": result.verdict.name.lower(),
+        "summary": result.summary,
+        "condition": {name: _mean(log, name) for name in CONDITION},
+        "effects": [
+            {
+                "kind": e.kind,
+                "where": e.where,
+                "term": e.term,
+                "value": _finite(e.value),
+                "std_error": _finite(e.std_error),
+            }
+            for e in result.effects
+        ],
+        "derivatives": [
+            {
+                "coefficient": row.coefficient,
+                "term": row.term,
+                "declared": row.declared,
+                "value": _finite(row.value),
+                "std_error": row.std_error,
+                "std_error_white": row.std_error_white,
+                "shown": row.shown,
+            }
+            for row in result.derivatives
+        ],
+        "error": [
+            {
+                "channel": row.channel,
+                "unit": row.unit,
+                "before": row.before,
+                "after": row.after,
+                "noise": _finite(row.noise),
+            }
+            for row in result.errors
+        ],
+    }
+
+
+def _mean(log: FlightLog, name: str) -> float | None:
+    if name not in log or not np.isfinite(log[name]).any():
+        return None
+    return float(np.nanmean(log[name]))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,81 @@
+"""batch.html: what was done, what failed, and derivatives over manoeuvres, in one file that loads nothing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from urllib.parse import quote
+
+from markupsafe import Markup
+
+from aerosid import __version__
+from aerosid.batch.figures import condition_chart, usual_abscissa
+from aerosid.batch.run import REPORTS, Batch
+from aerosid.batch.table_texts import NOTE, cells, headings
+from aerosid.reporting import words
+from aerosid.reporting.figures.numbered import Figure, FigureBook
+from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
+from aerosid.reporting.page import symbol_html, term_html
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def page_html(batch: Batch, against: str | None = None) -> str:
+    """The text of batch.html; identical for an identical batch and the same versions.
+
+    Parameters
+    ----------
+    batch : Batch
+    against : str, optional
+        V, h, mach or alpha: what derivatives are drawn against; by default `figures.usual_abscissa`.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(symbol=symbol_html, term=term_html, sentence=words.sentence)
+    chosen = against or usual_abscissa({name: row["condition"] for name, row in batch.rows.items()})
+    # Safe: the package's own style sheet.
+    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    return environment.get_template("batch.html").render(
+        batch=batch,
+        verdicts=Counter(row["verdict"].replace("_", " ") for row in batch.rows.values()),
+        group_of=batch.conditions,
+        headings=headings(),
+        cells=cells,
+        note=NOTE,
+        figure=_figure(batch, chosen),
+        report_of=lambda name: f"{REPORTS}/{quote(name)}/report.html" if batch.reports else None,
+        effects_of=_effects,
+        style=style,
+        version=__version__,
+    )
+
+
+def _figure(batch: Batch, against: str) -> Figure | None:
+    chart = condition_chart(batch.measured, against)
+    if chart is None:
+        return None
+    symbol = "".join(words.symbol(against))
+    caption = (
+        f"Derivatives of every manoeuvre against its mean {symbol}, bars of two corrected deviations to each side; the "
+        "line is the aircraft file's prediction."
+    )
+    return FigureBook().add(chart, caption, caption)
+
+
+def _effects(row: dict[str, list[dict[str, str]]]) -> str:
+    """The effects of one log in words."""
+    names = []
+    for effect in row["effects"]:
+        kind = effect["kind"].replace("_", " ")
+        if effect["kind"] == "aero_term":
+            names.append(f"{effect['where']} {effect['term']}")
+        else:
+            names.append(f"{kind} of {effect['where']}" if effect["where"] else kind)
+    return ", ".join(names) or words.MISSING

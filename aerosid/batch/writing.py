@@ -1,0 +1,54 @@
+"""Write the tables over manoeuvres: all of them, or none under its final name."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from aerosid import __version__
+from aerosid.batch.page import page_html
+from aerosid.batch.run import Batch
+from aerosid.batch.table_texts import manoeuvres_csv, table_csv, table_latex, table_markdown
+from aerosid.file_set import text, write_files
+
+SCHEMA = 1
+
+
+def batch_json(batch: Batch) -> dict[str, Any]:
+    """What batch.json holds: every log with its verdict, effects and derivatives, and why others could not be used."""
+    group_of = batch.conditions
+    return {
+        "schema": SCHEMA,
+        "aerosid": __version__,
+        "aircraft": {"path": batch.aircraft.path, "sha256": batch.aircraft.sha256},
+        "logs": [{"log": name, "condition_number": group_of[name], **row} for name, row in batch.rows.items()],
+        "failures": [{"log": name, "reason": reason} for name, reason in batch.failures.items()],
+    }
+
+
+def write_batch(batch: Batch, directory: Path, against: str | None = None) -> tuple[Path, ...]:
+    """The paths of the files written.
+
+    Parameters
+    ----------
+    against : str, optional
+        V, h, mach or alpha: what derivatives are drawn against.
+
+    Raises
+    ------
+    UsageError
+        Where the folder cannot be written.
+    """
+    table = batch.table
+    return write_files(
+        directory,
+        {
+            "batch.html": text(page_html(batch, against)),
+            "batch.json": text(json.dumps(batch_json(batch), indent=2, allow_nan=False) + "\n"),
+            "derivative_table.csv": text(table_csv(table)),
+            "derivative_table.md": text(table_markdown(table)),
+            "derivative_table.tex": text(table_latex(table)),
+            "manoeuvres.csv": text(manoeuvres_csv(batch.measured, batch.conditions)),
+        },
+    )
