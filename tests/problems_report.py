@@ -19,6 +19,9 @@ from aerosid.results import (
     ErrorRow,
     Evidence,
     InnovationRow,
+    LinearRow,
+    ModeRow,
+    Parameter,
     PrefilterNote,
     RegressorPicture,
     ScreeningRow,
@@ -176,6 +179,46 @@ def regressors(response_: Simulated, seed: int = 4) -> tuple[RegressorPicture, .
     return tuple(rows)
 
 
+def linear_rows() -> tuple[LinearRow, ...]:
+    """Both models: a short period with its step, a phugoid; the declared one without deviations."""
+    time = np.linspace(0.0, 6.0, 61)
+    rows = []
+    for model, frequency, known in (("declared", 4.5, None), ("completed", 5.0, 0.01)):
+
+        def given(value: float, unit: str, share: float | None = known) -> Parameter:
+            return Parameter(value, None if share is None else share * abs(value), unit)
+
+        swing = np.exp(-2.5 * time) * np.cos(frequency * time)
+        step = {"V": 2.0 * time, "alpha": swing - 1.0, "q": -0.07 * (1.0 - swing), "theta": -0.07 * time}
+        rows.append(
+            LinearRow(
+                model=model,
+                airspeed=100.0,
+                density=0.9077,
+                mass=2280.0,
+                trim={"alpha": given(0.0146, "rad"), "delta_e": given(0.0227, "rad"), "thrust": given(5580.0, "N")},
+                inputs=("delta_e",),
+                A=np.diag([-0.05, -2.6, -3.1, 0.0]),
+                B=np.array([[0.0], [-18.8], [-46.8], [0.0]]),
+                modes=(
+                    ModeRow("short_period", {"frequency": given(frequency, "rad/s"), "damping": given(0.57, "1")}),
+                    ModeRow("phugoid", {"frequency": given(0.115, "rad/s"), "time_to_half": given(28.7, "s")}),
+                ),
+                qualities={"n_alpha": given(26.2, "g/rad"), "cap": given(0.97, "1/(g s^2)")},
+                category="B",
+                aircraft_class="II",
+                short_period_level=1,
+                short_period_level_range=None if known is None else (1, 2),
+                phugoid_level=4,
+                step_size=np.pi / 180.0,
+                step_time=time,
+                step=step,
+                step_deviation={} if known is None else {name: 0.02 * np.abs(values) for name, values in step.items()},
+            )
+        )
+    return tuple(rows)
+
+
 def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, validated: bool = True) -> ClosedLoop:
     """A whole result."""
     aircraft = load_aircraft("light_transport")
@@ -224,6 +267,7 @@ def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, val
         fit=tuple(row for response_ in responses for row in fit_rows(response_)),
         innovations=(InnovationRow(first.log.name, "alpha", 1.02, (1.0, 0.05, -0.02), 0.41),),
         correlation=CorrelationMatrix(("C_m alpha", "C_m q_hat"), ((1.0, -0.6), (-0.6, 1.0))),
+        linear=linear_rows(),
         notes=("The air density is the aircraft file's, 0.9077 kg/m^3.",),
         regressors=regressors(first),
     )

@@ -62,7 +62,7 @@ def test_every_figure_is_drawn_and_names_stay_text_without_a_request_or_a_compla
     figures = driver.execute_script(RANGES)
     assert len(figures) == 5
     still = driver.find_elements("css selector", "figure:not(.is-live) .drawing > svg")
-    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == 7
+    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == 8
     assert all(drawing.is_displayed() for drawing in still)
     for figure in figures:
         assert figure["lines"] == figure["expected"] > 0, figure["id"]
@@ -132,7 +132,7 @@ def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path
     try:
         driver.get(page.as_uri())
         drawings = driver.find_elements("css selector", ".drawing > svg")
-        assert len(drawings) == 7
+        assert len(drawings) == 8
         assert all(drawing.rect["height"] > 150 and drawing.rect["width"] > 600 for drawing in drawings)
         assert not driver.find_elements("css selector", ".live")
         assert browser.complaints(driver) == []
@@ -158,5 +158,5 @@ def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
         "return ['.drawing', '.live', '.controls'].map((name) => [...document.querySelectorAll(name)]"
         ".filter((e) => getComputedStyle(e).display !== 'none').length)"
     )
-    assert shown == [7, 0, 0]
+    assert shown == [8, 0, 0]
     assert browser.complaints(driver) == []

@@ -112,6 +112,11 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
         "3.593 ± 0.041",
         "not used for the fit",
         "cannot tell C_m alpha*delta_e from C_m alpha^2",
+        "0.9700 ± 0.0097",  # CAP of the completed model
+        "0.8365 ± 0.0084",  # alpha of level flight, deg
+        "5.000 ± 0.050",  # frequency of the short period, rad/s
+        "1 (1 to 2 within 2 σ)",
+        "worse than 3",
         "too little information on C_m alpha_dot_hat",
         "EL_L + EL_R",
         "1.2, 0, 0.4",
@@ -128,7 +133,7 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
 
 def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
     drawings = [attributes for attributes in page.all("svg") if attributes.get("role") == "img"]
-    assert len(drawings) == len(page.all("figcaption")) == 7
+    assert len(drawings) == len(page.all("figcaption")) == 8
     assert all(attributes["aria-label"] for attributes in drawings)
     classes = {name for _, attributes in page.elements for name in (attributes.get("class") or "").split()}
     assert {"measured", "declared", "before", "after", "trimmed", "noise"} <= classes
