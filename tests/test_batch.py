@@ -11,7 +11,7 @@ import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
 from aerosid.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
-from aerosid.batch.page import page_html
+from aerosid.batch.page import drawn_figure, page_html
 from aerosid.batch.table import conditions, measured
 from aerosid.batch.table_texts import table_csv, table_latex, table_markdown
 from aerosid.closed_loop import LoopSettings
@@ -184,7 +184,7 @@ def test_texts_of_files_stay_texts() -> None:
     first["derivatives"] = [{**first["derivatives"][0], "term": "input_<b>|&"}]
     logs = tuple(LogFile(name, name, "") for name in rows)
     batch = Batch(replace(LIGHT, name=hostile), logs, rows, {f"{hostile}!": f"{hostile} is broken"}, reports=True)
-    page = page_html(batch, "alpha")
+    page = page_html(batch, drawn_figure(batch, "alpha"))
     assert "<img" not in page
     assert "<b>|" not in page
     assert 'href="manoeuvres/<' not in page

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from problems import LIGHT
 
 from aerosid.errors import UsageError
+from aerosid.reporting.paper import page_pdf
 from aerosid.study import FlownInput, StudyPlan, parse_planted, run_study, write_study
 from aerosid.study.noise_draw import ColouredNoise, redrawn
-from aerosid.study.page import page_html
+from aerosid.study.page import drawn_figures, page_html
 from aerosid.study.run import JOURNAL, Study
 from aerosid.study.statistics import level_statistics
 from aerosid.study.trial import Trials, run_trial
@@ -31,7 +32,7 @@ SQUARES = (parse_planted("C_X:alpha^2=3.6089"), parse_planted("C_m:alpha^2=-1.71
 SMALL = StudyPlan(
     LIGHT, FlownInput(samples=240), effects=SQUARES, snrs=(None, 20.0), colours=(0.0, 0.8), runs=3, catalogue="known"
 )
-FILES = ("study.json", "runs.parquet", "study.html")
+FILES = ("study.json", "runs.parquet", "study.html", "study.pdf")
 HERE = Path(__file__).parent
 
 
@@ -305,7 +306,10 @@ def test_texts_of_files_stay_texts_in_the_page(tmp_path: Path) -> None:
     trials = Trials(make_truth(plan), plan.levels, 0, "known")
     rows = [run_trial(trials, "1/0")]
     levels = tuple(level_statistics(trials, level, rows, None) for level in range(3))
-    page = page_html(Study(plan, trials, levels, {"<i>why</i>": 1}, tmp_path, {}))
+    study = Study(plan, trials, levels, {"<i>why</i>": 1}, tmp_path, {})
+    groups = drawn_figures(study)
+    page = page_html(study, groups)
+    assert page_pdf(page, [drawn.figure for _, drawings in groups for drawn in drawings], "0").startswith(b"%PDF")
     assert "<img" not in page
     assert "<b>" not in page.replace("<b>Figure", "")
     assert "<i>why" not in page

@@ -20,14 +20,14 @@ from aerosid.reporting.page import symbol_html, term_html
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
-def page_html(batch: Batch, against: str | None = None) -> str:
+def page_html(batch: Batch, figure: Figure | None) -> str:
     """The text of batch.html; identical for an identical batch and the same versions.
 
     Parameters
     ----------
     batch : Batch
-    against : str, optional
-        V, h, mach or alpha: what derivatives are drawn against; by default `figures.usual_abscissa`.
+    figure : Figure or None
+        As `drawn_figure` gives it.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -39,7 +39,6 @@ def page_html(batch: Batch, against: str | None = None) -> str:
         lstrip_blocks=True,
     )
     environment.filters.update(symbol=symbol_html, term=term_html, sentence=words.sentence)
-    chosen = against or usual_abscissa({name: row["condition"] for name, row in batch.rows.items()})
     # Safe: the package's own style sheet.
     style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
     return environment.get_template("batch.html").render(
@@ -49,7 +48,7 @@ def page_html(batch: Batch, against: str | None = None) -> str:
         headings=headings(),
         cells=cells,
         note=NOTE,
-        figure=_figure(batch, chosen),
+        figure=figure,
         report_of=lambda name: f"{REPORTS}/{quote(name)}/report.html" if batch.reports else None,
         effects_of=_effects,
         style=style,
@@ -57,7 +56,16 @@ def page_html(batch: Batch, against: str | None = None) -> str:
     )
 
 
-def _figure(batch: Batch, against: str) -> Figure | None:
+def drawn_figure(batch: Batch, against: str | None = None) -> Figure | None:
+    """Derivatives against a condition; None where no log holds it.
+
+    Parameters
+    ----------
+    batch : Batch
+    against : str, optional
+        V, h, mach or alpha; by default `figures.usual_abscissa`.
+    """
+    against = against or usual_abscissa({name: row["condition"] for name, row in batch.rows.items()})
     chart = condition_chart(batch.measured, against)
     if chart is None:
         return None

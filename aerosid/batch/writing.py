@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from aerosid import __version__
-from aerosid.batch.page import page_html
+from aerosid.batch.page import drawn_figure, page_html
 from aerosid.batch.run import Batch
 from aerosid.batch.table_texts import manoeuvres_csv, table_csv, table_latex, table_markdown
 from aerosid.file_set import text, write_files
+from aerosid.reporting.paper import page_pdf
 
 SCHEMA = 1
 
@@ -41,10 +42,13 @@ def write_batch(batch: Batch, directory: Path, against: str | None = None) -> tu
         Where the folder cannot be written.
     """
     table = batch.table
+    figure = drawn_figure(batch, against)
+    page = page_html(batch, figure)
     return write_files(
         directory,
         {
-            "batch.html": text(page_html(batch, against)),
+            "batch.html": text(page),
+            "batch.pdf": lambda path: path.write_bytes(page_pdf(page, [figure] if figure else [], __version__)),
             "batch.json": text(json.dumps(batch_json(batch), indent=2, allow_nan=False) + "\n"),
             "derivative_table.csv": text(table_csv(table)),
             "derivative_table.md": text(table_markdown(table)),

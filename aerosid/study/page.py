@@ -99,8 +99,15 @@ def _drawn(book: FigureBook, levels: Sequence[LevelStatistics], shares: Sequence
     return found
 
 
-def page_html(study: Study) -> str:
-    """The text of study.html; identical for an identical study and the same versions."""
+def page_html(study: Study, groups: Sequence[tuple[str, Sequence[Drawn]]]) -> str:
+    """The text of study.html; identical for an identical study and the same versions.
+
+    Parameters
+    ----------
+    study : Study
+    groups : sequence of (str, sequence of Drawn)
+        As `drawn_figures` gives them.
+    """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -118,7 +125,7 @@ def page_html(study: Study) -> str:
     return environment.get_template("study.html").render(
         study=study,
         plan=study.plan,
-        groups=drawn_figures(study),
+        groups=groups,
         level_name=level_name,
         shown=lambda value, unit: words.number(None if value is None else value * words.shown_unit(unit).factor, 2),
         percent=percent,

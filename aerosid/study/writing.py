@@ -1,4 +1,4 @@
-"""Write study.json, runs.parquet and study.html: all of them, or none under its final name."""
+"""Write study.json, runs.parquet, study.html and study.pdf: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 
 from aerosid import __version__
 from aerosid.file_set import text, write_files
-from aerosid.study.page import page_html
+from aerosid.reporting.paper import page_pdf
+from aerosid.study.page import drawn_figures, page_html
 from aerosid.study.run import Study
 from aerosid.workers import FAILURE
 
@@ -87,11 +88,15 @@ def write_study(study: Study, directory: Path) -> tuple[Path, ...]:
     UsageError
         Where the folder cannot be written.
     """
+    groups = drawn_figures(study)
+    page = page_html(study, groups)
+    figures = [drawn.figure for _, drawings in groups for drawn in drawings]
     return write_files(
         directory,
         {
             "study.json": text(json.dumps(study_json(study), indent=2, allow_nan=False) + "\n"),
             "runs.parquet": lambda path: write_runs(study, path),
-            "study.html": text(page_html(study)),
+            "study.html": text(page),
+            "study.pdf": lambda path: path.write_bytes(page_pdf(page, figures, __version__)),
         },
     )

@@ -4,6 +4,6 @@
 width of columns, `typeface` holds fonts and colours, and `document` puts them on numbered pages.
 """
 
-from aerosid.reporting.paper.document import report_pdf
+from aerosid.reporting.paper.document import page_pdf, report_pdf
 
-__all__ = ["report_pdf"]
+__all__ = ["page_pdf", "report_pdf"]

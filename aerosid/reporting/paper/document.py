@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from reportlab import rl_config
@@ -12,6 +13,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Frame, PageTemplate, Paragraph
 
+from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.page import Report
 from aerosid.reporting.paper.blocks import blocks
 from aerosid.reporting.paper.elements import Element, parsed
@@ -35,26 +37,65 @@ def report_pdf(result: ClosedLoop, report: Report) -> bytes:
     report : Report
         Its sections, as `aerosid.reporting.page.compose` gives them.
     """
+    sections = [(section.title, section.name, parsed(_PICTURE.sub("", body))) for section, body in report.parts]
+    foot = f"aerosid {result.version}, seed {result.seed}. Angles in degrees; in radians in result.json and the tables."
+    head = _head(result)
+    return _sheets("Model error report", result.aircraft.name, head, sections, report.figures, result.version, foot)
+
+
+def page_pdf(page: str, figures: Sequence[Figure], version: str) -> bytes:
+    """A whole page on numbered sheets: its kind, title and facts, then its sections; identical for an identical page.
+
+    Parameters
+    ----------
+    page : str
+        HTML with a header (a paragraph of class `kind`, a title, a list of facts), sections with titles of the second
+        order in `main`, and a footer.
+    figures : sequence of Figure
+        Those in the page, by whose ids they stand there.
+    version : str
+        Of aerosid.
+    """
+    tree = parsed(_PICTURE.sub("", page[page.index("<header>") : page.index("</body>")]))
+    header, main, footer = (next(tree.all(tag)) for tag in ("header", "main", "footer"))
+    kind, title = (next(header.all(tag)).text().strip() for tag in ("p", "h1"))
     width = A4[0] - 2.0 * _SIDE
-    title = Paragraph(_text(result.aircraft.name), style(18.0, bold=True, after=4.0))
-    story: list[Any] = [Paragraph("Model error report", style(8.0, "muted")), title, *_head(result)]
+    told: list[Element | str] = [child for child in header.elements() if child.tag in ("dl", "p")]
+    facts = Element("div", {}, told[1:])
+    sections = [(next(section.all("h2")).text(), section.attributes["id"], section) for section in main.all("section")]
+    foot = " ".join(footer.text().split())
+    return _sheets(kind, title, list(blocks(facts, {}, width)), sections, figures, version, foot)
+
+
+def _sheets(
+    kind: str,
+    title: str,
+    head: Sequence[Any],
+    sections: Sequence[tuple[str, str, Element]],
+    figures: Sequence[Figure],
+    version: str,
+    foot: str,
+) -> bytes:
+    """The pages: kind of document, title and head, then each section's title, name and body."""
+    width = A4[0] - 2.0 * _SIDE
+    large = Paragraph(_text(title), style(18.0, bold=True, after=4.0))
+    story: list[Any] = [Paragraph(_text(kind), style(8.0, "muted")), large, *head]
     rl_config.useA85 = 0  # bytes as they are: text form takes longer and a quarter more room
-    figures = {figure.identity: figure for figure in report.figures}
-    for section, body in report.parts:
-        story.append(_Heading(section.title, section.name))
-        story.extend(blocks(parsed(_PICTURE.sub("", body)), figures, width))
+    by_identity = {figure.identity: figure for figure in figures}
+    for heading, name, body in sections:
+        story.append(_Heading(heading, name))
+        story.extend(blocks(body, by_identity, width))
     stream = io.BytesIO()
     document = BaseDocTemplate(
         stream,
         pagesize=A4,
-        title=printable(f"Model error report: {result.aircraft.name}"),
-        author=f"aerosid {result.version}",
+        title=printable(f"{kind}: {title}"),
+        author=f"aerosid {version}",
         lang="en",
         invariant=1,  # no time of writing
     )
     frame = Frame(_SIDE, _FOOT, width, A4[1] - _TOP - _FOOT, 0, 0, 0, 0)
     document.addPageTemplates(PageTemplate(frames=[frame]))
-    foot = f"aerosid {result.version}, seed {result.seed}. Angles in degrees; in radians in result.json and the tables."
     document.build(story, canvasmaker=lambda *args, **keys: _Numbered(foot, *args, **keys))
     return stream.getvalue()
 
