@@ -13,6 +13,7 @@ import typer
 from aerosid import __version__
 from aerosid.batch_command import batch_command
 from aerosid.command_options import ChannelsOption, console
+from aerosid.cross_check_command import cross_check_command
 from aerosid.errors import AerosidError
 from aerosid.export_command import export_command
 from aerosid.fly_command import fly_command
@@ -230,6 +231,7 @@ app.command("study")(study_command)
 app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
+app.command("cross-check")(cross_check_command)
 
 
 @app.command()

@@ -115,6 +115,34 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     return JsbsimFlight(log, aircraft, truth, {name: values[::count] for name, values in histories.items()})
 
 
+def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) -> Array:
+    """C_X, C_Z and C_m of a plan's aircraft, without its injected effects, at other angles of attack: (A, 3).
+
+    Parameters
+    ----------
+    plan : FlightPlan
+    trim : mapping of str to float
+        airspeed, delta_e and thrust, as the truth of a flight holds them; alphadot is self-consistent on a level path.
+    alphas : (A,)
+        rad.
+    """
+    require_jsbsim()
+    parts = _parts(plan, {})
+    states = [
+        {
+            "airspeed": plan.airspeed,
+            "alpha": float(alpha),
+            "q": 0.0,
+            "delta_e": trim["delta_e"],
+            "thrust": trim["thrust"],
+        }
+        for alpha in alphas
+    ]
+    job = _job(plan, parts, "freeze", plan.longest_frame) | {"states": states}
+    answer, _ = run_job({"clean": _configuration(parts, None)}, job)
+    return np.array(answer["coefficients"])
+
+
 def slopes_by_name(table: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
     """(coefficient, variable) -> derivative, of a table (3, 4) as the worker gives it."""
     return {

@@ -34,7 +34,6 @@ ICED = {
 ICED_DRAG = -0.021
 """And what it added to C_X."""
 
-_GROUND_FADES = 4.0  # per span: the image vortices' share is down to a third at a quarter of a span
 _WIND_AT_20_FEET = 7.5 * KNOT  # for each step of severity: 15 kt where turbulence is light
 
 
@@ -193,8 +192,13 @@ def _force(name: str, coefficient: str, switch: str, terms: Sequence[tuple[float
 
 
 def _ground_force(name: str, gain: float) -> ET.Element:
-    """Lift of the aircraft's own grown by `gain` at the ground, less above it."""
-    fading = call("exp", call("product", value(-_GROUND_FADES), reading("aero/h_b-mac-ft")))
+    """Normal force of the aircraft's own grown by `gain` at the ground, by exp(-2.48 (2 h/b)^0.768) of it above.
+
+    The influence is Suh and Ostowari's, as quoted by Phillips and Hunsaker, AIAA 2013-2917.
+    """
+    height = call("max", reading("aero/h_b-mac-ft"), value(0.0))
+    power = call("pow", call("product", value(2.0), height), value(0.768))
+    fading = call("exp", call("product", value(-2.48), power))
     return _external("force", name, "z", call("product", value(gain), fading, reading("forces/fbz-aero-lbs")))
 
 

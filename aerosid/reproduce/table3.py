@@ -77,9 +77,9 @@ def estimate(
     )
 
 
-def make_table3() -> tuple[Correlation, ...]:
-    """Table 3: each candidate on the flight without noise."""
-    flight = reference_flight()
+def make_table3(flight: Flight | None = None) -> tuple[Correlation, ...]:
+    """Table 3: each candidate on the flight without noise; by default on `reference_flight`."""
+    flight = reference_flight() if flight is None else flight
     history = estimate(flight, *noisy(flight, None, 0), (DENSITY, DENSITY))
     rows = []
     for name, powers in CANDIDATES.items():

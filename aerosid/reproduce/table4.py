@@ -52,7 +52,9 @@ class NoiseLevel:
     cut_off_hz: float | None
 
 
-def make_table4(seeds: int, tick: Callable[[], None] = lambda: None) -> tuple[NoiseLevel, ...]:
+def make_table4(
+    seeds: int, tick: Callable[[], None] = lambda: None, flight: Flight | None = None
+) -> tuple[NoiseLevel, ...]:
     """Table 4.
 
     Parameters
@@ -61,8 +63,11 @@ def make_table4(seeds: int, tick: Callable[[], None] = lambda: None) -> tuple[No
         Noise seeds per signal-to-noise ratio.
     tick : callable
         Called after every record.
+    flight : Flight, optional
+        `reference_flight` by default.
     """
-    return tuple(_level(reference_flight(), snr, 1 if snr is None else seeds, tick) for snr in SNRS)
+    flown = reference_flight() if flight is None else flight
+    return tuple(_level(flown, snr, 1 if snr is None else seeds, tick) for snr in SNRS)
 
 
 def _level(flight: Flight, snr: float | None, seeds: int, tick: Callable[[], None]) -> NoiseLevel:
