@@ -12,6 +12,7 @@ from problems_report import closed_loop
 from test_reporting_page import HOSTILE, hostile_result
 
 from aerosid.reporting import report_html
+from aerosid.reporting.page import compose
 from aerosid.results import ClosedLoop
 
 pytestmark = [
@@ -58,11 +59,14 @@ def test_every_figure_is_drawn_and_names_stay_text_without_a_request_or_a_compla
     driver: Any, tmp_path: Path
 ) -> None:
     """On a result whose every name is an attack."""
-    opened(driver, hostile_result(), tmp_path)
+    result = hostile_result()
+    opened(driver, result, tmp_path)
+    driver.execute_script("document.querySelectorAll('details').forEach((fold) => { fold.open = true; })")
     figures = driver.execute_script(RANGES)
-    assert len(figures) == 5
+    asked = compose(result).figures
+    assert {figure["id"] for figure in figures} == {figure.identity for figure in asked if figure.chart.timeline}
     still = driver.find_elements("css selector", "figure:not(.is-live) .drawing > svg")
-    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == 8
+    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == len(asked)
     assert all(drawing.is_displayed() for drawing in still)
     for figure in figures:
         assert figure["lines"] == figure["expected"] > 0, figure["id"]
@@ -79,7 +83,14 @@ def test_charts_of_one_flight_are_zoomed_together_by_pointer_button_and_key(driv
     from selenium.webdriver import ActionChains, Keys
     from selenium.webdriver.support.wait import WebDriverWait
 
-    opened(driver, closed_loop(samples=200), tmp_path)
+    result = closed_loop(samples=200)
+    opened(driver, result, tmp_path)
+    fitted, other = (log.name for log in (*result.identification, *result.validation))
+    charts = compose(result).figures
+    own = [figure.identity for figure in charts if figure.chart.timeline == fitted]
+    theirs = [figure.identity for figure in charts if figure.chart.timeline == other]
+    assert len(own) == 3  # d(t) and two strip charts
+    assert len(theirs) == 2
 
     def times() -> dict[str, tuple[float, float]]:
         return {figure["id"]: tuple(figure["time"]) for figure in driver.execute_script(RANGES)}
@@ -89,28 +100,23 @@ def test_charts_of_one_flight_are_zoomed_together_by_pointer_button_and_key(driv
         return times()
 
     start = times()
-    # Figures 1, 5 and 6 show the fitted flight, 3 and 4 the other; 2 and 7 have no time.
-    plot = driver.find_element("css selector", "#figure-3 .live .nsewdrag")
+    plot = driver.find_element("css selector", f"#{theirs[0]} .live .nsewdrag")
     driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", plot)
     width = plot.size["width"]
     drag = ActionChains(driver).move_to_element_with_offset(plot, -width // 4, 0).click_and_hold()
     drag.move_by_offset(width // 4, 0).move_by_offset(width // 4, 0).release().perform()
-    zoomed = until(lambda now: now["figure-4"] != start["figure-4"])
-    assert zoomed["figure-3"] == pytest.approx(zoomed["figure-4"])
-    length = start["figure-3"][1] - start["figure-3"][0]
-    assert zoomed["figure-3"][1] - zoomed["figure-3"][0] == pytest.approx(0.5 * length, rel=0.05)
-    assert {name: zoomed[name] for name in ("figure-1", "figure-5", "figure-6")} == {
-        name: start[name] for name in ("figure-1", "figure-5", "figure-6")
-    }
-    button = driver.find_element("xpath", "//*[@id='figure-4']//button[text()='Whole flight']")
+    zoomed = until(lambda now: now[theirs[1]] != start[theirs[1]])
+    assert zoomed[theirs[0]] == pytest.approx(zoomed[theirs[1]])
+    length = start[theirs[0]][1] - start[theirs[0]][0]
+    assert zoomed[theirs[0]][1] - zoomed[theirs[0]][0] == pytest.approx(0.5 * length, rel=0.05)
+    assert all(zoomed[name] == start[name] for name in own)
+    button = driver.find_element("xpath", f"//*[@id='{theirs[1]}']//button[text()='Whole flight']")
     driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
     button.click()
     until(lambda now: now == start)
-    driver.find_element("css selector", "#figure-5 .live").send_keys("+", Keys.ARROW_RIGHT)
-    keyed = until(
-        lambda now: now["figure-1"] == now["figure-6"] != start["figure-1"] and now["figure-1"][0] > length / 3
-    )
-    assert keyed["figure-5"] == pytest.approx((0.375 * length, 0.875 * length), rel=1e-6)
+    driver.find_element("css selector", f"#{own[1]} .live").send_keys("+", Keys.ARROW_RIGHT)
+    keyed = until(lambda now: now[own[0]] == now[own[2]] and now[own[0]][0] > length / 3)
+    assert keyed[own[1]] == pytest.approx((0.375 * length, 0.875 * length), rel=1e-6)
     assert browser.complaints(driver) == []
 
 
@@ -127,13 +133,16 @@ def test_a_line_that_is_switched_off_goes(driver: Any, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path) -> None:
     page = tmp_path / "report.html"
-    page.write_text(report_html(closed_loop(samples=80)), encoding="utf-8")
+    result = closed_loop(samples=80)
+    page.write_text(report_html(result), encoding="utf-8")
     driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
     try:
         driver.get(page.as_uri())
         drawings = driver.find_elements("css selector", ".drawing > svg")
-        assert len(drawings) == 8
-        assert all(drawing.rect["height"] > 150 and drawing.rect["width"] > 600 for drawing in drawings)
+        assert len(drawings) == len(compose(result).figures)
+        shown = [drawing.rect for drawing in drawings if drawing.is_displayed()]  # the others are folded away
+        assert len(shown) > 6
+        assert all(place["height"] > 150 and place["width"] > 600 for place in shown)
         assert not driver.find_elements("css selector", ".live")
         assert browser.complaints(driver) == []
     finally:
@@ -147,7 +156,8 @@ def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
 ) -> None:
     """Contrast of every text with what lies behind it is at least 4.5 (WCAG 2.2, 1.4.3)."""
     browser.shaped(driver, width, dark=dark)
-    opened(driver, closed_loop(samples=80), tmp_path)
+    result = closed_loop(samples=80)
+    opened(driver, result, tmp_path)
     assert driver.execute_script("return document.documentElement.scrollWidth") <= width
     poor = driver.execute_script((Path(__file__).parent / "contrast.js").read_text(encoding="utf-8"))
     assert poor == []
@@ -158,5 +168,5 @@ def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
         "return ['.drawing', '.live', '.controls'].map((name) => [...document.querySelectorAll(name)]"
         ".filter((e) => getComputedStyle(e).display !== 'none').length)"
     )
-    assert shown == [8, 0, 0]
+    assert shown == [len(compose(result).figures), 0, 0]
     assert browser.complaints(driver) == []

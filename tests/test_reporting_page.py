@@ -16,6 +16,7 @@ from problems_report import closed_loop
 
 from aerosid.flight_log import FlightLog
 from aerosid.reporting import report_html
+from aerosid.reporting.page import compose
 from aerosid.results import ClosedLoop, ErrorRow, ScreeningRow, Verdict
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
@@ -133,7 +134,7 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
 
 def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
     drawings = [attributes for attributes in page.all("svg") if attributes.get("role") == "img"]
-    assert len(drawings) == len(page.all("figcaption")) == 8
+    assert len(drawings) == len(page.all("figcaption")) == len(compose(closed_loop()).figures)
     assert all(attributes["aria-label"] for attributes in drawings)
     classes = {name for _, attributes in page.elements for name in (attributes.get("class") or "").split()}
     assert {"measured", "declared", "before", "after", "trimmed", "noise"} <= classes

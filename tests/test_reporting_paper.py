@@ -73,10 +73,11 @@ def strokes(page: PageObject, colour: tuple[float, ...]) -> list[np.ndarray]:
 
 def test_the_line_on_paper_is_the_simulated_one(result: ClosedLoop, reader: PdfReader) -> None:
     """The first line of the completed model among the flight's strips is its airspeed, up to a scale."""
-    page = next(page for page in reader.pages if "Figure 3." in page.extract_text())
+    flight = next(simulated for simulated in result.simulated if simulated.role == "validation")
+    strips = next(figure for figure in compose(result).figures if figure.chart.timeline == flight.log.name)
+    page = next(page for page in reader.pages if f"Figure {strips.number}." in page.extract_text())
     green = tuple(part / 255.0 for part in bytes.fromhex("007a55"))
     corners = next(line for line in strokes(page, green) if len(line) > 100)
-    flight = next(simulated for simulated in result.simulated if simulated.role == "validation")
     history = flight.after["V"]
     assert len(corners) == history.size
     slope, offset = np.polyfit(corners[:, 1], history, 1)

@@ -90,6 +90,7 @@ def _environment() -> Environment:
         number=words.number,
         deviation=words.with_deviation,
         p_value=words.p_value,
+        hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
         ratio=words.ratio,
         symbol=symbol_html,
         term=term_html,

@@ -67,19 +67,19 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
     return Chart(WIDTH, height, tuple(panels), timeline)
 
 
-def tiled(tiles: Sequence[Tile], columns: int = 2) -> Chart:
-    """Panels side by side, so many in a row, each with its own axes."""
+def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HEIGHT) -> Chart:
+    """Panels side by side, so many in a row, each with its own axes; heights in pt."""
     rows = -(-len(tiles) // columns)
     width = (WIDTH - columns * (_GAP_ACROSS + _RIGHT)) / columns
-    height = _TOP + rows * (_TILE_HEIGHT + _GAP_UP) - _GAP_UP + _BOTTOM
+    height = _TOP + rows * (tile_height + _GAP_UP) - _GAP_UP + _BOTTOM
     panels = []
     for i, tile in enumerate(tiles):
         row, column = divmod(i, columns)
         left = _LEFT + column * (width + _GAP_ACROSS + _RIGHT)
-        bottom = height - _TOP - _TILE_HEIGHT - row * (_TILE_HEIGHT + _GAP_UP)
+        bottom = height - _TOP - tile_height - row * (tile_height + _GAP_UP)
         x = Axis(tile.x_label, tile.x_limits, ticks(tile.x_limits, 4))
         y = Axis(tile.y_label, tile.y_limits, ticks(tile.y_limits, 4))
-        panels.append(Panel(left, bottom, width, _TILE_HEIGHT, x, y, tile.marks))
+        panels.append(Panel(left, bottom, width, tile_height, x, y, tile.marks))
     return Chart(WIDTH, height, tuple(panels))
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.autocorrelations import autocorrelations
+from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.results import ClosedLoop, FitRow
 
 
-def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
     """Explained shares, Theil's coefficient and whiteness of every channel, and the innovations' whiteness."""
     if not (result.coefficients or result.fit or result.innovations):
         return None
@@ -16,4 +17,20 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     for row in result.fit:
         if row.variant == "after":
             logs.setdefault(row.log, []).append(row)
-    return {"coefficients": result.coefficients, "logs": logs, "innovations": result.innovations}
+    samples = {simulated.log.name: simulated.log.samples for simulated in result.simulated}
+    drawn = {
+        log: _figure(log, [row for row in result.fit if row.log == log], samples.get(log, 1), figures) for log in logs
+    }
+    return {"coefficients": result.coefficients, "logs": logs, "figures": drawn, "innovations": result.innovations}
+
+
+def _figure(log: str, rows: list[FitRow], samples: int, figures: FigureBook) -> Figure | None:
+    """The autocorrelations of a log's residuals; nothing where every simulation diverged."""
+    if not any(row.autocorrelation for row in rows):
+        return None
+    caption = (
+        f"Autocorrelation of the open-loop residuals of {log}. White noise stays in the band. Noise of the measured "
+        "control colours a residual too; the innovations below are free of that."
+    )
+    label = f"Autocorrelations of the residuals of {', '.join(dict.fromkeys(row.channel for row in rows))}"
+    return figures.add(autocorrelations(rows, samples), caption, label)
