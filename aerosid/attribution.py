@@ -253,6 +253,7 @@ class _Search:
         self.hypotheses = hypotheses
         self.declared = declared
         self.settings = settings
+        self.linearised: tuple[Refinement, Linearised] | None = None
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
     def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
@@ -548,9 +549,10 @@ class _Search:
         entries = [part.entry for part in group if part.entry is not None]
         if len(entries) < len(group):
             return True
-        asked = self.open_hypotheses(current)
-        linearised = Linearised(self.asking(current, asked), self.manoeuvres, asked)
-        loss, scores = linearised.in_place_of(entries)
+        if self.linearised is None or self.linearised[0] is not current:
+            asked = self.open_hypotheses(current)
+            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
+        loss, scores = self.linearised[1].in_place_of(entries)
         lost_for_good = loss - scores[0].gain if scores else loss
         return lost_for_good < NEARLY_ALL * loss + SURELY_APART * margin
 

@@ -37,6 +37,7 @@ from aerosid.results import (
     ErrorHistory,
     ErrorRow,
     Evidence,
+    LinearRow,
     Parameter,
     PrefilterNote,
     RegressorPicture,
@@ -64,6 +65,8 @@ class LoopSettings:
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
         Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
+    linear_analysis : bool
+        Whether modes and flying qualities of the models are wanted.
     priors : bool
         Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
         alone speaks.
@@ -81,6 +84,7 @@ class LoopSettings:
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
+    linear_analysis: bool = True
     priors: bool = False
     seed: int = 0
     flight_phase: str | None = None
@@ -165,7 +169,10 @@ def close_loop(
     )
     completed, deviations = found.completed, found.completed_deviations
     spread = Spread(completed.free, deviations.covariance)
-    linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
+    linear: tuple[LinearRow, ...] = ()
+    unlinearised: tuple[str, ...] = ()
+    if settings.linear_analysis:
+        linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
     verdict = judge(found, manoeuvres)
     rows = _derivative_rows(aircraft, found, chain, scatter(completed, manoeuvres))
     progress("designing the next flight")
@@ -240,7 +247,10 @@ def _seen_in_d(
         deficient = run_chain(declared, manoeuvres, found.before.free, settings)
         scores = found.rounds[0] if found.rounds else ()
         screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
-        completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings) if chosen else deficient
+        completed = deficient
+        if chosen:
+            near = deficient.error_density
+            completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings, near)
         histories, correlations = smoothed_histories(found.completed, manoeuvres, coefficients, chosen)
         if not histories:
             histories, correlations = error_histories(completed, manoeuvres, chosen, settings)

@@ -142,12 +142,19 @@ class Linearised:
 
     def _scores(self, present: NDArray[np.int64], gradient: NDArray[np.float64]) -> tuple[Score, ...]:
         scale, inner, taken = self._projection(present, gradient)
+        single = np.array([columns[0] for _, columns, _ in self.asked if len(columns) == 1], dtype=np.int64)
+        alone = iter(_single_scores(single, self.normal, gradient, present, scale, inner, taken))
         best: dict[int, Score] = {}
         for hypothesis, columns, trial in self.asked:
-            score = _score(hypothesis, columns, self.normal, gradient, present, scale, inner, taken)
+            if len(columns) == 1:
+                gain, step, independence = next(alone)
+                score = Score(hypothesis, gain, (step,), independence, trial)
+            else:
+                score = _score(hypothesis, columns, self.normal, gradient, present, scale, inner, taken)
+                score = replace(score, trial=trial)
             known = best.get(id(hypothesis))
             if known is None or score.gain > known.gain:
-                best[id(hypothesis)] = replace(score, trial=trial)
+                best[id(hypothesis)] = score
         return tuple(sorted(best.values(), key=lambda score: -score.gain))
 
 
@@ -168,6 +175,26 @@ def _normal_equations(
         normal += flat.T @ flat
         gradient += flat.T @ np.nan_to_num(part.residual).ravel()
     return normal, gradient
+
+
+def _single_scores(
+    places: NDArray[np.int64],
+    normal: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    present: NDArray[np.int64],
+    scale: NDArray[np.float64],
+    inner: NDArray[np.float64],
+    taken: NDArray[np.float64],
+) -> list[tuple[float, float, float]]:
+    """Gain, step and independence of every hypothesis of a single number, all at once."""
+    cross = normal[np.ix_(present, places)] / scale[:, None]
+    own = normal[places, places]
+    left = own - np.sum(cross * (inner @ cross), axis=0)
+    independence = np.divide(left, own, out=np.zeros_like(left), where=own > 0.0)
+    apart = independence >= LEAST_INDEPENDENCE
+    slope = gradient[places] - cross.T @ taken
+    step = np.divide(slope, left, out=np.zeros_like(left), where=apart)
+    return list(zip((slope * step).tolist(), step.tolist(), np.maximum(independence, 0.0).tolist(), strict=True))
 
 
 def _score(

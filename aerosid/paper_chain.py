@@ -130,6 +130,7 @@ def run_chain(
     manoeuvres: Sequence[Manoeuvre],
     entries: Sequence[Entry],
     settings: ChainSettings = ChainSettings(),
+    near: NDArray[np.float64] | None = None,
 ) -> Chain:
     """The derivatives that IEBMEE and recursive least squares give for a structure.
 
@@ -141,6 +142,8 @@ def run_chain(
         All are regressed jointly.
     entries : sequence of Entry
         What is estimated.
+    near : ndarray, shape (4,), optional
+        Density of the model error from which the likeliest one is sought: that of a similar structure.
 
     Raises
     ------
@@ -149,7 +152,7 @@ def run_chain(
     """
     fed = tuple(feed(manoeuvre, settings) for manoeuvre in manoeuvres)
     places = model.indices(entries)
-    density = choose_error_density(model, manoeuvres, settings)
+    density = choose_error_density(model, manoeuvres, settings, near)
     for n in range(settings.iterations):
         histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in fed]
         regressors, target, weights = _stack(histories, places)
@@ -162,14 +165,17 @@ def run_chain(
         if n > 0 and np.all(np.abs(step) <= settings.tolerance * scale + 1e-9 * np.abs(values[places])):
             break
         if n == 0:
-            density = choose_error_density(model, manoeuvres, settings)
+            density = choose_error_density(model, manoeuvres, settings, density)
     residual = target - regressors @ np.nan_to_num(fit.coefficients)
     errors = _std_errors(histories, regressors, residual, weights, places.size)
     return Chain(model, tuple(entries), errors, fed, density)
 
 
 def choose_error_density(
-    model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre], settings: ChainSettings
+    model: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: ChainSettings,
+    near: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Q2^-1 of the u, w, q and theta equations, (4,): the user's, or the most likely one on the unfiltered channels.
 
@@ -199,9 +205,14 @@ def choose_error_density(
                 costs[place] = np.inf  # too little room for error to follow the flight
         return costs[place]
 
-    # The likelihood has one maximum over the factor; bracket it coarsely, then look at its neighbours.
-    best = min(range(0, factors.size, 4), key=cost)
-    best = min(range(max(best - 3, 0), min(best + 4, factors.size)), key=cost)
+    # The likelihood has one maximum over the factor: bracket it coarsely, or begin at `near`, then walk to it.
+    if near is None:
+        best = min(range(0, factors.size, 4), key=cost)
+        best = min(range(max(best - 3, 0), min(best + 4, factors.size)), key=cost)
+    else:
+        best = int(np.argmin(np.abs(np.log(factors * shape[0] / near[0]))))
+        while (better := min(range(max(best - 1, 0), min(best + 2, factors.size)), key=cost)) != best:
+            best = better
     return np.asarray(factors[best] * shape)
 
 

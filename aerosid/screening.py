@@ -49,7 +49,7 @@ def screen(
     declared terms of the equation and an error of the initial state leave of either.
     """
     model = chain.model.extended(candidates)
-    density = choose_error_density(chain.model, manoeuvres, settings)
+    density = choose_error_density(chain.model, manoeuvres, settings, chain.error_density)
     histories = [_seen(estimate_aircraft_error(model, part.flight, part.variance, density), part) for part in chain.fed]
     gains = {score.hypothesis.entries[0]: score for score in scores if score.hypothesis.entries}
     declared = model.indices(chain.entries)
@@ -106,7 +106,7 @@ def error_histories(
     coefficients = values[places]
     values[places] = 0.0
     lacking = chain.model.with_values(values)
-    density = choose_error_density(lacking, manoeuvres, settings)
+    density = choose_error_density(lacking, manoeuvres, settings, chain.error_density)
     histories = [
         _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
     ]
@@ -165,7 +165,7 @@ def regressor_pictures(
     coefficients = values[places]
     values[places] = 0.0
     lacking = chain.model.with_values(values).extended(rivals)
-    density = choose_error_density(lacking, manoeuvres, settings)
+    density = choose_error_density(lacking, manoeuvres, settings, chain.error_density)
     histories = [
         _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
     ]
