@@ -173,10 +173,10 @@ def analyse(
     """
     linear = linearise(model, condition)
     steps, lower, upper = _neighbours(model, condition, spread)
-    numbers = _numbers(linear)
+    numbers, below, above = _numbers(linear), [_numbers(x) for x in lower], [_numbers(x) for x in upper]
 
     def deviation(key: tuple[str, str]) -> float | None:
-        slopes = _slopes([_numbers(x).get(key) for x in lower], [_numbers(x).get(key) for x in upper], steps)
+        slopes = _slopes([held.get(key) for held in below], [held.get(key) for held in above], steps)
         return _carried(slopes, spread.covariance)
 
     rows = {key: Parameter(value, deviation(key), _UNITS[key[1]]) for key, value in numbers.items()}
