@@ -16,12 +16,14 @@ from aerosid.attribution import Attribution, AttributionSettings, Finding, attri
 from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
 from aerosid.completed_aircraft import complete_aircraft
+from aerosid.contradicted_loop import contradicted_loop
 from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
 from aerosid.flight_log import FlightLog
 from aerosid.force_history import smoothed_histories
 from aerosid.goodness import correlation_matrix, fit_rows, innovation_rows, scatter, variance_inflation
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
+from aerosid.kinematics import Agreement, check_kinematics
 from aerosid.linear_analysis import Spread, analyse_models, requirement_for
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
@@ -67,6 +69,8 @@ class LoopSettings:
         Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
     linear_analysis : bool
         Whether modes and flying qualities of the models are wanted.
+    kinematics : bool
+        Whether the instruments are compared by kinematics first.
     priors : bool
         Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
         alone speaks.
@@ -85,6 +89,7 @@ class LoopSettings:
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
     linear_analysis: bool = True
+    kinematics: bool = True
     priors: bool = False
     seed: int = 0
     flight_phase: str | None = None
@@ -135,6 +140,11 @@ def close_loop(
     others = [prepare(log, aircraft, plain.columns) for log in validation]
     given = declared_effects(aircraft, controls_of(plain), manoeuvres)
     declared = with_columns_of(plain, given)
+
+    progress("comparing the instruments with each other")
+    agreement = check_kinematics(identification) if settings.kinematics else None
+    if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
+        return contradicted_loop(identification, validation, aircraft, declared, manoeuvres, agreement, settings.seed)
 
     progress("re-estimating the declared model")
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
@@ -204,6 +214,7 @@ def close_loop(
         innovations=tuple(innovation_rows(completed, manoeuvres)),
         correlation=correlation_matrix(completed, deviations),
         regressors=seen.regressors if seen else (),
+        kinematics=agreement,
     )
 
 

@@ -60,10 +60,14 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         Where to.
     """
     console.print(f"Do the instruments agree with each other? {agreement.verdict.value}", soft_wrap=True)
+    for contradiction in agreement.contradictions:
+        console.print(contradiction.sentence, soft_wrap=True)
     if agreement.findings:
         console.print(_findings(agreement))
     for gust in agreement.air:
         console.print(f"The air moves along body {gust.axis}: {gust.sigma:.2g} m/s over {gust.length:.3g} m.")
+    if not agreement.channels:
+        return
     table = Table(title="measured - integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
     table.add_column("channel")
     table.add_column("unit")

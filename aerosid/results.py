@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.flight_log import FlightLog
+from aerosid.kinematics import KinematicConsistency
 
 FloatArray = NDArray[np.float64]
 
@@ -485,3 +486,5 @@ class ClosedLoop:
     """What to fly next, where something is left to decide."""
     regressors: tuple[RegressorPicture, ...] = ()
     """The model error against the found terms and their closest rivals."""
+    kinematics: KinematicConsistency | None = None
+    """Whether the instruments agree with each other; None where too few channels are there."""

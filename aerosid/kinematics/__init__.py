@@ -1,7 +1,8 @@
 """Kinematic consistency: what a_x, a_z, q, theta, V, alpha and h say about each other without any aerodynamics.
 
-`consistency` gives the answer; `search` looks for faults of instruments, `estimate` fits them, `likelihood` whitens
-what is left, `flight_path` integrates the motion, `faults` is the catalogue, `recording` a log as arrays.
+`consistency` gives the answer; `contradiction` sees what cannot belong together, `search` looks for faults of
+instruments, `estimate` fits them, `likelihood` whitens what is left, `flight_path` integrates the motion, `faults` is
+the catalogue, `recording` a log as arrays.
 """
 
 from aerosid.kinematics.consistency import (
@@ -13,10 +14,12 @@ from aerosid.kinematics.consistency import (
     check_kinematics,
     describe,
 )
+from aerosid.kinematics.contradiction import Contradiction
 
 __all__ = [
     "Agreement",
     "ChannelAgreement",
+    "Contradiction",
     "InstrumentFinding",
     "KinematicConsistency",
     "MovingAir",

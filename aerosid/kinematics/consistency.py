@@ -10,6 +10,7 @@ import numpy as np
 
 from aerosid.fit_statistics import whiteness
 from aerosid.flight_log import FlightLog
+from aerosid.kinematics.contradiction import Contradiction, contradictions
 from aerosid.kinematics.estimate import Fit
 from aerosid.kinematics.likelihood import simulate, whiten
 from aerosid.kinematics.recording import MOST_SAMPLES, Recording, lacking, read_recording
@@ -109,6 +110,8 @@ class KinematicConsistency:
         The verdict for a person.
     notes : tuple of str
         What was left out.
+    contradictions : tuple of Contradiction
+        What no fault of an instrument reconciles; where there is one nothing else is judged.
     """
 
     logs: tuple[str, ...]
@@ -119,6 +122,7 @@ class KinematicConsistency:
     channels: tuple[ChannelAgreement, ...]
     sentence: str
     notes: tuple[str, ...] = ()
+    contradictions: tuple[Contradiction, ...] = ()
 
 
 def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAULT) -> KinematicConsistency | None:
@@ -143,10 +147,15 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
         return None
     notes = tuple(_left_out(log) for log, recording in read if recording is None)
     notes += tuple(
-        f"{r.log.name}: the liveliest {r.compared_samples} of {r.time.size} samples are looked at."
+        f"{r.log.name}: the liveliest {r.compared_samples} of {r.log.samples} samples are looked at."
         for r in recordings
-        if r.time.size > MOST_SAMPLES
+        if r.log.samples > MOST_SAMPLES
     )
+    opposed = contradictions(recordings)
+    if opposed:
+        names = tuple(recording.log.name for recording in recordings)
+        sentence = " ".join(each.sentence for each in opposed)
+        return KinematicConsistency(names, Agreement.INCONSISTENT, (), (), (), (), sentence, notes, opposed)
     found = search(recordings, settings)
     findings = tuple(_finding(named) for named in found.named)
     groups = tuple(

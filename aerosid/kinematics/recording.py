@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ GAP = 2.5
 
 MOST_SAMPLES = 20_000
 """Of a longer recording the liveliest stretches are looked at: an instrument does not change within hours."""
+
+PADDING = 10.0
+"""s kept on both sides of a stretch: what is late by less still lies in them."""
 
 MARGIN = 0.5
 """s at both ends of a stretch whose outputs are not compared: an instrument that is late looks past them."""
@@ -118,7 +121,28 @@ def read_recording(log: FlightLog) -> Recording | None:
         kept = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
         compared[stretch] = np.isfinite(measured[stretch]) & kept[:, None]
     noise = {name: estimate_noise(time, log[name]) for name in (*NEEDED, "theta", "h") if name in log}
-    return Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions))
+    return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)))
+
+
+def compacted(recording: Recording) -> Recording:
+    """The recording without the samples that are far from every stretch; what is left keeps its time."""
+    time = recording.time
+    keep = np.zeros(time.size, dtype=bool)
+    for stretch in recording.stretches:
+        first = np.searchsorted(time, time[stretch.start] - PADDING)
+        keep[first : np.searchsorted(time, time[stretch.stop - 1] + PADDING, side="right")] = True
+    if keep.all():
+        return recording
+    place = np.cumsum(keep) - 1
+    stretches = tuple(slice(int(place[s.start]), int(place[s.stop - 1]) + 1) for s in recording.stretches)
+    return replace(
+        recording,
+        time=time[keep],
+        inputs=recording.inputs[keep],
+        measured=recording.measured[keep],
+        compared=recording.compared[keep],
+        stretches=stretches,
+    )
 
 
 def _whole_stretches(time: Array, inputs: Array, measured: Array) -> tuple[slice, ...]:

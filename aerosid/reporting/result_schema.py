@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 from aerosid.flight_log import FlightLog
+from aerosid.kinematics import KinematicConsistency
 from aerosid.linear_model import LINEAR_STATES
 from aerosid.results import ClosedLoop, Effect, LinearRow
 
@@ -150,6 +151,63 @@ class ScreeningEntry(_Row):
     gain: Number
     independence: Number
     chosen: bool
+
+
+class InstrumentEntry(_Row):
+    """One fault of an instrument, from kinematics alone; `axis` of a position."""
+
+    kind: Text
+    where: Text
+    axis: Text
+    value: Number
+    std_error: Number
+    unit: Text
+    p_value: Number
+    likelihood_gain: Number
+
+
+class AirEntry(_Row):
+    """Gusts along a body axis, from kinematics alone: m/s and m."""
+
+    axis: Text
+    sigma: Number
+    length: Number
+
+
+class AgreementEntry(_Row):
+    """How one channel of one log agrees with the integrated path: root-mean-squares, and whether the rest is white."""
+
+    log: Text
+    channel: Text
+    unit: Text
+    before: Number
+    after: Number
+    noise: Number
+    white: bool
+
+
+class ContradictionEntry(_Row):
+    """Channels of one log that cannot belong to one motion."""
+
+    log: Text
+    channels: tuple[Text, ...]
+    remedy: Text
+    misfit: Number
+    sentence: Text
+
+
+class KinematicsEntry(_Row):
+    """Whether the instruments agree with each other; groups of `inseparable` begin with a finding."""
+
+    logs: tuple[Text, ...]
+    verdict: Literal["consistent", "corrected", "inconsistent"]
+    sentence: Text
+    findings: tuple[InstrumentEntry, ...]
+    inseparable: tuple[tuple[InstrumentEntry, ...], ...]
+    air: tuple[AirEntry, ...]
+    channels: tuple[AgreementEntry, ...]
+    contradictions: tuple[ContradictionEntry, ...]
+    notes: tuple[Text, ...]
 
 
 class ModeEntry(_Row):
@@ -294,6 +352,7 @@ class ResultFile(_Row):
     notes: tuple[Text, ...] = ()
     linear: tuple[LinearEntry, ...] = ()
     next_flight: NextFlightEntry | None = None
+    kinematics: KinematicsEntry | None = None
 
     model_config = ConfigDict(
         frozen=True,
@@ -347,7 +406,15 @@ def result_file(result: ClosedLoop) -> ResultFile:
         notes=result.notes,
         linear=tuple(_linear(row) for row in result.linear),
         next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),
+        kinematics=_kinematics(result.kinematics),
     )
+
+
+def _kinematics(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
+    if agreement is None:
+        return None
+    values = {entry.name: getattr(agreement, entry.name) for entry in fields(agreement)}
+    return KinematicsEntry.model_validate({**values, "verdict": agreement.verdict.name.lower()})
 
 
 def _linear(row: LinearRow) -> LinearEntry:
@@ -361,16 +428,17 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time` and `parameters` are left out of effects that have none, and `next_flight` where nothing is left to decide;
-    every other key always stands.
+    `time` and `parameters` are left out of effects that have none, `next_flight` where nothing is left to decide, and
+    `kinematics` where too few channels are there; every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
         for key in ("time", "parameters"):
             if effect[key] is None:
                 del effect[key]
-    if document["next_flight"] is None:
-        del document["next_flight"]
+    for key in ("next_flight", "kinematics"):
+        if document[key] is None:
+            del document[key]
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -20,6 +20,7 @@ from aerosid.reporting.sections import (
     derivatives,
     effects,
     fit,
+    instruments,
     linear,
     next_flight,
     origin,
@@ -44,6 +45,7 @@ class Section:
 
 SECTIONS = (
     Section("decision", "What is to be decided", decision.context),
+    Section("instruments", "Do the instruments agree with each other?", instruments.context),
     Section("residual", "The residual, and where it is", residual.context),
     Section("candidates", "The candidates and their evidence", candidates.context),
     Section("effects", "What was chosen", effects.context),

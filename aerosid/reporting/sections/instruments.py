@@ -1,0 +1,18 @@
+"""Whether the instruments agree with each other, before any aerodynamics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.results import ClosedLoop
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
+    """The findings with what cannot be told from each; nothing where too few channels are there."""
+    agreement = result.kinematics
+    if agreement is None:
+        return None
+    instead = {group[0]: group[1:] for group in agreement.inseparable}
+    rows = [(finding, instead.get(finding, ())) for finding in agreement.findings]
+    return {"agreement": agreement, "rows": rows, "several": len(agreement.logs) > 1}
