@@ -24,7 +24,7 @@ from aerosid.expected_information import (
 from aerosid.flight_limits import FlightLimits, flight_limits, shown
 from aerosid.input_shapes import InputShape, Steps, neighbours, patterns
 from aerosid.likelihood import OutOfRangeError
-from aerosid.manoeuvre import Manoeuvre
+from aerosid.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
 from aerosid.open_loop import simulate
 from aerosid.predicted_flight import SteadyFlight, at_steady, planned_manoeuvre, sampling_ratio, steady_flight
 from aerosid.refinement import Refinement
@@ -44,6 +44,8 @@ class DesignSettings:
         s of the whole flight; between them it is as long as the record.
     samples : int
         Most samples while searching; the noise is scaled to their interval.
+    substep : float
+        s, longest of the integrator while searching: a short period of 5 rad/s to 1e-5.
     resolution : float
         rad; amplitudes are whole multiples, as a pilot can set them.
     bisections : int
@@ -65,7 +67,8 @@ class DesignSettings:
     tail: float = 3.0
     shortest: float = 15.0
     longest: float = 30.0
-    samples: int = 400
+    samples: int = 300
+    substep: float = 0.05
     resolution: float = float(np.radians(0.1))
     bisections: int = 6
     refined: int = 2
@@ -80,17 +83,17 @@ class Rival:
     """A model that fits the records about as well as the chosen one.
 
     `estimate` it, fitted; `known` (K, K) what the records tell of its parameters; `present` the difference of -2 ln L
-    that stands against it, counted for coloured residuals as all expected ones are; `label` its name, `kinds` of its
-    effects, `instead_of` the chosen effect that it would replace, of `chosen_kind`.
+    that stands against it, counted for coloured residuals as all expected ones are; `label` its name, `instead_of` the
+    chosen effect that it would replace; `kinds` and `places` of both.
     """
 
     estimate: Refinement
     known: NDArray[np.float64]
     present: float
     label: str
-    kinds: frozenset[str]
     instead_of: str
-    chosen_kind: str
+    kinds: frozenset[str]
+    places: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -190,12 +193,12 @@ class InputSearch:
     def planned(self, shape: InputShape, amplitude: float, time: NDArray[np.float64]) -> Manoeuvre:
         """The flight with an input; its sensors show nothing yet."""
         deflection = shape.deflection(time, self.settings.lead, amplitude, self.limits.rate)
-        return planned_manoeuvre(self.record, self.steady, time, deflection)
+        substep = self.settings.substep if time is self.time else LONGEST_SUBSTEP
+        return planned_manoeuvre(self.record, self.steady, time, deflection, longest_substep=substep)
 
-    def room(self, planned: Manoeuvre) -> float:
-        """How far the flight stays from the limits, whichever of the models is true."""
+    def room(self, planned: Manoeuvre, estimates: Sequence[Refinement]) -> float:
+        """How far the flight stays from the limits, whichever of `estimates` is true."""
         delta_e = planned.flight.inputs[:, self.steady.elevator]
-        estimates = (self.chosen, *(rival.estimate for rival in self.rivals))
         return min(self.limits.room(self.simulated(one, planned), delta_e, self.steady) for one in estimates)
 
     def largest(self, shape: InputShape) -> float:
@@ -204,18 +207,20 @@ class InputSearch:
         amplitude = self.rounded(max(high - self.steady.delta_e, self.steady.delta_e - low))
         inside, outside = 0.0, np.inf
         for _ in range(self.settings.bisections):
-            if not inside < amplitude < outside:
-                break
-            room = self.room(self.planned(shape, amplitude, self.time))
+            room = self.room(self.planned(shape, amplitude, self.time), (self.chosen,))
             if room >= 0.0:
                 inside = amplitude
             else:
                 outside = amplitude
-            if not np.isfinite(outside):
-                break
             # The response is nearly linear: what it uses of the room grows with the amplitude. Speed is not.
             guess = 0.5 * outside if not np.isfinite(room) else 0.97 * amplitude / (1.0 - room)
             amplitude = self.rounded(guess if inside == 0.0 else 0.5 * (inside + outside))
+            if outside < 1.08 * inside or not inside < amplitude < outside:
+                break
+        # Models that fit the same record answer nearly alike: they are asked last.
+        others = [rival.estimate for rival in self.rivals]
+        while inside > 0.0 and others and self.room(self.planned(shape, inside, self.time), others) < 0.0:
+            inside = self.rounded(0.9 * inside)
         return inside
 
     def rounded(self, amplitude: float) -> float:
@@ -314,16 +319,20 @@ def rivals_of(found: Attribution, most: int) -> tuple[Rival, ...]:
         if other.fit is not None and other.fit.held_to_data == 0.0:
             fits.setdefault(id(other.fit), (other.fit, []))[1].append(other)
     colour = largest_colour(found)
-    kinds = {named((one.kind, one.where, one.term)): one.kind for one in found.findings}
-    return tuple(
-        Rival(
-            estimate=fit,
-            known=shared_information(fit),
-            present=-parts[0].gain / colour,
-            label=" and ".join(dict.fromkeys(named((part.kind, part.where, part.term)) for part in parts)),
-            kinds=frozenset(part.kind for part in parts),
-            instead_of=parts[0].instead_of,
-            chosen_kind=kinds.get(parts[0].instead_of, ""),
+    chosen = {named((one.kind, one.where, one.term)): one for one in found.findings}
+    rivals = []
+    for fit, parts in list(fits.values())[:most]:
+        instead_of = parts[0].instead_of
+        both = [*parts, *([chosen[instead_of]] if instead_of in chosen else [])]
+        rivals.append(
+            Rival(
+                estimate=fit,
+                known=shared_information(fit),
+                present=-parts[0].gain / colour,
+                label=" and ".join(dict.fromkeys(named((part.kind, part.where, part.term)) for part in parts)),
+                instead_of=instead_of,
+                kinds=frozenset(part.kind for part in both),
+                places=frozenset(part.where for part in both),
+            )
         )
-        for fit, parts in list(fits.values())[:most]
-    )
+    return tuple(rivals)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.attribution import Attribution
+from aerosid.effects import StateEffect
 from aerosid.errors import EstimationError
 from aerosid.expected_information import (
     CERTAIN,
@@ -72,6 +73,10 @@ def plan_next_flight(
         return None
     if found.completed.held_to_data > 0.0:
         return _nothing(rivals, unknowns, 0, _RUNS_AWAY)
+    estimates = (found.completed, *(rival.estimate for rival in rivals))
+    if any(isinstance(active.effect, StateEffect) for one in estimates for active in one.effects):
+        # Separation is simulated by repetition, its slopes by differences of whole simulations: fewer inputs then.
+        settings = replace(settings, base_times=settings.base_times[1::2], refined=0)
     try:
         search = InputSearch(found, manoeuvres, rivals, unknowns, limits, settings)
     except EstimationError as error:
@@ -215,9 +220,11 @@ def _instead(rival: Rival, share: float) -> str:
 
 def elsewhere(rival: Rival) -> str:
     """What would tell two effects apart that no elevator input does, in general terms."""
-    kinds = rival.kinds | {rival.chosen_kind}
+    kinds = rival.kinds
     if "gust" in kinds:
         what = "flights in calm air, or a measured flow angle ahead of the aircraft"
+    elif all(kind.startswith("sensor_") for kind in kinds) and len(rival.places) == 1:
+        what = "a calibration of that sensor on the ground, or a second one beside it"
     elif all(kind.startswith("sensor_") for kind in kinds):
         what = "an independent sensor of one of the two channels, or its calibration on the ground"
     elif any(kind.startswith("sensor_") for kind in kinds):

@@ -115,6 +115,7 @@ def planned_manoeuvre(
     deflection: NDArray[np.float64],
     measured: NDArray[np.float64] | None = None,
     name: str = "next flight",
+    longest_substep: float = LONGEST_SUBSTEP,
 ) -> Manoeuvre:
     """The flight to come with the sensors of a record, as the estimators take it.
 
@@ -126,6 +127,8 @@ def planned_manoeuvre(
         s; the elevator's deflection from trim, rad, linear between samples.
     measured : ndarray, shape (N, 8), optional
         What the sensors are to show; zero where none is given.
+    longest_substep : float
+        Of the integrator, s.
 
     Notes
     -----
@@ -142,7 +145,7 @@ def planned_manoeuvre(
         inputs=inputs,
         measured=np.where(held, shown, np.nan),
         positions=flight.positions,
-        substeps=max(1, int(np.ceil(interval / LONGEST_SUBSTEP - 1e-9))),
+        substeps=max(1, int(np.ceil(interval / longest_substep - 1e-9))),
         input_variance=flight.input_variance * sampling_ratio(record, time),
     )
     channels = {ELEVATOR: np.array(inputs[:, steady.elevator])}

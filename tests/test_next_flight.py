@@ -238,14 +238,14 @@ def reported(plan: NextFlight) -> ClosedLoop:
 
 
 def test_the_input_is_written_as_a_native_log(reported: ClosedLoop, tmp_path: Path) -> None:
-    write_report(reported, tmp_path)
+    write_report(reported, tmp_path, interactive=False)
     log = read_log(tmp_path / "next_input.csv")
     planned = reported.next_flight.input if reported.next_flight else None
     assert planned is not None
     assert log["delta_e"] == pytest.approx(planned.delta_e, abs=1e-9)
     assert log.time == pytest.approx(planned.time, abs=1e-9)
     # A later run that leaves nothing open takes it away: it would be flown for this one's.
-    write_report(dataclasses.replace(reported, next_flight=None), tmp_path)
+    write_report(dataclasses.replace(reported, next_flight=None), tmp_path, interactive=False)
     assert not (tmp_path / "next_input.csv").exists()
     assert "next_flight" not in json.loads((tmp_path / "result.json").read_text())
 
