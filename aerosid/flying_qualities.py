@@ -118,6 +118,11 @@ def short_period_level(frequency: float, damping: float, n_alpha: float, require
     return WORSE_THAN_LEVEL_3
 
 
+def divergence_level(time_to_double: float) -> int:
+    """Level 3 of an aperiodic divergence, 4 where it doubles in less than 6 s (MIL-F-8785C, 3.2.1.1)."""
+    return 3 if time_to_double >= 6.0 else WORSE_THAN_LEVEL_3
+
+
 def phugoid_level(damping: float | None, time_to_double: float | None) -> int:
     """Level 1, 2 or 3 of the phugoid; 4 where it is worse.
 

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
-from aerosid.flying_qualities import Requirement, control_anticipation, phugoid_level, short_period_level
+from aerosid.flying_qualities import (
+    Requirement,
+    control_anticipation,
+    divergence_level,
+    phugoid_level,
+    short_period_level,
+)
 from aerosid.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.longitudinal import GRAVITY
 from aerosid.manoeuvre import Manoeuvre
@@ -289,10 +295,14 @@ def _bands(
 def _levels(
     rows: dict[tuple[str, str], Parameter], requirement: Requirement
 ) -> tuple[int | None, int | None, int | None]:
-    """The best, the likeliest and the worst level of the short period within two deviations of its numbers."""
+    """The best, the likeliest and the worst level of the short period within two deviations of its numbers.
+
+    Where it has become a divergence, the level of that.
+    """
     wanted = [(SHORT_PERIOD, "frequency"), (SHORT_PERIOD, "damping"), ("qualities", "n_alpha")]
     if any(key not in rows for key in wanted):
-        return None, None, None
+        doubling = [row.value for (mode, name), row in rows.items() if name == "time_to_double" and mode != PHUGOID]
+        return None, divergence_level(min(doubling)) if doubling else None, None
     frequency, damping, n_alpha = (rows[key] for key in wanted)
     level = short_period_level(frequency.value, damping.value, n_alpha.value, requirement)
     if any(row.std_error is None for row in (frequency, damping, n_alpha)):

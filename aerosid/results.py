@@ -290,7 +290,8 @@ class LinearRow:
     category, aircraft_class : str
         What the levels were judged for (MIL-F-8785C).
     short_period_level, phugoid_level : int or None
-        1 to 3, 4 where worse; None where there is no such mode.
+        1 to 3, 4 where worse; None where there is no such mode. Of a short period that has become a divergence, that
+        of the divergence.
     short_period_level_range : (int, int) or None
         Best and worst level within two deviations; None where the deviations are unknown.
     step_size : float

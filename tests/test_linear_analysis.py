@@ -19,7 +19,7 @@ from aerosid.aerodynamics import declared_model
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, EstimationError, UsageError
-from aerosid.flying_qualities import CLASSES, Requirement, phugoid_level, short_period_level
+from aerosid.flying_qualities import CLASSES, Requirement, divergence_level, phugoid_level, short_period_level
 from aerosid.linear_analysis import STEP, STEP_TIME, Spread, analyse, load_factor_per_alpha, requirement_for
 from aerosid.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.modes import Mode, longitudinal_modes
@@ -130,6 +130,10 @@ def test_a_statically_unstable_aircraft_has_a_mode_that_doubles() -> None:
     modes = longitudinal_modes(linear_of(UNSTABLE).A)
     doubling = [mode for mode in modes if mode.time_to_double is not None]
     assert len(doubling) == 1
+    row = analyse("declared", declared_model(UNSTABLE, 100.0), CONDITION, Spread((), np.zeros((0, 0))), Requirement())
+    assert doubling[0].time_to_double is not None
+    assert row.short_period_level == (3 if doubling[0].time_to_double >= 6.0 else 4)
+    assert [divergence_level(6.1), divergence_level(5.9)] == [3, 4]
     between = np.diag([-4.0, 0.0, 0.0, 0.1]).astype(float)
     between[1:3, 1:3] = [[-0.2, 0.5], [-0.5, -0.2]]
     assert [mode.name for mode in longitudinal_modes(between)] == ["real_root_1", "third_oscillatory", "real_root_2"]
