@@ -272,7 +272,13 @@ def test_a_jsbsim_aircraft_takes_the_model_and_its_actuator(tmp_path: Path, caps
     declared.write_text(LIGHT.text + '\n[[effects]]\nkind = "control_lag"\nwhere = "delta_e"\nvalue = 0.15\n')
     out = tmp_path / "made" / "new.xml"
     assert main(["export", str(declared), "--format", "jsbsim", "--into", str(target), "--out", str(out)]) == 0
-    assert capsys.readouterr().out == ""
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "--aerorp" in captured.err
+    moved = ["--aerorp=-0.2,0.3", "--out", str(tmp_path / "moved.xml")]
+    assert main(["export", str(declared), "--format", "jsbsim", "--into", str(target), *moved]) == 0
+    assert capsys.readouterr().err == ""
+    assert ET.parse(tmp_path / "moved.xml").getroot().find(".//axis[@name='PITCH']//sum") is not None
     root = ET.parse(out).getroot()
     assert [axis.get("name") for axis in root.iter("axis")] == ["Y", "ROLL", "X", "Z", "PITCH"]
     assert [float(lag.text or "") for lag in root.iter("lag")] == [pytest.approx(1.0 / 0.15)]

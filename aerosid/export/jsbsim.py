@@ -30,6 +30,9 @@ def jsbsim_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     )
     notes = left_out(aircraft)
     if options.into is not None:
+        if options.aero_reference is None:
+            said = "AERORP is taken for the centre of gravity that the model refers to; where it is not, give --aerorp."
+            notes = (*notes, f"{options.into}: {said}")
         return Exported(as_text(put_into(_target(options.into), aircraft, settings)), notes)
     text = aerodynamics_xml(aircraft, settings)
     if actuator_xml(aircraft, settings) is not None:
