@@ -84,7 +84,7 @@ def run_study(
     EstimationError
         Where the true flight cannot be flown, or no run at all gives numbers.
     """
-    trials = Trials(make_truth(plan), plan.levels, plan.seed, plan.catalogue)
+    trials = Trials(make_truth(plan), plan.levels, plan.seed, plan.catalogue).begun()
     levels = []
     failures: Counter[str] = Counter()
     with Journal(directory / JOURNAL, plan.identity) as journal:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.aerodynamics import Entry, declared_model
 from aerosid.aircraft import Aircraft
@@ -18,8 +19,11 @@ from aerosid.evidence import Deviations, deviations
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.manoeuvre import Manoeuvre, prepare
-from aerosid.refinement import Refinement, refine
+from aerosid.refinement import Refinement, RefinementSettings, refine
 from aerosid.study.plan import Catalogue
+
+NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)
+"""From a start that another flight gave: what a wrong structure still creeps is nothing beside what it lacks."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ def search(
     catalogue: Catalogue,
     structure: Sequence[Entry] = (),
     effects: Sequence[ActiveEffect] = (),
+    start: Sequence[float] | None = None,
 ) -> Found:
     """What one log says of the aircraft.
 
@@ -58,6 +63,8 @@ def search(
         With "known": the terms beside those declared, estimated from zero.
     effects : sequence of ActiveEffect
         With "known": the effects that are no term, with start values.
+    start : sequence of float, optional
+        Values of the declared terms to begin their re-estimation from; by default those declared.
 
     Raises
     ------
@@ -76,7 +83,8 @@ def search(
         entries = (*free, *(entry for entry in structure if entry not in free))
         completed = refine(declared.extended(entries), [manoeuvre], entries, effects=(*given, *effects))
         return Found(manoeuvre, None, completed, deviations(completed, [manoeuvre]), ())
-    before = refine(declared, [manoeuvre], free, effects=given, settings=BEFORE)
+    begin = declared if start is None else declared.with_values(_begun(declared.values, start))
+    before = refine(begin, [manoeuvre], free, effects=given, settings=BEFORE if start is None else NEARBY)
     hypotheses = term_hypotheses(candidates)
     coefficients = aircraft.coefficients if catalogue == "all" else ()
     if coefficients:
@@ -84,3 +92,10 @@ def search(
     settings = AttributionSettings(disturbances=catalogue == "all")
     found = attribute(before, [manoeuvre], hypotheses, coefficients, settings)
     return Found(manoeuvre, before, found.completed, found.completed_deviations, found.findings)
+
+
+def _begun(values: NDArray[np.float64], start: Sequence[float]) -> NDArray[np.float64]:
+    """The values with the first of them, those of the declared terms, replaced."""
+    begun = values.copy()
+    begun[: len(start)] = start
+    return begun
