@@ -314,3 +314,11 @@ def test_texts_of_files_stay_texts_in_the_page(tmp_path: Path) -> None:
     assert "<b>" not in page.replace("<b>Figure", "")
     assert "<i>why" not in page
     assert "&lt;img src=x" in page
+
+
+def test_a_declared_derivative_may_fly_with_another_value_and_is_then_not_to_be_found() -> None:
+    plan = replace(SMALL, effects=(*SQUARES, parse_planted("C_m:alpha=-0.6")))
+    truth = make_truth(plan)
+    assert truth.planted == SQUARES
+    assert [truth.model.value(e) for e in truth.free if (e[0], str(e[1])) == ("C_m", "alpha")] == [-0.6]
+    assert len(truth.free) == 12

@@ -173,6 +173,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         log = replace(log, channels={**log.channels, "thrust": np.full(time.size, level.thrust)})
         return _recorded(aircraft, model, prepare(log, aircraft, model.columns), state, effects)
 
+    declared = {(d.coefficient, d.term) for d in aircraft.derivatives}
     validation = None
     if isinstance(plan.validation, str):
         other = replace(plan.flown, shape=plan.validation, amplitude=VALIDATION_SHARE * plan.flown.amplitude)
@@ -184,7 +185,8 @@ def _simulated(plan: StudyPlan) -> Truth:
         aircraft=aircraft,
         model=model,
         free=(*_free(aircraft), *(entry for entry in terms if entry not in _free(aircraft))),
-        planted=plan.effects,
+        # A declared term that flies with another value is re-estimated, not found.
+        planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
         input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.columns[8:]]),
