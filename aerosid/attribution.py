@@ -16,6 +16,7 @@ from scipy.special import chdtrc, ndtr, ndtri
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, whole
+from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
@@ -66,6 +67,9 @@ UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.
 
 LEAST_SHARE = 0.1
 """Share of the best score from which such a kind is worth a fit."""
+
+SPLINE_SHARE = 0.9
+"""Share of the best score from which a spline is worth a fit."""
 
 RIVAL_SHARE = 0.75
 """Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
@@ -345,8 +349,11 @@ class _Search:
 
     def fare(self, trial: Refinement | Start) -> float:
         """What the numbers of an estimate cost."""
-        rare = sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
-        return rare + self.settings.price * (len(trial.free) + sum(len(active.values) for active in trial.effects))
+        added = [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
+        rare = sum(rarity(term) for term in added)
+        rare += sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+        count = len(trial.free) + sum(map(searched_numbers, added))
+        return rare + self.settings.price * (count + sum(len(active.values) for active in trial.effects))
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
@@ -389,8 +396,11 @@ class _Search:
         for score in scores:
             if score.gain > self.critical**2 + self.settings.price * (score.hypothesis.parameters - 1):
                 worth.setdefault(score.hypothesis.label, score)
-        ranked = list(worth.values())
+        splines = [score for score in worth.values() if score.hypothesis.searched]
+        ranked = [score for score in worth.values() if not score.hypothesis.searched]
         chosen = ranked[: self.settings.shortlist]
+        # One spline follows another closely: the best stands for all, where it is about as good as a simpler term.
+        chosen += [score for score in splines[:1] if not chosen or score.gain > SPLINE_SHARE * chosen[0].gain]
         kinds = {score.hypothesis.kind for score in chosen}
         for score in ranked[self.settings.shortlist :]:
             kind = score.hypothesis.kind
@@ -553,8 +563,9 @@ class _Search:
             asked = self.open_hypotheses(current)
             self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
         loss, scores = self.linearised[1].in_place_of(entries)
-        lost_for_good = loss - scores[0].gain if scores else loss
-        return lost_for_good < NEARLY_ALL * loss + SURELY_APART * margin
+        # A spline follows any curve closely; it counts where it does so to the last.
+        near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
+        return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
 
     def rivals(self, reduced: Refinement, group: Sequence[_Part]) -> list[Score]:
         """Hypotheses whose score, where a group was struck out, is not far below the group's own."""

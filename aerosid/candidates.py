@@ -1,49 +1,44 @@
-"""The library of terms that are screened on every flight."""
+"""The terms that are asked for: the aircraft file's own, and those of every family that the flights can show."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+
 from aerosid.aerodynamics import Entry
 from aerosid.aircraft import Aircraft
+from aerosid.effects.aerodynamic_terms import compressible, polynomials, splines, unsteady
+from aerosid.effects.logged_channels import logged_channels
 from aerosid.flight_log import FlightLog
-from aerosid.terms import Term, parse_term
+from aerosid.terms import Term
 
-LIBRARY = (
-    "1",
-    "alpha",
-    "q_hat",
-    "delta_e",
-    "V_hat",
-    "alpha^2",
-    "alpha^3",
-    "alpha^4",
-    "delta_e^2",
-    "delta_e^3",
-    "V_hat^2",
-    "q_hat^2",
-    "alpha*q_hat",
-    "alpha*delta_e",
-    "alpha*V_hat",
-    "q_hat*delta_e",
-    "q_hat*V_hat",
-    "delta_e*V_hat",
-    "alpha^2*q_hat",
-    "alpha^2*delta_e",
+TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str], Iterable[Term]], ...] = (
+    polynomials,
+    unsteady,
+    compressible,
+    splines,
+    logged_channels,
 )
-"""Powers of alpha to the fourth, lower ones of the slower variables, and their cross terms."""
+"""Each gives the terms of one coefficient that the logs can show; a family is one function and one line here."""
 
 
-def library_terms(log: FlightLog) -> tuple[Term, ...]:
-    """The terms of `LIBRARY` whose channels the log holds."""
-    terms = (parse_term(text) for text in LIBRARY)
-    return tuple(term for term in terms if all(name in log for name in term.variables if name.startswith("delta_")))
-
-
-def candidate_entries(aircraft: Aircraft, log: FlightLog) -> tuple[Entry, ...]:
+def candidate_entries(aircraft: Aircraft, logs: Sequence[FlightLog]) -> tuple[Entry, ...]:
     """Every candidate in every coefficient that the aircraft file uses, without what it declares already.
 
     The aircraft's own candidates come first. A term that the file declares as fixed is no candidate either.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The declared aircraft.
+    logs : sequence of FlightLog
+        All logs on which the model is to act: a term needs its channel on each.
     """
     declared = {(derivative.coefficient, derivative.term) for derivative in aircraft.derivatives}
     own = [(coefficient, term) for coefficient, terms in aircraft.candidates.items() for term in terms]
-    library = [(coefficient, term) for coefficient in aircraft.coefficients for term in library_terms(log)]
+    library = [
+        (coefficient, term)
+        for coefficient in aircraft.coefficients
+        for family in TERM_FAMILIES
+        for term in family(logs, coefficient)
+    ]
     return tuple(entry for entry in dict.fromkeys([*own, *library]) if entry not in declared)

@@ -135,7 +135,7 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     progress("reading the logs into the flight model")
-    plain, candidates = _structure(identification, aircraft)
+    plain, candidates = _structure(identification, validation, aircraft)
     manoeuvres = [prepare(log, aircraft, plain.columns) for log in identification]
     others = [prepare(log, aircraft, plain.columns) for log in validation]
     given = declared_effects(aircraft, controls_of(plain), manoeuvres)
@@ -218,9 +218,11 @@ def close_loop(
     )
 
 
-def _structure(logs: Sequence[FlightLog], aircraft: Aircraft) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
+def _structure(
+    logs: Sequence[FlightLog], others: Sequence[FlightLog], aircraft: Aircraft
+) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
-    candidates = candidate_entries(aircraft, logs[0])
+    candidates = candidate_entries(aircraft, [*logs, *others])
     airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] and np.isfinite(logs[0]["V"]).any() else 0.0
     return declared_model(aircraft, airspeed, [term for _, term in candidates]), candidates
 

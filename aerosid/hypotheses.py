@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import CATALOGUE, ActiveEffect, Effect, EffectParameter, Flown, InputEffect, OutputEffect
+from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.effects.cg_shift import centre_column
 from aerosid.effects.disturbance import GUST_COLUMN
 from aerosid.effects.step_change import offset_column, offset_term
@@ -41,9 +42,14 @@ class Hypothesis:
 
     @property
     def parameters(self) -> int:
-        """How many numbers it adds, the moment of a step among them."""
+        """How many numbers it adds, the moment of a step and a spline's knot among them."""
         count = len(self.entries) + sum(len(active.values) for active in self.effects)
-        return count + (self.time is not None)
+        return count + (self.time is not None) + self.searched
+
+    @property
+    def searched(self) -> int:
+        """How many numbers inside its terms were chosen from the flight."""
+        return sum(searched_numbers(term) for _, term in self.entries)
 
     @property
     def label(self) -> tuple[str, str, str]:

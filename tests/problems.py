@@ -160,7 +160,7 @@ class Problem:
         return with_thrust(log, level.thrust)
 
     def candidates(self, log: FlightLog) -> tuple[Entry, ...]:
-        return candidate_entries(self.aircraft, log)
+        return candidate_entries(self.aircraft, [log])
 
     def prepared(self, log: FlightLog) -> tuple[AerodynamicModel, Manoeuvre]:
         """The declared model with columns for every candidate, and the log as the estimators take it."""

@@ -72,7 +72,7 @@ def search(
         As of `close_loop`.
     """
     known = catalogue == "known"
-    candidates = tuple(structure) if known else candidate_entries(aircraft, log)
+    candidates = tuple(structure) if known else candidate_entries(aircraft, [log])
     airspeed = float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0
     plain = declared_model(aircraft, airspeed, [term for _, term in candidates])
     manoeuvre = prepare(log, aircraft, plain.columns)

@@ -1,0 +1,107 @@
+"""Aerodynamic terms that are asked for on every flight that can show them.
+
+Powers of alpha and their products with the slower variables are the polynomial library of stepwise regression (Klein &
+Morelli, Aircraft System Identification, section 5.4). Splines pos(alpha - c)^n are that book's section 5.4.3: their
+knots c divide the flown range of alpha. Mach number and alphadot stand beside the variables that do nearly the same,
+V_hat and q_hat with alpha, and are named where a flight tells them apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.flight_log import FlightLog
+from aerosid.terms import Term, parse_term
+
+POLYNOMIALS = (
+    "1",
+    "alpha",
+    "q_hat",
+    "delta_e",
+    "V_hat",
+    "alpha^2",
+    "alpha^3",
+    "alpha^4",
+    "delta_e^2",
+    "delta_e^3",
+    "V_hat^2",
+    "q_hat^2",
+    "alpha*q_hat",
+    "alpha*delta_e",
+    "alpha*V_hat",
+    "q_hat*delta_e",
+    "q_hat*V_hat",
+    "delta_e*V_hat",
+    "alpha^2*q_hat",
+    "alpha^2*delta_e",
+)
+"""Powers of alpha to the fourth, lower ones of the slower variables, and their cross terms."""
+
+UNSTEADY = ("alpha_dot_hat",)
+"""Downwash that reaches the tail late, and apparent mass."""
+
+COMPRESSIBLE = ("mach", "alpha*mach")
+"""Where Mach number is recorded."""
+
+LEAST_MACH = 0.02
+"""Variation of Mach number in a flight that can show a term in it."""
+
+KNOTS = (0.25, 0.5, 0.75)
+"""Where the splines begin, as shares of the flown range of alpha."""
+
+KNOT_GRID = 0.01
+"""rad; knots are rounded to this, so that a knot reads well and the same flight gives the same terms."""
+
+LEAST_RANGE = 0.06
+"""rad; a flown range of alpha in which knots can be told apart."""
+
+
+def polynomials(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+    """The polynomial library as far as its channels are logged."""
+    for term in map(parse_term, POLYNOMIALS):
+        if all(name in log for log in logs for name in term.variables if name.startswith("delta_")):
+            yield term
+
+
+def unsteady(_logs: Sequence[FlightLog], coefficient: str) -> Iterator[Term]:
+    """Terms in alphadot, which drag does not know."""
+    if coefficient not in ("C_X", "C_D"):
+        yield from map(parse_term, UNSTEADY)
+
+
+def compressible(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+    """Terms in Mach number where it varies."""
+    if all("mach" in log for log in logs) and any(_range(log["mach"]) > LEAST_MACH for log in logs):
+        yield from map(parse_term, COMPRESSIBLE)
+
+
+def splines(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+    """Parts of alpha above knots inside the flown range, to the first and second power."""
+    alpha = np.concatenate([log["alpha"][np.isfinite(log["alpha"])] for log in logs if "alpha" in log] or [np.zeros(1)])
+    low, high = (float(value) for value in np.percentile(alpha, [1.0, 99.0]))
+    if high - low < LEAST_RANGE:
+        return
+    for knot in dict.fromkeys(round((low + share * (high - low)) / KNOT_GRID) for share in KNOTS):
+        sign = "-" if knot >= 0 else "+"
+        start = f" {sign} {abs(knot) * KNOT_GRID:.2f}" if knot else ""
+        for power in ("", "^2"):
+            yield parse_term(f"pos(alpha{start}){power}")
+
+
+def _range(values: NDArray[np.float64]) -> float:
+    held = values[np.isfinite(values)]
+    return float(np.ptp(held)) if held.size else 0.0
+
+
+def searched_numbers(term: Term) -> int:
+    """How many numbers inside a term were chosen from the flight: its knots."""
+    return sum(factor.shape == "pos" and factor.offset != 0.0 for factor in term.factors)
+
+
+def rarity(term: Term) -> float:
+    """What a term must bring in -2 ln L beyond a commoner or simpler one that does the same: a tie goes to that."""
+    degree = sum(factor.power for factor in term.factors)
+    return 0.1 * degree + (2.0 if "mach" in term.variables else 0.0)

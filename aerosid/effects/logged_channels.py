@@ -1,0 +1,83 @@
+"""Recorded channels that the declared model does not use: stabiliser trim, flap, thrust, sideslip, whatever is logged.
+
+Each is offered as a term, linear in C_X, C_Z and C_m; thrust as C_T = thrust/(q_bar S), an error of the engine model
+along x and of its moment arm in C_m. Channels of names that are not in the glossary are offered too, unless they follow
+the measured response so closely that they are another answer and no input: an answer in a term would feed the
+measurement back into what it is compared with.
+Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (extended models).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.flight_log import FlightLog
+from aerosid.noise import estimate_noise
+from aerosid.nomenclature import CHANNELS
+from aerosid.terms import Term, parse_term
+
+KNOWN = ("delta_h", "delta_f", "beta")
+"""Inputs of the glossary that act on the longitudinal motion."""
+
+RESPONSES = ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
+"""What an unknown channel is compared with before it counts as an input."""
+
+AN_ANSWER = 0.9
+"""Share of a channel's variance that the responses explain linearly, from which it is one of them."""
+
+LEAST_NOISE_RATIO = 5.0
+"""Standard deviation of a channel over its noise below which it shows nothing."""
+
+LEAST_THRUST = 0.05
+"""Share of its mean by which recorded thrust must vary to tell C_T from a constant and V_hat."""
+
+MOST_CHANNELS = 8
+"""Channels that are asked for: every simulation carries each of them."""
+
+
+def logged_channels(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+    """A term for each channel that all logs hold, that moves, and that is an input."""
+    names = [name for name in logs[0].channels if name not in CHANNELS and name.isidentifier()]
+    asked = []
+    for name in (*KNOWN, *names):
+        if all(name in log and np.isfinite(log[name]).mean() > 0.9 for log in logs):
+            moving = [log for log in logs if _moves(log, name)]
+            if moving and (name in KNOWN or not any(_is_answer(log, name) for log in moving)):
+                asked.append(name)
+    yield from map(parse_term, asked[:MOST_CHANNELS])
+    if all("thrust" in log for log in logs) and any(_thrust_varies(log) for log in logs):
+        yield parse_term("C_T")
+
+
+def _moves(log: FlightLog, name: str) -> bool:
+    values = log[name]
+    held = values[np.isfinite(values)]
+    spread = float(held.std())
+    if held.size < 5 or spread <= 1e-9 * max(float(np.abs(held).max()), 1e-300):
+        return False
+    return spread > LEAST_NOISE_RATIO * float(estimate_noise(log.time, values))
+
+
+def _is_answer(log: FlightLog, name: str) -> bool:
+    responses = [log[other] for other in RESPONSES if other in log]
+    held = np.isfinite(log[name]) & np.all([np.isfinite(values) for values in responses], axis=0)
+    if held.sum() < 4 * len(responses):
+        return True  # nothing can be said, and an answer would do harm
+    regressors = np.column_stack([np.ones(held.sum()), *(_scaled(values[held]) for values in responses)])
+    target = _scaled(log[name][held])
+    fitted = regressors @ np.linalg.lstsq(regressors, target, rcond=None)[0]
+    return bool(1.0 - np.var(target - fitted) > AN_ANSWER)
+
+
+def _scaled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """About the mean, in standard deviations."""
+    spread = float(values.std())
+    return (values - values.mean()) / spread if spread > 0.0 else np.zeros_like(values)
+
+
+def _thrust_varies(log: FlightLog) -> bool:
+    thrust = log["thrust"][np.isfinite(log["thrust"])]
+    return bool(thrust.size and np.ptp(thrust) > LEAST_THRUST * np.abs(thrust).mean() > 0.0)
