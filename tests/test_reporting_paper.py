@@ -97,3 +97,11 @@ def test_hostile_and_unprintable_texts_are_printed_as_texts() -> None:
     odd = simulated("flight_\udcff", "identification", (1, 1), 60)
     changed = dataclasses.replace(made, identification=(odd.log,), validation=(), simulated=(odd,), effects=())
     assert "flight_\\udcff" in words(paper(changed))
+
+
+def test_a_long_table_begins_where_its_heading_stands(result: ClosedLoop) -> None:
+    """Fifty candidates fit a page of their own; they must not leave the one before them empty."""
+    many = dataclasses.replace(result, screening=(*result.screening, *[result.screening[-1]] * 30))
+    pages = [" ".join(page.extract_text().split()) for page in paper(many).pages]
+    place = next(i for i, text in enumerate(pages) if "All candidates, largest gain first" in text)
+    assert all("partial gain independence entered the model" in text for text in pages[place : place + 2])

@@ -6,7 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
-from reportlab.platypus import Flowable, ListFlowable, ListItem, Paragraph, Spacer, Table, TableStyle
+from reportlab.platypus import (
+    CondPageBreak,
+    Flowable,
+    ListFlowable,
+    ListItem,
+    LongTable,
+    Paragraph,
+    Spacer,
+    Table,
+    TableStyle,
+)
 
 from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.figures.pdf import Paper
@@ -16,6 +26,9 @@ from aerosid.reporting.paper.tables import table
 from aerosid.reporting.paper.typeface import colours, registered, style
 
 _TEXT, _QUIET, _HEADING = 8.5, 7.5, 10.5
+_LEAST = 120.0
+"""Room, pt, that the headings and the first rows of a long table need."""
+
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 
@@ -70,6 +83,26 @@ def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
     """
     for child in element.elements():
         yield from _block(child, figures, width)
+
+
+def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
+    """The flowables with long tables free to begin on the page of their headings, some rows below them.
+
+    Kept together with its headings, a table that fits a page would leave the rest of the page before it empty.
+    """
+    heads: list[Any] = []
+    for flowable in flowables:
+        if isinstance(flowable, Paragraph) and flowable.style.keepWithNext:
+            heads.append(flowable)
+            continue
+        if heads and isinstance(flowable, LongTable):
+            yield CondPageBreak(_LEAST)
+            for head in heads:
+                head.keepWithNext = False
+        yield from heads
+        yield flowable
+        heads = []
+    yield from heads
 
 
 def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:

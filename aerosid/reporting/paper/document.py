@@ -15,7 +15,7 @@ from reportlab.platypus import BaseDocTemplate, Frame, PageTemplate, Paragraph
 
 from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.page import Report
-from aerosid.reporting.paper.blocks import blocks
+from aerosid.reporting.paper.blocks import allow_breaks, blocks
 from aerosid.reporting.paper.elements import Element, parsed
 from aerosid.reporting.paper.inline import markup, printable
 from aerosid.reporting.paper.typeface import colours, registered, style
@@ -84,7 +84,7 @@ def _sheets(
     by_identity = {figure.identity: figure for figure in figures}
     for heading, name, body in sections:
         story.append(_Heading(heading, name))
-        story.extend(blocks(body, by_identity, width))
+        story.extend(allow_breaks(list(blocks(body, by_identity, width))))
     stream = io.BytesIO()
     document = BaseDocTemplate(
         stream,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
-from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
+from reportlab.platypus import Flowable, LongTable, Paragraph, Table, TableStyle
 
 from aerosid.reporting.paper.elements import Element
 from aerosid.reporting.paper.inline import markup, printable
@@ -15,6 +15,8 @@ from aerosid.reporting.paper.typeface import colours, registered, style
 
 _SIZE, _HEAD_SIZE = 7.0, 6.5
 _PADDING = 3.0
+_LONG = 12
+"""Rows beyond which a table may begin on one page and end on another."""
 _SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
 
 
@@ -52,7 +54,8 @@ def table(element: Element, width: float) -> Table:
             if cell.span > 1:
                 rules.append(("SPAN", (cell.column, i), (cell.column + cell.span - 1, i)))
             grid[i][cell.column] = _content(cell, row, sum(widths[cell.column : cell.column + cell.span]))
-    return Table(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
+    kind = LongTable if len(grid) > _LONG else Table
+    return kind(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
 
 
 def _parts(element: Element) -> list[Element]:
