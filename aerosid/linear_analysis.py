@@ -221,7 +221,7 @@ def _neighbours(
 ) -> tuple[FloatArray, list[LinearModel], list[LinearModel]]:
     """Steps (F,) in the uncertain values, and the linear models a step below and above."""
     places = model.indices(spread.entries)
-    deviations = np.sqrt(np.diag(spread.covariance))
+    deviations = np.sqrt(np.maximum(np.diag(spread.covariance), 0.0))
     # A tenth of a deviation is where the tangent serves; of an unknown value only whether it matters is asked.
     sizes = np.where(np.isfinite(deviations) & (deviations > 0.0), 0.1 * deviations, 1e-4)
     steps = np.minimum(sizes, 0.01 * np.maximum(np.abs(model.values[places]), 0.01))
@@ -272,7 +272,9 @@ def _carried(slopes: FloatArray, covariance: FloatArray) -> float | None:
     part = covariance[np.ix_(acting, acting)]
     if not np.isfinite(part).all():
         return None
-    return float(np.sqrt(max(float(slopes[acting] @ part @ slopes[acting]), 0.0)))
+    variance = float(slopes[acting] @ part @ slopes[acting])
+    # The corrected covariance of a short record need not be positive definite: a deviation of zero would be a lie.
+    return float(np.sqrt(variance)) if variance > 0.0 else None
 
 
 def _bands(

@@ -220,6 +220,8 @@ def test_what_is_unknown_leaves_no_deviation_only_where_it_matters() -> None:
     assert row.step_deviation == {}
     # Level flight has no pitch rate: its derivative cannot matter to the trim.
     assert row.trim["delta_e"].std_error == pytest.approx(0.01 * abs(row.trim["alpha"].value / 1.94), rel=0.1)
+    indefinite = Spread(entries, -1e-4 * np.eye(2))  # as the corrected covariance of a short record may be
+    assert analyse("declared", model, CONDITION, indefinite, Requirement()).qualities["cap"].std_error is None
     nothing = analyse("declared", model, CONDITION, Spread((), np.zeros((0, 0))), Requirement())
     assert nothing.trim["alpha"].std_error is None
 
