@@ -14,13 +14,15 @@ from problems_report import closed_loop, simulated
 from aerosid.bundled import bundled_folder
 from aerosid.flight_log import FlightLog
 from aerosid.readers import read_log
+from aerosid.reporting.figures.chart import Corridor
+from aerosid.reporting.figures.strip_charts import strip_chart
 from aerosid.reporting.simulator_tolerances import (
     PHUGOID,
     SHORT_PERIOD,
     comparisons,
     free_phugoid,
     oscillation,
-    short_period,
+    short_periods,
     within,
 )
 from aerosid.results import Simulated
@@ -49,8 +51,7 @@ def phugoid_flight(period: float = PERIOD, damping: float = DAMPING, model_perio
 @pytest.mark.parametrize("name", ["light_transport_doublet", "light_transport_3211"])
 def test_the_sample_flights_are_short_period_manoeuvres(name: str) -> None:
     log = read_log(bundled_folder("flight_data") / f"{name}.csv")
-    stretch = short_period(log)
-    assert stretch is not None
+    (stretch,) = short_periods(log)
     moving = log.time[1:][np.abs(np.diff(log["delta_e"])) > 0.01]
     assert stretch.start == pytest.approx(max(moving[0] - 1.0, log.time[0]), abs=0.3)
     assert stretch.stop == pytest.approx(min(moving[-1] + 5.0, log.time[-1]), abs=0.3)
@@ -64,10 +65,32 @@ def test_a_long_sweep_a_change_of_speed_and_a_resting_elevator_are_no_short_peri
     def changed(**channels: np.ndarray) -> FlightLog:
         return dataclasses.replace(flight.log, channels={**flight.log.channels, **channels})
 
-    assert short_period(flight.log) is not None
-    assert short_period(changed(delta_e=0.02 * np.sin(time))) is None
-    assert short_period(changed(delta_e=np.zeros(time.size))) is None
-    assert short_period(changed(V=100.0 + 3.0 * time)) is None
+    assert len(short_periods(flight.log)) == 1
+    assert short_periods(changed(delta_e=np.where(time > 1.0, 0.02 * np.sin(3.0 * time), 0.0))) != ()  # 13 s of it
+    longer = dataclasses.replace(flight.log, time=2.0 * time)
+    assert short_periods(dataclasses.replace(longer, channels=changed(delta_e=np.sin(3.0 * time)).channels)) == ()
+    assert short_periods(changed(delta_e=np.zeros(time.size))) == ()
+    assert short_periods(changed(V=100.0 + 3.0 * time)) == ()
+    still = {"theta": np.zeros(time.size), "q": np.full(time.size, 0.01)}
+    assert short_periods(changed(**still)) == ()  # a response below the tolerance proves nothing
+
+
+def test_two_manoeuvres_on_one_log_and_a_phugoid_between_them_are_found() -> None:
+    flight = phugoid_flight()
+    time = flight.log.time
+    elevator = flight.log["delta_e"] + np.where((time > 180.0) & (time < 181.0), 0.05, 0.0)
+    q = 0.1 * np.sin(time) * ((time < 8.0) | (time > 180.0))
+    log = dataclasses.replace(flight.log, channels={**flight.log.channels, "delta_e": elevator, "q": q})
+    assert [(round(each.start), round(each.stop)) for each in short_periods(log)] == [(1, 9), (179, 186)]
+    assert free_phugoid(log) == pytest.approx((9.2, 180.0), abs=0.3)
+    twice = dataclasses.replace(
+        flight, log=log, measured={"q": q}, declared={}, before={}, after={"q": q + 0.01}, trimmed={}
+    )
+    edges = within(twice, "q")
+    assert edges is not None
+    panel = strip_chart(twice, ["q"], [], {}, {"q": edges}).panels[0]
+    drawn = [(float(mark.x[0]), float(mark.x[-1])) for mark in panel.marks if isinstance(mark, Corridor)]
+    assert drawn == [pytest.approx((0.9, 9.1), abs=0.3), pytest.approx((179.0, 186.2), abs=0.4)]
 
 
 @given(st.floats(20.0, 90.0), st.floats(-0.05, 0.25), st.floats(0.5, 2.0))
@@ -90,7 +113,6 @@ def test_noise_is_no_oscillation() -> None:
 def test_the_phugoid_is_compared_by_period_time_to_half_and_damping() -> None:
     flight = phugoid_flight(model_period=0.95 * PERIOD)
     assert free_phugoid(flight.log) is not None
-    assert short_period(flight.log) is not None  # the pulse and what follows it at once
     result = dataclasses.replace(closed_loop(samples=60), simulated=(flight,))
     rows = {row.quantity.split(" ")[0]: row for row in comparisons(result) if row.source == PHUGOID}
     assert set(rows) == {"period", "time", "damping"}
@@ -118,11 +140,10 @@ def test_the_short_period_is_compared_within_the_manoeuvre() -> None:
     inside = (flight.log.time >= 0.0) & (flight.log.time <= 8.0)  # pulses from 1 to 3 s, 5 s after
     assert row.after == np.max(np.abs(flight.measured["q"] - flight.after["q"])[inside])
     assert next(r.tolerance for r in rows if r.quantity == "normal acceleration") == pytest.approx(0.980665)
-    stretch = short_period(flight.log)
-    assert stretch is not None
-    edges = within(flight, stretch, "theta")
+    (stretch,) = short_periods(flight.log)
+    edges = within(flight, "theta")
     assert edges is not None
     held = np.isfinite(edges[0])
     np.testing.assert_allclose((edges[1] - edges[0])[held], 2.0 * math.radians(1.5))
     assert not held[flight.log.time > stretch.stop].any()
-    assert within(flight, stretch, "V") is None
+    assert within(flight, "V") is None

@@ -32,11 +32,11 @@ SHORT_PERIOD_TOLERANCES = {"theta": math.radians(1.5), "q": math.radians(2.0), "
 PERIOD, TIME_TO_HALF, DAMPING_RATIO = 0.10, 0.10, 0.02
 """Of the phugoid: shares of the measured period and time to half or double amplitude; or of the damping ratio."""
 
-_LONGEST_INPUT = 12.0
-"""s from the first to the last move of the elevator; a 3-2-1-1 for a transport takes 7 to 10 s."""
+_LONGEST_INPUT = 15.0
+"""s from the first to the last move of the elevator; a 3-2-1-1 for a transport takes 7 to 12 s."""
 
-_FREE = 5.0
-"""s of free response after the last move that belong to the short period."""
+_BEFORE, _FREE = 1.0, 5.0
+"""s before a movement and of free response after it that belong to the short period; movements closer are one."""
 
 _STEADY_SPEED = 0.15
 """Share of the airspeed that it may vary by in a short-period manoeuvre."""
@@ -79,33 +79,54 @@ class Oscillation(NamedTuple):
     time_to_half: float
 
 
-def short_period(log: FlightLog) -> ShortPeriod | None:
-    """The short-period manoeuvre of a log: one brief movement of the elevator at nearly constant airspeed; or None."""
-    moves = _elevator_moves(log)
-    if moves is None or moves[1] - moves[0] > _LONGEST_INPUT:
-        return None
-    start, stop = moves[0] - 1.0, moves[1] + _FREE
-    inside = (log.time >= start) & (log.time <= stop)
-    if "V" in log:
-        speed = log["V"][inside]
-        speed = speed[np.isfinite(speed)]
-        if not speed.size or np.ptp(speed) > _STEADY_SPEED * float(np.mean(speed)):
-            return None
-    return ShortPeriod(max(start, float(log.time[0])), min(stop, float(log.time[-1])))
+def short_periods(log: FlightLog) -> tuple[ShortPeriod, ...]:
+    """The short-period manoeuvres of a log: brief movements of the elevator, free response, nearly constant airspeed.
+
+    Notes
+    -----
+    A response that is no larger than twice the tolerance proves nothing and is left out.
+    """
+    movements = _movements(log)
+    found = []
+    for i, (first, last) in enumerate(movements):
+        end = movements[i + 1][0] if i + 1 < len(movements) else float(log.time[-1])
+        start, stop = max(first - _BEFORE, float(log.time[0])), min(last + _FREE, end)
+        inside = (log.time >= start) & (log.time <= stop)
+        if last - first <= _LONGEST_INPUT and _steady(log, inside) and _answered(log, inside):
+            found.append(ShortPeriod(start, stop))
+    return tuple(found)
+
+
+def _steady(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
+    if "V" not in log:
+        return True
+    speed = log["V"][inside & np.isfinite(log["V"])]
+    return bool(speed.size and np.ptp(speed) <= _STEADY_SPEED * float(np.mean(speed)))
+
+
+def _answered(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
+    for channel in ("theta", "q"):
+        if channel in log:
+            values = log[channel][inside & np.isfinite(log[channel])]
+            if values.size and np.ptp(values) > 2.0 * SHORT_PERIOD_TOLERANCES[channel]:
+                return True
+    return False
 
 
 def free_phugoid(log: FlightLog) -> tuple[float, float] | None:
-    """The stretch of a log, s, in which the elevator rests for a phugoid's period or more and the airspeed swings.
+    """The longest rest of the elevator, s, if it lasts a phugoid's period or more and the airspeed swings in it.
 
     Notes
     -----
     The period that is waited for is Lanchester's, sqrt(2) pi V / g.
     """
-    moves = _elevator_moves(log)
-    if moves is None or "V" not in log:
+    movements = _movements(log)
+    if not movements or "V" not in log:
         return None
-    start, stop = moves[1] + _FREE, float(log.time[-1])
-    speed = log["V"][log.time >= start]
+    ends = [*(first for first, _ in movements[1:]), float(log.time[-1])]
+    rests = [(last + _FREE, end) for (_, last), end in zip(movements, ends, strict=True)]
+    start, stop = max(rests, key=lambda rest: rest[1] - rest[0])
+    speed = log["V"][(log.time >= start) & (log.time <= stop)]
     speed = speed[np.isfinite(speed)]
     if speed.size < 10:
         return None
@@ -156,12 +177,13 @@ def comparisons(result: ClosedLoop) -> tuple[Comparison, ...]:
     return tuple(row for simulated in result.simulated for row in (*_short(simulated), *_long(simulated)))
 
 
-def within(simulated: Simulated, stretch: ShortPeriod, channel: str) -> tuple[FloatArray, FloatArray] | None:
-    """Lower and upper edge of the tolerance around a measured channel, SI, NaN outside the manoeuvre."""
+def within(simulated: Simulated, channel: str) -> tuple[FloatArray, FloatArray] | None:
+    """Lower and upper edge of the tolerance around a measured channel, SI, NaN outside the manoeuvres."""
     if channel not in SHORT_PERIOD_TOLERANCES or channel not in simulated.measured:
         return None
-    time = simulated.log.time
-    inside = (time >= stretch.start) & (time <= stretch.stop)
+    inside = _inside(simulated.log)
+    if not inside.any():
+        return None
     measured = np.where(inside, simulated.measured[channel], np.nan)
     tolerance = SHORT_PERIOD_TOLERANCES[channel]
     return measured - tolerance, measured + tolerance
@@ -171,17 +193,23 @@ _QUANTITIES = {"theta": ("pitch angle", "rad"), "q": ("pitch rate", "rad/s"), "a
 
 
 def _short(simulated: Simulated) -> Iterator[Comparison]:
-    stretch = short_period(simulated.log)
-    if stretch is None:
+    inside = _inside(simulated.log)
+    if not inside.any():
         return
-    time = simulated.log.time
-    inside = (time >= stretch.start) & (time <= stretch.stop)
     for channel, tolerance in SHORT_PERIOD_TOLERANCES.items():
         if channel in simulated.measured:
             quantity, unit = _QUANTITIES[channel]
             largest = [_largest(simulated, role, channel, inside) for role in ("before", "after")]
             head = (simulated.log.name, simulated.role, SHORT_PERIOD, quantity, unit)
             yield Comparison(*head, None, tolerance, *largest)
+
+
+def _inside(log: FlightLog) -> NDArray[np.bool_]:
+    """Which samples belong to a short-period manoeuvre."""
+    inside = np.zeros(log.time.size, dtype=np.bool_)
+    for stretch in short_periods(log):
+        inside |= (log.time >= stretch.start) & (log.time <= stretch.stop)
+    return inside
 
 
 def _largest(simulated: Simulated, role: str, channel: str, inside: NDArray[np.bool_]) -> float | None:
@@ -230,14 +258,18 @@ def _long(simulated: Simulated) -> Iterator[Comparison]:
         )
 
 
-def _elevator_moves(log: FlightLog) -> tuple[float, float] | None:
-    """When the elevator first and last moves, s; None where it is not recorded or rests."""
+def _movements(log: FlightLog) -> list[tuple[float, float]]:
+    """When the elevator begins and ends to move, s, each movement apart from the next by a rest."""
     if "delta_e" not in log:
-        return None
+        return []
     held = np.isfinite(log["delta_e"])
     time, elevator = log.time[held], log["delta_e"][held]
     if time.size < 10 or np.ptp(elevator) <= 0.0:
-        return None
+        return []
     later = np.interp(time + _WITHIN, time, elevator)
-    moving = np.flatnonzero(np.abs(later - elevator) > _MOVE * np.ptp(elevator))
-    return (float(time[moving[0]]), float(time[moving[-1]]) + _WITHIN) if moving.size else None
+    moving = time[np.abs(later - elevator) > _MOVE * np.ptp(elevator)]
+    if not moving.size:
+        return []
+    breaks = np.flatnonzero(np.diff(moving) > _FREE)
+    firsts, lasts = moving[np.r_[0, breaks + 1]], moving[np.r_[breaks, moving.size - 1]]
+    return [(float(first), float(last) + _WITHIN) for first, last in zip(firsts, lasts, strict=True)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -137,11 +137,19 @@ def _main_row(
 ) -> Row:
     """The strip with the measured points and the simulations over them."""
     measured = responses["measured"]
-    marks: list[Mark] = [Corridor(time, *allowed)] if allowed else []
+    marks: list[Mark] = list(_stretches(time, *allowed)) if allowed else []
     marks.append(Points(time, measured))
     marks.extend(Line(time, responses[r], r, 1.0 if r == "after" else 1.2) for r in _MODELS if r in responses)
     limits = limits_around(measured, *(responses[role] for role in _MODELS if role in responses))
     return Row(_MAIN, _BETWEEN, label, limits, tuple(marks))
+
+
+def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Corridor]:
+    """A corridor for each stretch in which its edges are known."""
+    held = np.isfinite(low) & np.isfinite(high)
+    ends = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
+    for start, stop in zip(ends[0::2], ends[1::2], strict=True):
+        yield Corridor(time[start:stop], low[start:stop], high[start:stop])
 
 
 def _residual_marks(time: FloatArray, responses: Mapping[Role, FloatArray], band: float) -> tuple[Mark, ...]:

@@ -9,7 +9,7 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_draw, strip_chart
-from aerosid.reporting.simulator_tolerances import short_period, within
+from aerosid.reporting.simulator_tolerances import within
 from aerosid.reporting.tables import measured_channels
 from aerosid.reporting.words import number, shown_unit
 from aerosid.results import ClosedLoop, ErrorRow, Simulated
@@ -24,8 +24,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
         rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
         noise = {channel: row.noise for channel, row in rows.items()}
         inputs = inputs_to_draw(simulated, wanted)
-        stretch = short_period(simulated.log)
-        edges = {name: within(simulated, stretch, name) for name in simulated.measured} if stretch else {}
+        edges = {name: within(simulated, name) for name in simulated.measured}
         corridors = {name: pair for name, pair in edges.items() if pair is not None}
         drawn = []
         for channels in _groups(measured_channels([simulated])):
