@@ -240,7 +240,7 @@ class InputSearch:
         return at_steady(level, self.steady.state, sampling_ratio(self.record, planned.flight.time))
 
     def trial(self, shape: InputShape, amplitude: float) -> Trial | None:
-        """What an input would tell; None where a model leaves its range on it."""
+        """What an input would tell; None where a model leaves its range on it, or its information overflows."""
         self.tried += 1
         planned = self.planned(shape, amplitude, self.time)
         shares: list[float] = []
@@ -253,7 +253,7 @@ class InputSearch:
             if self.unknowns:
                 spread = expected_deviations(self.known, prospect(self.seen(self.chosen, planned), planned))
                 shares += [(one.needed / (one.colour * float(spread[one.place]))) ** 2 for one in self.unknowns]
-        except OutOfRangeError:
+        except (OutOfRangeError, np.linalg.LinAlgError):
             return None
         return Trial(shape, amplitude, np.array(shares))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import itertools
 import json
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from problems import LIGHT, NOISE, Problem, entry, with_channels
 from problems_report import closed_loop
+from pypdf import PdfReader
 from test_reporting_page import HOSTILE, Page
 
 from aerosid.aircraft.reading import aircraft_from_text
@@ -29,7 +31,10 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.readers import read_log
 from aerosid.refinement import Refinement, refine
 from aerosid.reporting import report_html, write_report
+from aerosid.reporting.page import compose
+from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.words import number
 from aerosid.results import ClosedLoop, DerivativeRow, NextFlight, PlannedInput
 from aerosid.simulation import fly, trim
 
@@ -273,6 +278,19 @@ def test_the_pilots_card_holds_every_step_and_limit(reported: ClosedLoop) -> Non
     plain = Page(report_html(dataclasses.replace(reported, next_flight=None), interactive=False))
     assert not plain.all("article")
     assert "next_flight" not in {attributes.get("id") for attributes in plain.all("section")}
+
+
+def test_the_card_is_whole_on_a_sheet_of_its_own(reported: ClosedLoop) -> None:
+    reader = PdfReader(io.BytesIO(report_pdf(reported, compose(reported))))
+    (sheet,) = (text for page in reader.pages if "card:" in (text := page.extract_text()))
+    planned = planned_input(reported.next_flight) if reported.next_flight else None
+    assert planned is not None
+    for peak in planned.peaks:
+        if peak.limit_low is not None and peak.limit_high is not None:
+            factor = np.degrees(1.0) if peak.unit == "rad" else 1.0
+            assert f"{number(factor * peak.limit_low, 3)} to {number(factor * peak.limit_high, 3)}" in sheet, peak.name
+    assert "Decides:" in sheet
+    assert "What to fly next" not in sheet
 
 
 def test_names_out_of_files_are_escaped_in_the_plan(reported: ClosedLoop) -> None:

@@ -12,6 +12,7 @@ from reportlab.platypus import (
     ListFlowable,
     ListItem,
     LongTable,
+    PageBreak,
     Paragraph,
     Spacer,
     Table,
@@ -30,6 +31,9 @@ _LEAST = 120.0
 """Room, pt, that the headings and the first rows of a long table need."""
 
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
+_CARD, _CARD_EDGE = 363.0, 10.0
+"""Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
+
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 
 
@@ -128,6 +132,8 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
         yield from _figure(element, figures, width)
     elif "verdict" in element.classes:
         yield _verdict(element, width)
+    elif "card" in element.classes:
+        yield from _card(element, figures, width)
     else:
         yield from blocks(element, figures, width)
 
@@ -175,3 +181,17 @@ def _verdict(element: Element, width: float) -> Table:
         ("LEFTPADDING", (0, 0), (-1, -1), 12.0),
     ]
     return Table([[sentences]], colWidths=[width], style=TableStyle(rules))
+
+
+def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:
+    """A card to be cut out and taken along, whole on a sheet of its own, in the column of an A5 sheet."""
+    column = min(width, _CARD)
+    rules: list[Any] = [
+        ("BOX", (0, 0), (-1, -1), 1.0, colours()["ink"]),
+        ("LEFTPADDING", (0, 0), (-1, -1), _CARD_EDGE),
+        ("RIGHTPADDING", (0, 0), (-1, -1), _CARD_EDGE),
+    ]
+    content = list(blocks(element, figures, column - 2.0 * _CARD_EDGE))
+    yield PageBreak()
+    yield Table([[content]], colWidths=[column], style=TableStyle(rules), hAlign="LEFT")
+    yield PageBreak()
