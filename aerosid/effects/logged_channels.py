@@ -22,11 +22,13 @@ from aerosid.terms import Term, parse_term
 KNOWN = ("delta_h", "delta_f", "beta")
 """Inputs of the glossary that act on the longitudinal motion."""
 
-RESPONSES = ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
-"""What an unknown channel is compared with before it counts as an input."""
+STATES = ("V", "alpha", "q", "theta", "h")
+ACCELERATIONS = ("a_x", "a_z", "q_dot")
+"""What an unknown channel is compared with before it counts as an input: with the states together, and with each
+acceleration alone, because all accelerations together show every input that acts."""
 
-AN_ANSWER = 0.9
-"""Share of a channel's variance that the responses explain linearly, from which it is one of them."""
+LIKE_THE_STATES, LIKE_AN_ACCELERATION = 0.9, 0.95
+"""Shares of a channel's variance that these explain linearly, from which it is an answer as they are."""
 
 LEAST_NOISE_RATIO = 5.0
 """Standard deviation of a channel over its noise below which it shows nothing."""
@@ -62,14 +64,21 @@ def _moves(log: FlightLog, name: str) -> bool:
 
 
 def _is_answer(log: FlightLog, name: str) -> bool:
-    responses = [log[other] for other in RESPONSES if other in log]
+    states = [other for other in STATES if other in log]
+    alike = [_explained(log, name, [other]) for other in ACCELERATIONS if other in log]
+    return _explained(log, name, states) > LIKE_THE_STATES or max(alike, default=0.0) > LIKE_AN_ACCELERATION
+
+
+def _explained(log: FlightLog, name: str, others: Sequence[str]) -> float:
+    """Share of a channel's variance that a linear combination of others explains; 1 where nothing can be said."""
+    responses = [log[other] for other in others]
     held = np.isfinite(log[name]) & np.all([np.isfinite(values) for values in responses], axis=0)
     if held.sum() < 4 * len(responses):
-        return True  # nothing can be said, and an answer would do harm
+        return 1.0  # an answer would do harm
     regressors = np.column_stack([np.ones(held.sum()), *(_scaled(values[held]) for values in responses)])
     target = _scaled(log[name][held])
     fitted = regressors @ np.linalg.lstsq(regressors, target, rcond=None)[0]
-    return bool(1.0 - np.var(target - fitted) > AN_ANSWER)
+    return 1.0 - float(np.var(target - fitted))
 
 
 def _scaled(values: NDArray[np.float64]) -> NDArray[np.float64]:
