@@ -65,7 +65,7 @@
       const range = chart.element.layout?.[name]?.range ?? axis.range;
       made[name] = {
         ...axis, range: [...range], gridcolor: colour("grid"), linecolor: colour("muted"), showline: true,
-        zeroline: false, tickcolor: colour("muted"), showspikes: name === "xaxis", spikemode: "across",
+        exponentformat: "power", zeroline: false, tickcolor: colour("muted"), showspikes: name === "xaxis", spikemode: "across",
         spikesnap: "cursor", spikethickness: 1, spikedash: "solid", spikecolor: colour("muted"),
       };
     }
