@@ -11,6 +11,7 @@ import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
 from aerosid.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
+from aerosid.batch.one_log import _at_first
 from aerosid.batch.page import drawn_figure, page_html
 from aerosid.batch.table import conditions, measured
 from aerosid.batch.table_texts import table_csv, table_latex, table_markdown
@@ -192,3 +193,11 @@ def test_texts_of_files_stay_texts() -> None:
     assert r"input_<b>\|&" in markdown
     assert r"input\_<b>|\&" in latex
     assert len(measured(rows)) == 5
+
+
+def test_the_condition_is_that_before_the_manoeuvre() -> None:
+    problem = Problem(duration=9.0, amplitude=0.09)
+    log = problem.fly()
+    assert _at_first(log, "V") == pytest.approx(100.0, abs=0.2)
+    assert abs(float(log["V"].mean()) - 100.0) > 1.0
+    assert _at_first(log, "mach") is None

@@ -19,7 +19,10 @@ from aerosid.reporting import write_report
 from aerosid.results import ClosedLoop
 
 CONDITION = ("V", "h", "mach", "alpha")
-"""Channels whose means say at which condition a manoeuvre was flown, SI."""
+"""Channels that say at which condition a manoeuvre began, SI."""
+
+TRIM_TIME = 1.0
+"""s; the condition is the mean over the first of the log, before the manoeuvre changes it."""
 
 FEWEST = 10
 
@@ -72,7 +75,7 @@ def summary_row(result: ClosedLoop) -> Row:
         "sha256": log.sha256,
         "verdict": result.verdict.name.lower(),
         "summary": result.summary,
-        "condition": {name: _mean(log, name) for name in CONDITION},
+        "condition": {name: _at_first(log, name) for name in CONDITION},
         "effects": [
             {
                 "kind": e.kind,
@@ -108,10 +111,15 @@ def summary_row(result: ClosedLoop) -> Row:
     }
 
 
-def _mean(log: FlightLog, name: str) -> float | None:
-    if name not in log or not np.isfinite(log[name]).any():
+def _at_first(log: FlightLog, name: str) -> float | None:
+    """Mean over the first second, of at least five samples; None where the channel is not there."""
+    if name not in log:
         return None
-    return float(np.nanmean(log[name]))
+    held = np.isfinite(log[name])
+    first = np.flatnonzero(held & (log.time <= log.time[0] + TRIM_TIME))
+    if first.size < 5:
+        first = np.flatnonzero(held)[:5]
+    return float(np.mean(log[name][first])) if first.size else None
 
 
 def _finite(value: float) -> float | None:

@@ -13,7 +13,7 @@ from aerosid.journal import Row
 
 @dataclass(frozen=True)
 class Likeness:
-    """How near two manoeuvres' mean conditions must be to count as repeats.
+    """How near two manoeuvres' conditions must be to count as repeats.
 
     `airspeed` as a share of it; `altitude` m; `mach`; `alpha` rad.
     """
@@ -36,7 +36,7 @@ class Likeness:
 
 @dataclass(frozen=True)
 class Measured:
-    """One derivative from one manoeuvre; `condition` the means of V, h, mach and alpha, SI, None where not recorded."""
+    """One derivative from one manoeuvre; `condition` V, h, mach, alpha at its beginning, SI, None where unknown."""
 
     log: str
     coefficient: str
