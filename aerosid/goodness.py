@@ -85,7 +85,8 @@ def variance_inflation(completed: Refinement) -> NDArray[np.float64]:
     The diagonal of the information times that of its inverse. Belsley, Kuh & Welsch, Regression Diagnostics, 1980.
     """
     free = len(completed.free)
-    return np.asarray((np.diag(completed.information) * np.diag(completed.covariance))[:free])
+    # Altitude, where it is not measured, has no information and an infinite variance.
+    return np.asarray(np.diag(completed.information)[:free] * np.diag(completed.covariance)[:free])
 
 
 ALONE = RefinementSettings(steps=12, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=0.1)

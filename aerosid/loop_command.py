@@ -16,7 +16,7 @@ from aerosid.readers import read_log
 from aerosid.results import ClosedLoop
 
 _FILTERS = ("zero-phase", "causal", "off")
-_STAGES = 6
+_STAGES = 7
 
 
 def loop_settings(

@@ -10,6 +10,8 @@ from aerosid.bundled import bundled_folder
 from aerosid.closed_loop import close_loop
 from aerosid.flight_log import FlightLog
 from aerosid.kinematics import InstrumentFinding, check_kinematics
+from aerosid.kinematics.contradiction import contradictions
+from aerosid.kinematics.recording import read_recording
 from aerosid.readers import read_log
 from aerosid.results import ClosedLoop, Verdict
 
@@ -93,3 +95,23 @@ def test_kinematics_alone_show_the_twin_otter_s_late_vane_or_its_arm(name: str) 
 def test_kinematics_alone_show_the_citation_s_slow_vane() -> None:
     found = explanations(read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"))
     assert 0.1 < found["sensor_lag", "alpha"].value < 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "channel_map"),
+    [
+        ("hfb320/hfb320_1_10.asc", "hfb320.toml"),
+        ("twin_otter/totter_demo_018.csv", "twin_otter.toml"),
+        ("twin_otter/totter_lon_020213f1_017.csv", "twin_otter.toml"),
+        ("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"),
+        ("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml"),
+        ("attas/fAttasElv1.mat", "attas_mat.toml"),
+        ("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml"),
+    ],
+)
+def test_no_channel_of_a_recorded_flight_contradicts_the_others_beyond_an_instrument_s_fault(
+    name: str, channel_map: str
+) -> None:
+    recording = read_recording(read(name, channel_map))
+    assert recording is not None
+    assert not contradictions([recording])

@@ -29,7 +29,7 @@ SHORTEST_STRETCH = 3.0
 GAP = 2.5
 """Median intervals without a sample that end a stretch."""
 
-MOST_SAMPLES = 20_000
+MOST_SAMPLES = 4_000
 """Of a longer recording the liveliest stretches are looked at: an instrument does not change within hours."""
 
 PADDING = 10.0
