@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 import aerosid
 from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
 from aerosid.aircraft import Aircraft
-from aerosid.attribution import Attribution, AttributionSettings, Finding, attribute
+from aerosid.attribution import Attribution, attribute
 from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
 from aerosid.completed_aircraft import complete_aircraft
 from aerosid.contradicted_loop import contradicted_loop
 from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
+from aerosid.findings import Finding
 from aerosid.flight_log import FlightLog
 from aerosid.force_history import smoothed_histories
 from aerosid.goodness import correlation_matrix, fit_rows, innovation_rows, scatter, variance_inflation
@@ -48,6 +49,7 @@ from aerosid.results import (
     is_shown,
 )
 from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
+from aerosid.structure_search import AttributionSettings
 from aerosid.verdict import judge, summarise
 
 Progress = Callable[[str], None]

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.aircraft import Aircraft, DeclaredEffect
-from aerosid.attribution import Attribution, Finding
+from aerosid.attribution import Attribution
 from aerosid.effects import ActiveEffect
 from aerosid.effects.sudden import is_sudden, moment
+from aerosid.findings import Finding
 
 
 def complete_aircraft(aircraft: Aircraft, found: Attribution, logs: int) -> Aircraft:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.attribution import Attribution, AttributionSettings, Finding, named
+from aerosid.attribution import Attribution
 from aerosid.expected_information import (
     Prospect,
     expected_deviations,
@@ -21,6 +21,7 @@ from aerosid.expected_information import (
     prospect,
     shared_information,
 )
+from aerosid.findings import Finding, named
 from aerosid.flight_limits import FlightLimits, flight_limits, shown
 from aerosid.input_shapes import InputShape, Steps, neighbours, patterns
 from aerosid.likelihood import OutOfRangeError
@@ -28,6 +29,7 @@ from aerosid.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
 from aerosid.open_loop import simulate
 from aerosid.predicted_flight import SteadyFlight, at_steady, planned_manoeuvre, sampling_ratio, steady_flight
 from aerosid.refinement import Refinement
+from aerosid.structure_search import AttributionSettings
 
 
 @dataclass(frozen=True)

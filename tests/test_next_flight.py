@@ -16,11 +16,12 @@ from pypdf import PdfReader
 from test_reporting_page import HOSTILE, Page
 
 from aerosid.aircraft.reading import aircraft_from_text
-from aerosid.attribution import Attribution, Finding, attribute
+from aerosid.attribution import Attribution, attribute
 from aerosid.effects import ActiveEffect
 from aerosid.effects.sensor import sensor_bias
 from aerosid.errors import AircraftError, UsageError
 from aerosid.evidence import Deviations, deviations
+from aerosid.findings import Finding
 from aerosid.flight_limits import MARGIN, read_limit
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import effect_hypotheses, term_hypotheses

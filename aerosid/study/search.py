@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import Entry, declared_model
 from aerosid.aircraft import Aircraft
-from aerosid.attribution import AttributionSettings, Finding, attribute
+from aerosid.attribution import attribute
 from aerosid.candidates import candidate_entries
 from aerosid.closed_loop import BEFORE
 from aerosid.declared_effects import declared_effects
 from aerosid.effects import ActiveEffect
 from aerosid.evidence import Deviations, deviations
+from aerosid.findings import Finding
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.refinement import Refinement, RefinementSettings, refine
+from aerosid.structure_search import AttributionSettings
 from aerosid.study.plan import Catalogue
 
 NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)

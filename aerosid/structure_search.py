@@ -1,0 +1,494 @@
+"""Search the structure that the declared model lacks: score, try, prune, exchange.
+
+A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
+is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
+at, and it stays so beside everything else that entered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc, ndtr, ndtri
+
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, whole
+from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
+from aerosid.effects.disturbance import gust, unmodelled_forces
+from aerosid.effects.flow_separation import flow_separation
+from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
+from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses
+from aerosid.findings import Finding, Part, named
+from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
+
+
+@dataclass(frozen=True)
+class AttributionSettings:
+    """Settings of the structure search, each with the reason for its value.
+
+    Attributes
+    ----------
+    false_alarm : float
+        Share of flights with nothing missing in which something may be named, by design.
+    shortlist : int
+        Hypotheses that are fitted in each round; the score's ranking is exact only for small effects.
+    rounds : int
+        How many may enter; beyond, a flight misses something that is no sum of them.
+    reach : float
+        Difference of -2 ln L, for white residuals, within which another hypothesis counts as not told apart (20:1).
+    price : float
+        What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
+    disturbances : bool
+        Whether gusts and forces of any shape are considered where something is left.
+    """
+
+    false_alarm: float = 0.001
+    shortlist: int = 6
+    rounds: int = 6
+    reach: float = 6.0
+    price: float = 8.0
+    disturbances: bool = True
+
+
+TRIAL = RefinementSettings(
+    steps=16, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=1.0, disturbances=False
+)
+"""A trial decides between hypotheses that differ by many units of -2 ln L: a few steps are enough."""
+
+BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
+"""As a trial, with the size of the disturbance estimated too."""
+
+UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
+"""Kinds whose effect is far from linear in their number."""
+
+LEAST_SHARE = 0.1
+"""Share of the best score from which such a kind is worth a fit."""
+
+SPLINE_SHARE = 0.9
+"""Share of the best score from which a spline is worth a fit."""
+
+RIVAL_SHARE = 0.75
+"""Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
+
+
+NEARLY_ALL = 0.02
+"""Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
+
+SURELY_APART = 20.0
+"""Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
+
+
+class StructureSearch:
+    """The stepwise search over one set of hypotheses on one set of manoeuvres."""
+
+    def __init__(
+        self,
+        manoeuvres: tuple[Manoeuvre, ...],
+        hypotheses: tuple[Hypothesis, ...],
+        stepping: tuple[str, ...],
+        declared: Refinement,
+        settings: AttributionSettings,
+    ) -> None:
+        self.manoeuvres = manoeuvres
+        self.stepping = stepping
+        self.hypotheses = hypotheses
+        self.declared = declared
+        self.settings = settings
+        self.linearised: tuple[Refinement, Linearised] | None = None
+        self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
+
+    def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
+        """Let hypotheses enter one at a time, and leave again when a later one explains them."""
+        current = start
+        rounds = []
+        for _ in range(self.settings.rounds):
+            scores = self.scores(current)
+            rounds.append(scores)
+            trials = self.tried(current, self.shortlist(scores))
+            trials = [trial for trial in trials if self.price(trial) < self.price(current)]
+            improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
+            if improved is None:
+                break
+            current = improved
+        return current, rounds
+
+    def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search against a background of disturbances: a gust, or forces of any shape.
+
+        Against it a term must bring more than what any force could: deviations and likelihoods then mean what they say
+        although the model is still wrong somewhere. A gust is named only where it explains more than forces of any
+        shape do, which follow whatever the model lacks and explain nothing.
+        """
+        room = self.with_room(start)
+        background = self.with_noise(replace(room, model=with_gust(room.model)), gust())
+        if self.stepping:
+            forced = self.with_noise(room, unmodelled_forces(self.stepping))
+            if self.price(forced) < self.price(background) + self.critical**2:
+                background = forced
+        current, _ = self.forward(background)
+        return self.exchange(current)
+
+    def separated(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search with flow separation from the beginning: six numbers that can mimic much, asked late."""
+        room = self.with_room(start)
+        highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in self.manoeuvres)
+        drag, lift, moment_name = self.stepping
+        effect = flow_separation(highest, lift, (drag, moment_name))
+        trials = [
+            refine(
+                room.model,
+                self.manoeuvres,
+                room.free,
+                effects=(*room.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
+                states=room.states,
+                variance=room.variance,
+                settings=TRIAL,
+            )
+            for first in effect.parameters[0].trials
+        ]
+        return min(trials, key=self.price), ()
+
+    def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
+        """The estimate with a disturbance, from the most likely of its trial values."""
+        trials = [
+            refine(
+                start.model,
+                self.manoeuvres,
+                start.free,
+                effects=(*start.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
+                states=start.states,
+                variance=self.noise_level(start),
+                settings=BACKGROUND,
+            )
+            for first in effect.parameters[0].trials
+        ]
+        return min(trials, key=lambda trial: trial.cost)
+
+    def noise_level(self, start: Refinement) -> NDArray[np.float64]:
+        """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
+        squares = np.nan_to_num(np.array([manoeuvre.noise**2 for manoeuvre in self.manoeuvres]))
+        known = np.count_nonzero(squares, axis=0)
+        return np.where(known > 0, squares.sum(axis=0) / np.maximum(known, 1), start.variance)
+
+    def pruned_trials(self, trials: Sequence[Refinement]) -> Iterator[Refinement]:
+        """The trials without their weak parts, the most likely first."""
+        return (self.pruned(trial) for trial in sorted(trials, key=self.price))
+
+    def is_news(self, trial: Refinement, current: Refinement) -> bool:
+        """Whether a trial says something else than the present estimate, and better."""
+        held = {(part.label, part.time and round(part.time, 1)) for part in self.parts(current, None)}
+        told = {(part.label, part.time and round(part.time, 1)) for part in self.parts(trial, None)}
+        return told != held and self.price(trial) < self.price(current)
+
+    def price(self, trial: Refinement) -> float:
+        """-2 ln L with what its numbers cost."""
+        return trial.cost + self.fare(trial)
+
+    def fare(self, trial: Refinement | Start) -> float:
+        """What the numbers of an estimate cost."""
+        added = [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
+        rare = sum(rarity(term) for term in added)
+        rare += sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+        count = len(trial.free) + sum(map(searched_numbers, added))
+        return rare + self.settings.price * (count + sum(len(active.values) for active in trial.effects))
+
+    def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
+        """Scores of all that the estimate does not hold yet, nor `without` names."""
+        asked = self.open_hypotheses(current, without)
+        return score_hypotheses(self.asking(current, asked), self.manoeuvres, asked)
+
+    def open_hypotheses(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> list[Hypothesis]:
+        """All that the estimate does not hold yet, nor `without` names."""
+        held = {part.label for part in self.parts(current, None)} | set(without)
+        held |= {(*active.name, "") for active in current.effects if active.held}
+        return [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
+
+    def is_near_a_step(self, hypothesis: Hypothesis, current: Refinement) -> bool:
+        """Whether a step change is so close to one that is held already that it would only mend its edge."""
+        if hypothesis.time is None:
+            return False
+        manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
+        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / GRID
+        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
+        return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
+
+    def asking(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
+        """The estimate with the input columns that the effects of some hypotheses fill."""
+        room = self.with_room(current)
+        effects = [active for hypothesis in hypotheses for active in hypothesis.effects]
+        return replace(room, model=with_columns_of(room.model, effects))
+
+    def with_room(self, current: Refinement) -> Refinement:
+        """The estimate with input columns for step changes."""
+        if not self.stepping or current.held_to_data > 0.0:
+            return current
+        return replace(current, model=with_offsets(current.model, self.stepping))
+
+    def shortlist(self, scores: Sequence[Score]) -> list[Score]:
+        """The hypotheses worth a fit: the best few whose score could pass, one a label, and the best of some kinds.
+
+        The score of a large effect that is not linear, as of a rate limit, can rank below terms that only follow it.
+        """
+        worth: dict[tuple[str, str, str], Score] = {}
+        for score in scores:
+            if score.gain > self.critical**2 + self.settings.price * (score.hypothesis.parameters - 1):
+                worth.setdefault(score.hypothesis.label, score)
+        splines = [score for score in worth.values() if score.hypothesis.searched]
+        ranked = [score for score in worth.values() if not score.hypothesis.searched]
+        chosen = ranked[: self.settings.shortlist]
+        # One spline follows another closely: the best stands for all, where it is about as good as a simpler term.
+        chosen += [score for score in splines[:1] if not chosen or score.gain > SPLINE_SHARE * chosen[0].gain]
+        kinds = {score.hypothesis.kind for score in chosen}
+        for score in ranked[self.settings.shortlist :]:
+            kind = score.hypothesis.kind
+            if kind not in kinds and kind in UNLIKE_THEIR_SCORE and score.gain > LEAST_SHARE * ranked[0].gain:
+                kinds.add(kind)
+                chosen.append(score)
+        return chosen
+
+    def tried(
+        self, current: Refinement, scores: Sequence[Score], level: float = np.inf, margin: float = 0.0
+    ) -> list[Refinement]:
+        """The estimate with one more hypothesis, for each of several.
+
+        Those are not followed to the end that stay more than `margin` above the best, or above the price `level`.
+        """
+        starts = [self.start(current, score) for score in scores]
+        return contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level, margin)
+
+    def start(self, current: Refinement, score: Score) -> Start:
+        """Where the fit of one more hypothesis begins."""
+        hypothesis = score.hypothesis
+        start = score.start[len(hypothesis.entries) :]
+        effects = hypothesis.at(start, score.trial).effects
+        base = current.model
+        if hypothesis.kind == "step_change":
+            base = self.with_room(current).model
+        if hypothesis.time is not None:
+            effects = tuple(self.moving(active, hypothesis.time) for active in effects)
+        effects = tuple(whole(active) for active in effects)
+        base = with_columns_of(base, effects)
+        return Start(
+            base.extended(hypothesis.entries),
+            (*current.free, *hypothesis.entries),
+            (*current.effects, *effects),
+            current.states,
+            current.variance,
+        )
+
+    def moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
+        """A jump whose moment is estimated too, near `time` s."""
+        manoeuvre = next(m for m in self.manoeuvres if m.name == active.log)
+        interval = float(np.median(np.diff(manoeuvre.flight.time)))
+        return at_moment(active, time, active.log, interval)
+
+    def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The estimate with parts struck out."""
+        entries = {part.entry for part in parts if part.entry is not None}
+        effects = [part.active for part in parts if part.active is not None]
+        return refine(
+            current.model.without(entries),
+            self.manoeuvres,
+            tuple(entry for entry in current.free if entry not in entries),
+            effects=tuple(active for active in current.effects if active not in effects),
+            states=current.states,
+            variance=current.variance,
+            settings=TRIAL,
+        )
+
+    def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
+        """Everything that was added to the declared model, with deviations where they are given."""
+        parts = []
+        for n, entry in enumerate(current.free):
+            if entry not in self.declared.free:
+                error = float(spread.corrected[n]) if spread is not None else 0.0
+                parts.append(Part(entry, None, current.model.value(entry), 0.0, error))
+        place = 0
+        for active in current.effects:
+            if active.held:
+                continue  # declared
+            errors: tuple[float, ...] = ()
+            if isinstance(active.effect, NoiseEffect):
+                error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
+            elif spread is not None:
+                errors = tuple(float(number) for number in spread.effects[place : place + active.slopes])
+                error = errors[0]
+            else:
+                error = 0.0
+            parts.append(Part(None, active, active.values[0], active.effect.parameters[0].null, error, errors))
+            place += active.slopes
+        return parts
+
+    def independent_gusts(self, active: ActiveEffect) -> float:
+        """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
+        length = 0.0
+        for manoeuvre in self.manoeuvres:
+            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.flight.measured[:, 0]))
+            length += float(np.ptp(time)) * speed
+        return max(length / active.values[-1], 1.0)
+
+    def certain(self, completed: Refinement) -> tuple[Refinement, Deviations]:
+        """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
+        while True:
+            spread = deviations(completed, self.manoeuvres)
+            parts = [
+                part
+                for part in self.parts(completed, spread)
+                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
+            ]
+            weakest = min(parts, key=lambda part: part.ratio, default=None)
+            if weakest is None or weakest.ratio >= self.critical:
+                return completed, spread
+            rough = self.without(completed, [weakest])
+            completed = refine(
+                rough.model,
+                self.manoeuvres,
+                rough.free,
+                effects=rough.effects,
+                states=rough.states,
+                variance=rough.variance,
+            )
+
+    def pruned(self, current: Refinement) -> Refinement:
+        """The estimate without those added parts that corrected deviations cannot tell from none."""
+        while True:
+            # A disturbance is judged by the likelihood alone, where it came from.
+            parts = [
+                part
+                for part in self.parts(current, deviations(current, self.manoeuvres, quick=True))
+                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
+            ]
+            weakest = min(parts, key=lambda part: part.ratio, default=None)
+            if weakest is None or weakest.ratio >= self.critical:
+                return current
+            current = self.without(current, [weakest])
+
+    def exchange(self, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """Try others in the place of each found part: take a better one, list those within reach."""
+        alternatives: list[Finding] = []
+        done: set[tuple[str, str, str]] = set()
+        for _ in range(2 * self.settings.rounds):
+            groups = [group for group in self.groups(current) if group[0].label not in done]
+            if not groups:
+                break
+            group = groups[0]
+            done.add(group[0].label)
+            margin = self.margin(current, {part.label for part in group})
+            if not self.has_rivals(current, group, margin):
+                continue
+            reduced = self.without(current, group)
+            trials = self.tried(reduced, self.rivals(reduced, group), self.price(current), margin)
+            best = min(trials, key=self.price, default=None)
+            if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
+                trials = [*(trial for trial in trials if trial is not best), current]
+                current = best
+                newest = {part.label for part in self.parts(best, None)} - {p.label for p in self.parts(reduced, None)}
+                done |= newest
+                alternatives = [other for other in alternatives if other.instead_of != named(group[0].label)]
+            alternatives.extend(self.within_reach(current, reduced, trials))
+        return current, tuple(alternatives)
+
+    def has_rivals(self, current: Refinement, group: Sequence[Part], margin: float) -> bool:
+        """Whether anything could win back nearly all that striking out a group costs.
+
+        Terms are judged without a fit; an effect that is far from linear in its number is always worth one.
+        """
+        entries = [part.entry for part in group if part.entry is not None]
+        if len(entries) < len(group):
+            return True
+        if self.linearised is None or self.linearised[0] is not current:
+            asked = self.open_hypotheses(current)
+            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
+        loss, scores = self.linearised[1].in_place_of(entries)
+        # A spline follows any curve closely; it counts where it does so to the last.
+        near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
+        return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+
+    def rivals(self, reduced: Refinement, group: Sequence[Part]) -> list[Score]:
+        """Hypotheses whose score, where a group was struck out, is not far below the group's own."""
+        labels = {part.label for part in group}
+        scores = self.scores(reduced)
+
+        def is_own(hypothesis: Hypothesis) -> bool:
+            alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
+            return hypothesis.label in labels or bool(alike)
+
+        own = [s.gain for s in scores if is_own(s.hypothesis)]
+        others = [s for s in scores if not is_own(s.hypothesis)]
+        return self.shortlist([score for score in others if score.gain > RIVAL_SHARE * max(own, default=0.0)])
+
+    def groups(self, current: Refinement) -> list[list[Part]]:
+        """The added parts, jumps at about the same moment together."""
+        groups: dict[object, list[Part]] = {}
+        for part in self.parts(current, None):
+            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+                continue
+            groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
+        return list(groups.values())
+
+    def within_reach(self, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]) -> list[Finding]:
+        """Those trials that the data hardly tell from the chosen estimate."""
+        base = {part.label for part in self.parts(reduced, None)}
+        chosen = [part.label for part in self.parts(current, None) if part.label not in base]
+        if not chosen:
+            return []
+        margin = self.margin(current, set(chosen))
+        base.update(chosen)
+        found: list[Finding] = []
+        for trial in trials:
+            loss = self.price(trial) - self.price(current)
+            if loss < margin:
+                spread = deviations(trial, self.manoeuvres, quick=True)
+                others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
+                place = named(chosen[0])
+                found.extend(replace(self.finding(part, -loss, place), fit=trial) for part in others)
+        return found
+
+    def margin(self, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+        """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
+        spread = deviations(current, self.manoeuvres, quick=True)
+        corrected = self.parts(current, spread)
+        white = self.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
+        inflation = [
+            (part.std_error / plain.std_error) ** 2
+            for part, plain in zip(corrected, white, strict=True)
+            if part.label in labels and plain.std_error > 0.0
+        ]
+        return self.settings.reach * max(1.0, *inflation, 1.0)
+
+    def finding(self, part: Part, gain: float, instead_of: str = "") -> Finding:
+        """A part with its evidence."""
+        kind, where, term = part.label
+        unit = part.active.effect.parameters[0].unit if part.active is not None else "1"
+        p_value = float(min(1.0, 2.0 * ndtr(-part.ratio) * len(self.hypotheses)))
+        return Finding(
+            kind=kind,
+            where=where,
+            term=term,
+            entry=part.entry,
+            value=part.value,
+            std_error=part.std_error,
+            unit=unit,
+            time=part.time,
+            p_value=p_value,
+            gain=gain,
+            instead_of=instead_of,
+            parameters=part.parameters,
+        )
+
+    def findings(self, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:
+        """The found parts, most certain first."""
+        rows = []
+        for part in self.parts(completed, spread):
+            gain = self.without(completed, [part]).cost - completed.cost
+            row = self.finding(part, gain)
+            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+                # A spread has no sign to be tested against zero: the likelihood ratio speaks.
+                p_value = float(min(1.0, chdtrc(1, max(gain, 0.0)) * len(self.hypotheses)))
+                row = replace(row, p_value=p_value)
+            rows.append(row)
+        return tuple(sorted(rows, key=lambda row: -row.gain))
