@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.errors import UsageError
 from aerosid.longitudinal import OUTPUTS
 from aerosid.nomenclature import CHANNELS
-from aerosid.predicted_flight import ELEVATOR, SteadyFlight
+from aerosid.predicted_flight import ELEVATOR
 
 GRAVITY = 9.80665
 BEYOND = 0.2
@@ -49,27 +49,29 @@ class FlightLimits:
     rate: float
     given: frozenset[str]
 
-    def room(self, outputs: NDArray[np.float64], delta_e: NDArray[np.float64], steady: SteadyFlight) -> float:
+    def room(self, outputs: NDArray[np.float64], delta_e: NDArray[np.float64], still: Mapping[str, float]) -> float:
         """How far a prediction stays from the limits: 1 at trim, 0 at the margin's edge, negative beyond it.
 
         Parameters
         ----------
         outputs : ndarray, shape (N, 8)
-            What the sensors would show.
+            What the sensors would show, from trim.
         delta_e : ndarray, shape (N,)
             The elevator, rad.
+        still : mapping of str to float
+            The limited quantities at trim. A model in which a sensor reads with another offset begins elsewhere: its
+            excursions count.
         """
         if not np.isfinite(outputs).all():
             return -np.inf
         least = 1.0
-        still = shown(outputs[:1], delta_e[:1])
-        still[ELEVATOR] = np.array([steady.delta_e])
         for name, values in shown(outputs, delta_e).items():
             low, high = self.ranges[name]
-            trim = float(still[name][0])
+            trim = still[name]
             if not low < trim < high:
                 return -np.inf
-            used = max(float(np.max(values) - trim) / (high - trim), float(np.min(values) - trim) / (low - trim))
+            excursion = values - values[0]
+            used = max(float(np.max(excursion)) / (high - trim), float(np.min(excursion)) / (low - trim))
             least = min(least, 1.0 - used / (1.0 - MARGIN))
         return least
 

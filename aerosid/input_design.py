@@ -171,6 +171,9 @@ class InputSearch:
         interval = float(np.median(np.diff(self.record.flight.time)))
         self.time = self._grid(max(interval, self.span / settings.samples))
         self.fine = self._grid(max(interval, 0.01))
+        none = np.zeros(2)
+        outputs = self.simulated(self.chosen, planned_manoeuvre(self.record, self.steady, self.time[:2], none))
+        self.still = {name: float(values[0]) for name, values in shown(outputs, none + self.steady.delta_e).items()}
         self.limits = self._limits(manoeuvres, given)
         self.tried = 0
 
@@ -183,10 +186,7 @@ class InputSearch:
             state = self.chosen.states[place]
             outputs, _ = simulate(self.chosen.model, manoeuvre, state, self.chosen.effects)
             flown.append((outputs, manoeuvre.flight.inputs[:, self.steady.elevator]))
-        none = np.zeros(2)
-        outputs = self.simulated(self.chosen, planned_manoeuvre(self.record, self.steady, self.time[:2], none))
-        still = {name: float(values[0]) for name, values in shown(outputs, none + self.steady.delta_e).items()}
-        return flight_limits(flown, still, given)
+        return flight_limits(flown, self.still, given)
 
     def simulated(self, estimate: Refinement, planned: Manoeuvre) -> NDArray[np.float64]:
         """What the sensors would show (N, 8) if `estimate` were true; NaN from where it leaves its range."""
@@ -201,7 +201,7 @@ class InputSearch:
     def room(self, planned: Manoeuvre, estimates: Sequence[Refinement]) -> float:
         """How far the flight stays from the limits, whichever of `estimates` is true."""
         delta_e = planned.flight.inputs[:, self.steady.elevator]
-        return min(self.limits.room(self.simulated(one, planned), delta_e, self.steady) for one in estimates)
+        return min(self.limits.room(self.simulated(one, planned), delta_e, self.still) for one in estimates)
 
     def largest(self, shape: InputShape) -> float:
         """The greatest amplitude [rad] of a shape that stays within the limits; 0 where none does."""

@@ -116,9 +116,9 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
 
 
 def _nothing(rivals: Sequence[Rival], unknowns: Sequence[Unknown], tried: int, note: str) -> NextFlight:
-    """The questions without an input that answers them."""
-    open_ones = [_about_rival(rival, None, None, None, elsewhere(rival)) for rival in rivals]
-    open_ones += [_about_derivative(unknown, None, None, _OTHER_CONDITION) for unknown in unknowns]
+    """The questions where no input could be designed: nothing is said of what one would tell."""
+    open_ones = [_about_rival(rival, None, None, None, _NOT_JUDGED) for rival in rivals]
+    open_ones += [_about_derivative(unknown, None, None, _NOT_JUDGED) for unknown in unknowns]
     return NextFlight(None, tuple(open_ones), tried, note)
 
 
@@ -206,6 +206,7 @@ _RUNS_AWAY = (
     "The model runs away in open loop: an input needs a pilot or a controller in the loop, which this design does not "
     "know."
 )
+_NOT_JUDGED = "Not judged: no input was designed."
 _OWN_INPUT = "Another input alone would decide it: fly this one first, then run again."
 _OTHER_CONDITION = (
     "No elevator input within these limits shows it; another trim (airspeed, centre of gravity, configuration), or "
@@ -238,7 +239,7 @@ def elsewhere(rival: Rival) -> str:
         what = "the same flight once more, which shows whether the change comes again"
     else:
         what = "another trim (airspeed, centre of gravity, flap or stabiliser setting)"
-    return f"No elevator input within these limits tells them apart; {what} would."
+    return f"No elevator input within these limits tells them apart. What would: {what}."
 
 
 def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
@@ -292,12 +293,13 @@ def _peak(
     name: str, unit: str, values: Sequence[NDArray[np.float64]], limits: tuple[float, float] | None, given: bool
 ) -> PlannedPeak:
     low, high = limits or (None, None)
+    trim = float(values[0][0])
     return PlannedPeak(
         name=name,
         unit=unit,
-        trim=float(values[0][0]),
-        lowest=min(float(np.min(one)) for one in values),
-        highest=max(float(np.max(one)) for one in values),
+        trim=trim,
+        lowest=trim + min(float(np.min(one - one[0])) for one in values),
+        highest=trim + max(float(np.max(one - one[0])) for one in values),
         limit_low=low,
         limit_high=high,
         given=given,

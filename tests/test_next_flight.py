@@ -22,7 +22,7 @@ from aerosid.effects.sensor import sensor_bias
 from aerosid.errors import AircraftError, UsageError
 from aerosid.evidence import Deviations, deviations
 from aerosid.findings import Finding
-from aerosid.flight_limits import MARGIN, read_limit
+from aerosid.flight_limits import MARGIN, FlightLimits, read_limit
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.input_design import DesignSettings
@@ -358,3 +358,22 @@ def test_the_proposed_flight_decides_whichever_is_true(
     assert ("C_m", {"delta_e^2": "delta_e^3", "delta_e^3": "delta_e^2"}[truth]) not in {
         (other.where, other.term) for other in found.alternatives
     }
+
+
+def test_a_model_with_a_sensor_offset_is_judged_by_its_excursions() -> None:
+    """An airspeed that reads 20 m/s too much flies no other manoeuvre."""
+    limits = FlightLimits(
+        {"alpha": (-0.1, 0.2), "n_z": (-1.0, 3.0), "V": (95.0, 105.0), "theta": (-0.3, 0.3), "delta_e": (-0.2, 0.2)},
+        0.5,
+        frozenset(),
+    )
+    outputs = np.zeros((3, 8))
+    outputs[:, 0], outputs[:, 5] = (100.0, 102.0, 99.0), -9.80665
+    still = {"alpha": 0.0, "n_z": 1.0, "V": 100.0, "theta": 0.0, "delta_e": 0.0}
+    room = limits.room(outputs, np.zeros(3), still)
+    assert room == pytest.approx(1.0 - 2.0 / 5.0 / (1.0 - MARGIN))
+    outputs[:, 0] += 20.0
+    assert limits.room(outputs, np.zeros(3), still) == pytest.approx(room)
+    outputs[1, 0] += 3.0
+    assert limits.room(outputs, np.zeros(3), still) < 0.0
+    assert limits.room(outputs, np.zeros(3), {**still, "V": 106.0}) == -np.inf
