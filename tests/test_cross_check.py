@@ -50,11 +50,17 @@ def test_polynomials_are_evaluated_as_their_terms_say(aircraft) -> None:
     assert found["C_m"] == pytest.approx(total["C_m"], rel=1e-12)
 
 
-def truth_of(slope: float, chord: float) -> dict[str, object]:
+def truth_of(slope: float, chord: float, frozen: float | None = None) -> dict[str, object]:
     rows = [
-        {"coefficient": c, "term": v, "frozen": 9.0, "self_consistent": slope, "chord": chord}
+        {
+            "coefficient": c,
+            "term": v,
+            "frozen": slope if frozen is None else frozen,
+            "self_consistent": slope,
+            "chord": chord,
+        }
         for c in COEFFICIENTS
-        for v in VARIABLES
+        for v in (*VARIABLES, "alpha_dot_hat")
     ]
     return {
         "derivatives": rows,
@@ -70,6 +76,11 @@ def test_derivatives_are_held_to_the_chord_only_where_the_tables_bend() -> None:
     ends = [coefficients_at(model, {"alpha": alpha, "delta_e": 0.01})["C_m"] for alpha in (-0.04, 0.08)]
     assert rows["C_m", "alpha"].estimate == pytest.approx((ends[1] - ends[0]) / 0.12, rel=1e-12)
     assert {row.truth for row in rows.values()} == {-5.0}
+    alphadot = {row.coefficient: row.value for row in result.derivatives if row.term == "alpha_dot_hat"}
+    free = {(row.coefficient, row.term): row for row in compare(result, truth_of(-5.0, -5.01, frozen=-4.0))}
+    for key, row in free.items():
+        # alphadot follows each variable by (-5 - -4)/-4 of it.
+        assert row.estimate == pytest.approx(rows[key].estimate + 0.25 * alphadot.get(key[0], 0.0), rel=1e-9)
     assert {row.truth for row in compare(result, truth_of(-5.0, -4.0))} == {-4.0}
     own = rows["C_Z", "alpha"].estimate
     for slope, agrees in ((own, True), (own / 1.04, True), (own / 1.3, False)):

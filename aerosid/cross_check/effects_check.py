@@ -40,12 +40,16 @@ class PlantedFlight:
         An aircraft file's name, or one of JSBSim's.
     altitude : float
         m.
+    shape, amplitude : str, float
+        The elevator's.
     """
 
     effect: str
     kinds: tuple[str, ...]
     aircraft: str = "light_transport"
     altitude: float = 1500.0
+    shape: str = "doublet"
+    amplitude: float = 0.06
 
 
 PLANTED = (
@@ -56,7 +60,8 @@ PLANTED = (
     PlantedFlight("control_lag=0.15", ("control_lag",)),
     PlantedFlight("control_delay=0.09", ("control_delay",)),
     PlantedFlight("control_rate_limit=0.3", ("control_rate_limit",)),
-    PlantedFlight("control_deadband=0.01", ("control_deadband",)),
+    # Two levels of the same size are only a weaker elevator to a dead band.
+    PlantedFlight("control_deadband=0.01", ("control_deadband",), shape="multisine"),
     PlantedFlight("sensor_bias:alpha=0.01", ("sensor_bias",)),
     PlantedFlight("sensor_scale:alpha=1.1", ("sensor_scale",)),
     PlantedFlight("sensor_delay:theta=0.1", ("sensor_delay",)),
@@ -67,7 +72,7 @@ PLANTED = (
     PlantedFlight("flap=0.3@7", ("step_change",), "c310"),
     PlantedFlight("gear=1@7", ("step_change",), "c310"),
     PlantedFlight("thrust_loss=0.3@7", ("thrust_change",)),
-    PlantedFlight("ground_effect=0.2", ("ground_effect",), altitude=6.0),
+    PlantedFlight("ground_effect=0.2", ("ground_effect",), altitude=6.0, amplitude=-0.015),
     PlantedFlight("stall_hysteresis=0.04,0.1,0.15,-0.02", ("flow_separation",)),
     PlantedFlight("turbulence=3", ("gust",)),
 )
@@ -96,7 +101,7 @@ class EffectCheck:
 
 
 def check_effect(planted: PlantedFlight, seed: int) -> EffectCheck:
-    """Plant an effect in a doublet with usual sensor noise and close the loop on it."""
+    """Plant an effect in a flight with usual sensor noise and close the loop on it."""
     effects = (parse_effect(planted.effect),) if planted.effect else ()
     flown: Aircraft | str
     if planted.aircraft in CONDITIONS:
@@ -105,7 +110,8 @@ def check_effect(planted: PlantedFlight, seed: int) -> EffectCheck:
     else:
         flown = load_aircraft(planted.aircraft)
         airspeed, altitude = flown.airspeed or 100.0, planted.altitude
-    shape = manoeuvre("doublet", 0.06, 1.0, 14.0, 0.03)
+    unit = 0.5 if planted.shape == "multisine" else 1.0
+    shape = manoeuvre(planted.shape, planted.amplitude, unit, 14.0, 0.03)
     flight = fly_jsbsim(FlightPlan(flown, shape, airspeed, altitude, effects, seed=seed))
     result = close_loop([flight.log], flight.aircraft)
     return EffectCheck(

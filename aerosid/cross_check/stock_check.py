@@ -44,7 +44,8 @@ class Compared:
     ----------
     coefficient, term : str
     estimate, std_error : float
-        Slope of the completed polynomial over the flown range, its corrected deviation.
+        Slope of the completed polynomial over the flown range, its corrected deviation. Where the polynomial holds
+        alpha_dot_hat, alphadot is self-consistent here too: it follows the variable as it does in JSBSim.
     frozen, self_consistent, chord : float
         Of JSBSim, locally with alphadot frozen and self-consistent, and over the flown range.
     agrees : bool
@@ -167,6 +168,11 @@ def compare(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...
         known = {(row.coefficient, row.term): row for row in result.derivatives}
         spread = _deviation(result, coefficient, ends) / (high - low)
         own = true[coefficient, variable]
+        following = known.get((coefficient, "alpha_dot_hat"))
+        by_alphadot = true[coefficient, "alpha_dot_hat"]["frozen"]
+        if following is not None and by_alphadot:
+            # How alphadot follows the variable, from JSBSim's two derivatives.
+            top += (high - low) * following.value * (own["self_consistent"] - own["frozen"]) / by_alphadot
         row = known[coefficient, variable]
         made = Compared(
             coefficient, variable, (top - bottom) / (high - low), spread,

@@ -53,10 +53,11 @@ def follow_tables(
     low, high = truth["flown"]["alpha"]
     trim = truth["trim"]
     alphas = np.unique(np.concatenate([np.deg2rad(_DEGREES), [low, trim["alpha"], high]]))
-    table = coefficients_in(plan, trim, alphas)
+    table, rates = coefficients_in(plan, trim, alphas)
+    rate_scale = declared.mean_chord / (2.0 * trim["airspeed"])
     points = []
-    for alpha, found in zip(alphas, table, strict=True):
-        at = {"alpha": float(alpha), "delta_e": trim["delta_e"]}
+    for alpha, found, rate in zip(alphas, table, rates, strict=True):
+        at = {"alpha": float(alpha), "delta_e": trim["delta_e"], "alpha_dot_hat": float(rate) * rate_scale}
         points.append(
             TablePoint(
                 float(alpha),

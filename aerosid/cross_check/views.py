@@ -26,14 +26,14 @@ _ERRORS = (
     "model as JSBSim XML through the unseen doublet, greatest difference over peak-to-peak."
 )
 _SLOPES = (
-    "The estimate is the slope of the completed polynomial over the flown range. Local and chord are JSBSim's with "
-    "alphadot self-consistent; a model without alphadot cannot find the frozen ones. 'Not shown': the loop itself "
-    "flags that this flight holds too little information on the derivative."
+    "The estimate is the slope of the completed polynomial over the flown range. Local and chord are JSBSim's; in all "
+    "three alphadot is self-consistent, since a model without alphadot cannot find the frozen derivatives. 'Not "
+    "shown': the loop itself flags that this flight holds too little information on the derivative."
 )
 _PLANTED = (
-    "A doublet with usual sensor noise; the aircraft file knows nothing of the effect. A constant shift of the centre "
-    "of gravity is a change of derivatives and little else: re-estimating them is a right answer. Icing, flap and gear "
-    "change several coefficients at once and have no kind of their own."
+    "A doublet (a multisine for the dead band) with usual sensor noise; the aircraft file knows nothing of the effect. "
+    "A constant shift of the centre of gravity is a change of derivatives and little else: re-estimating them is a "
+    "right answer. Icing, flap and gear change several coefficients at once and have no kind of their own."
 )
 _COEFFICIENTS = ("C_X", "C_Z", "C_m")
 

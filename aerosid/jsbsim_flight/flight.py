@@ -115,8 +115,10 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     return JsbsimFlight(log, aircraft, truth, {name: values[::count] for name, values in histories.items()})
 
 
-def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) -> Array:
+def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) -> tuple[Array, Array]:
     """C_X, C_Z and C_m of a plan's aircraft, without its injected effects, at other angles of attack: (A, 3).
+
+    Also alphadot there, rad/s, (A,), which they are consistent with.
 
     Parameters
     ----------
@@ -140,7 +142,7 @@ def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) 
     ]
     job = _job(plan, parts, "freeze", plan.longest_frame) | {"states": states}
     answer, _ = run_job({"clean": _configuration(parts, None)}, job)
-    return np.array(answer["coefficients"])
+    return np.array(answer["coefficients"]), np.array([reading["alpha_dot"] for reading in answer["readings"]])
 
 
 def slopes_by_name(table: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
