@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.attribution import Attribution
+from aerosid.errors import EstimationError
 from aerosid.expected_information import (
     Prospect,
     expected_deviations,
@@ -166,6 +167,8 @@ class InputSearch:
         self.colour = largest_colour(found)
         self.known = shared_information(self.chosen)
         self.steady: SteadyFlight = steady_flight(self.chosen, self.record)
+        # A model in which the airspeed reads with an offset flies at another one: each begins in its own steady flight.
+        self.starts = {id(rival.estimate): self._start(rival.estimate) for rival in self.rivals}
         span = float(np.ptp(self.record.flight.time))
         self.span = float(np.clip(span, settings.shortest, settings.longest))
         interval = float(np.median(np.diff(self.record.flight.time)))
@@ -180,6 +183,12 @@ class InputSearch:
     def _grid(self, interval: float) -> NDArray[np.float64]:
         return np.arange(round(self.span / interval) + 1, dtype=np.float64) * interval
 
+    def _start(self, rival: Refinement) -> NDArray[np.float64]:
+        try:
+            return steady_flight(rival, self.record).state
+        except EstimationError:
+            return self.steady.state
+
     def _limits(self, manoeuvres: Sequence[Manoeuvre], given: Mapping[str, tuple[float, float]]) -> FlightLimits:
         flown = []
         for place, manoeuvre in enumerate(manoeuvres):
@@ -190,7 +199,11 @@ class InputSearch:
 
     def simulated(self, estimate: Refinement, planned: Manoeuvre) -> NDArray[np.float64]:
         """What the sensors would show (N, 8) if `estimate` were true; NaN from where it leaves its range."""
-        return simulate(estimate.model, planned, self.steady.state, estimate.effects)[0]
+        return simulate(estimate.model, planned, self.start_of(estimate), estimate.effects)[0]
+
+    def start_of(self, estimate: Refinement) -> NDArray[np.float64]:
+        """The initial state (5,) of a model in question."""
+        return self.starts.get(id(estimate), self.steady.state)
 
     def planned(self, shape: InputShape, amplitude: float, time: NDArray[np.float64]) -> Manoeuvre:
         """The flight with an input; its sensors show nothing yet."""
@@ -239,7 +252,7 @@ class InputSearch:
     def seen(self, estimate: Refinement, planned: Manoeuvre) -> Refinement:
         """An estimate at the beginning of a planned flight, with the chosen one's noise."""
         level = replace(estimate, variance=self.chosen.variance)
-        return at_steady(level, self.steady.state, sampling_ratio(self.record, planned.flight.time))
+        return at_steady(level, self.start_of(estimate), sampling_ratio(self.record, planned.flight.time))
 
     def trial(self, shape: InputShape, amplitude: float) -> Trial | None:
         """What an input would tell; None where a model leaves its range on it, or its information overflows."""
