@@ -24,6 +24,9 @@ FEWEST = 5
 LONGEST_SUBSTEP = 0.1
 """s; where the aircraft is slow or the declared model empty."""
 
+SHORTEST_SUBSTEP = 0.002
+"""s; no aircraft turns faster than this resolves, but a wrong inertia in its file may say so."""
+
 SLOW_AIR = 2.0
 """s; density and speed of sound, which are ratios of noisy channels, are averaged over this time."""
 
@@ -141,7 +144,7 @@ def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -
     pitch = force * aircraft.mean_chord / aircraft.I_yy
     damping = pitch * aircraft.mean_chord / (2.0 * speed) * size.get(("C_m", "q_hat"), 0.0)
     fastest = np.sqrt(pitch * size.get(("C_m", "alpha"), 0.0) + heave * damping) + 0.5 * (heave + damping)
-    longest = min(LONGEST_SUBSTEP, LONGEST_ANGLE / fastest) if fastest > 0.0 else LONGEST_SUBSTEP
+    longest = float(np.clip(LONGEST_ANGLE / max(fastest, 1e-9), SHORTEST_SUBSTEP, LONGEST_SUBSTEP))
     return max(1, int(np.ceil(interval / longest - 1e-9)))
 
 

@@ -18,7 +18,7 @@ from problems import LIGHT, Problem, native_csv, with_channels
 from aerosid.aircraft import load_aircraft
 from aerosid.cli import main
 
-FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "completed_aircraft.toml"}
+FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "report.pdf", "completed_aircraft.toml"}
 PLANTED = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=6.0)
 DERIVATIVE_KEYS = (
     "coefficient",

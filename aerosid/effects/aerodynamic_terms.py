@@ -80,7 +80,9 @@ def compressible(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]
 
 def splines(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
     """Parts of alpha above knots inside the flown range, to the first and second power."""
-    alpha = np.concatenate([log["alpha"][np.isfinite(log["alpha"])] for log in logs if "alpha" in log] or [np.zeros(1)])
+    alpha = np.concatenate([np.zeros(0), *(log["alpha"][np.isfinite(log["alpha"])] for log in logs if "alpha" in log)])
+    if alpha.size == 0:
+        return
     low, high = (float(value) for value in np.percentile(alpha, [1.0, 99.0]))
     if high - low < LEAST_RANGE:
         return
