@@ -20,7 +20,7 @@ demo: $(READY)
 		--validate flight_data/light_transport_3211.csv --out reports/demo
 
 test: $(READY)
-	$(BIN)/python -m pytest -q -n 2 -m "not slow"
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow"
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -q -m slow
