@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ class Linearised:
 
     def scores(self) -> tuple[Score, ...]:
         """What each hypothesis alone would bring, greatest first."""
-        return self._scores(self.present, self.gradient)
+        return self._scores(_projection(self.normal, self.gradient, self.present))
 
     def in_place_of(self, entries: Sequence[Entry]) -> tuple[float, tuple[Score, ...]]:
         """Rise of -2 ln L when free entries are struck out, and what of it each hypothesis would win back.
@@ -127,35 +128,43 @@ class Linearised:
         change = -np.array([self.refinement.model.value(entry) for entry in entries])
         gradient = self.gradient - self.normal[:, struck] @ change
         left = np.setdiff1d(self.present, struck)
-        scale, _, taken = self._projection(left, gradient)
+        beside = _projection(self.normal, gradient, left)
         rise = change @ self.normal[np.ix_(struck, struck)] @ change - 2.0 * self.gradient[struck] @ change
-        return float(rise - (gradient[left] / scale) @ taken), self._scores(left, gradient)
+        return float(rise - (gradient[left] / beside.scale) @ beside.taken), self._scores(beside)
 
-    def _projection(
-        self, present: NDArray[np.int64], gradient: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Scale of the present parameters, the inverse of their scaled information, and their scaled step."""
-        scale = np.sqrt(np.diag(self.normal)[present])
-        scaled = self.normal[np.ix_(present, present)] / np.outer(scale, scale)
-        inner = np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
-        return scale, inner, np.asarray(inner @ (gradient[present] / scale), dtype=np.float64)
-
-    def _scores(self, present: NDArray[np.int64], gradient: NDArray[np.float64]) -> tuple[Score, ...]:
-        scale, inner, taken = self._projection(present, gradient)
+    def _scores(self, beside: _Projection) -> tuple[Score, ...]:
         single = np.array([columns[0] for _, columns, _ in self.asked if len(columns) == 1], dtype=np.int64)
-        alone = iter(_single_scores(single, self.normal, gradient, present, scale, inner, taken))
+        alone = iter(_single_scores(single, self.normal, beside))
         best: dict[int, Score] = {}
         for hypothesis, columns, trial in self.asked:
             if len(columns) == 1:
                 gain, step, independence = next(alone)
                 score = Score(hypothesis, gain, (step,), independence, trial)
             else:
-                score = _score(hypothesis, columns, self.normal, gradient, present, scale, inner, taken)
-                score = replace(score, trial=trial)
+                score = replace(_score(hypothesis, columns, self.normal, beside), trial=trial)
             known = best.get(id(hypothesis))
             if known is None or score.gain > known.gain:
                 best[id(hypothesis)] = score
         return tuple(sorted(best.values(), key=lambda score: -score.gain))
+
+
+class _Projection(NamedTuple):
+    """What takes the `present` parameters (P) out of others: their `scale`, the `inner` inverse of their scaled
+    information (P, P), and the scaled step `taken` (P,) that they would make; `gradient` (M,) of all.
+    """
+
+    present: NDArray[np.int64]
+    gradient: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    inner: NDArray[np.float64]
+    taken: NDArray[np.float64]
+
+
+def _projection(normal: NDArray[np.float64], gradient: NDArray[np.float64], present: NDArray[np.int64]) -> _Projection:
+    scale = np.sqrt(np.diag(normal)[present])
+    scaled = normal[np.ix_(present, present)] / np.outer(scale, scale)
+    inner = np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
+    return _Projection(present, gradient, scale, inner, np.asarray(inner @ (gradient[present] / scale)))
 
 
 def _normal_equations(
@@ -178,47 +187,32 @@ def _normal_equations(
 
 
 def _single_scores(
-    places: NDArray[np.int64],
-    normal: NDArray[np.float64],
-    gradient: NDArray[np.float64],
-    present: NDArray[np.int64],
-    scale: NDArray[np.float64],
-    inner: NDArray[np.float64],
-    taken: NDArray[np.float64],
+    places: NDArray[np.int64], normal: NDArray[np.float64], beside: _Projection
 ) -> list[tuple[float, float, float]]:
     """Gain, step and independence of every hypothesis of a single number, all at once."""
-    cross = normal[np.ix_(present, places)] / scale[:, None]
+    cross = normal[np.ix_(beside.present, places)] / beside.scale[:, None]
     own = normal[places, places]
-    left = own - np.sum(cross * (inner @ cross), axis=0)
+    left = own - np.sum(cross * (beside.inner @ cross), axis=0)
     independence = np.divide(left, own, out=np.zeros_like(left), where=own > 0.0)
     apart = independence >= LEAST_INDEPENDENCE
-    slope = gradient[places] - cross.T @ taken
+    slope = beside.gradient[places] - cross.T @ beside.taken
     step = np.divide(slope, left, out=np.zeros_like(left), where=apart)
     return list(zip((slope * step).tolist(), step.tolist(), np.maximum(independence, 0.0).tolist(), strict=True))
 
 
-def _score(
-    hypothesis: Hypothesis,
-    columns: list[int],
-    normal: NDArray[np.float64],
-    gradient: NDArray[np.float64],
-    present: NDArray[np.int64],
-    scale: NDArray[np.float64],
-    inner: NDArray[np.float64],
-    taken: NDArray[np.float64],
-) -> Score:
+def _score(hypothesis: Hypothesis, columns: list[int], normal: NDArray[np.float64], beside: _Projection) -> Score:
     """One hypothesis, the present parameters projected out."""
     places = np.array(columns, dtype=np.int64)
-    cross = normal[np.ix_(present, places)] / scale[:, None]
+    cross = normal[np.ix_(beside.present, places)] / beside.scale[:, None]
     own = normal[np.ix_(places, places)]
-    left = own - cross.T @ inner @ cross
+    left = own - cross.T @ beside.inner @ cross
     size = np.diag(own)
     if not np.all(size > 0.0):
         return Score(hypothesis, 0.0, (0.0,) * len(columns), 0.0)
     independence = float(np.min(np.diag(left) / size))
     if independence < LEAST_INDEPENDENCE:
         return Score(hypothesis, 0.0, (0.0,) * len(columns), max(independence, 0.0))
-    slope = gradient[places] - cross.T @ taken
+    slope = beside.gradient[places] - cross.T @ beside.taken
     unit = np.sqrt(np.diag(left))
     step = np.linalg.pinv(left / np.outer(unit, unit), rcond=1e-8, hermitian=True) @ (slope / unit)
     return Score(hypothesis, float(step @ (slope / unit)), tuple((step / unit).tolist()), independence)

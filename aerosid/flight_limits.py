@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
 from aerosid.longitudinal import OUTPUTS
-from aerosid.nomenclature import CHANNELS
 from aerosid.predicted_flight import ELEVATOR
 
 GRAVITY = 9.80665
@@ -149,8 +148,3 @@ def read_limit(text: str) -> tuple[str, tuple[float, float]]:
         raise UsageError(f"{wrong}; give a range from low to high in {unit}{f' or {spelled}' if spelled else ''}, as "
                          f"in {example}.")  # fmt: skip
     return name, (numbers[0], numbers[1])
-
-
-def unit_of_limit(name: str) -> str:
-    """The SI unit of a limited quantity."""
-    return UNITS[name] if name in UNITS else CHANNELS[name].unit

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
+from aerosid.factor_search import search_in_factors
 from aerosid.likelihood import Likelihood, Point, Whitened
 from aerosid.manoeuvre import Manoeuvre, initial_state
 
@@ -367,24 +368,25 @@ def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
     places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
     if not places:
         return point
-    effects = list(point.effects)
-    least = likelihood.cost(point.values, point.states, effects, point.variance)
-    start = least
-    for factor in (2.0, 1.25):
+    parameters = [parameter for n in places for parameter in point.effects[n].effect.parameters]
+
+    def disturbed(numbers: tuple[float, ...]) -> list[ActiveEffect]:
+        left, effects = iter(numbers), list(point.effects)
         for n in places:
-            for place, parameter in enumerate(effects[n].effect.parameters):
-                for direction in (factor, 1.0 / factor):
-                    while True:
-                        values = list(effects[n].values)
-                        values[place] = float(np.clip(values[place] * direction, parameter.lowest, parameter.highest))
-                        trial = [*effects[:n], replace(effects[n], values=tuple(values)), *effects[n + 1 :]]
-                        cost = likelihood.cost(point.values, point.states, trial, point.variance)
-                        if cost >= least - 1e-3:
-                            break
-                        effects, least = trial, cost
-    if least == start:
+            effects[n] = replace(effects[n], values=tuple(next(left) for _ in effects[n].values))
+        return effects
+
+    start = tuple(value for n in places for value in point.effects[n].values)
+    found = search_in_factors(
+        lambda numbers: likelihood.cost(point.values, point.states, disturbed(numbers), point.variance),
+        start,
+        [(parameter.lowest, parameter.highest) for parameter in parameters],
+        (2.0, 1.25),
+        least_fall=1e-3,
+    )
+    if found == start:
         return point
-    return likelihood.evaluate(point.values, point.states, effects, point.variance) or point
+    return likelihood.evaluate(point.values, point.states, disturbed(found), point.variance) or point
 
 
 LEADING_STEPS = 20

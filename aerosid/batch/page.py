@@ -6,16 +6,13 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from markupsafe import Markup
-
 from aerosid import __version__
 from aerosid.batch.figures import condition_chart, usual_abscissa
 from aerosid.batch.run import REPORTS, Batch
 from aerosid.batch.table_texts import NOTE, cells, headings
 from aerosid.reporting import words
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
-from aerosid.reporting.page import symbol_html, term_html
+from aerosid.reporting.templating import page_environment, page_style
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -29,19 +26,8 @@ def page_html(batch: Batch, figure: Figure | None) -> str:
     figure : Figure or None
         As `drawn_figure` gives it.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(symbol=symbol_html, term=term_html, sentence=words.sentence)
-    # Safe: the package's own style sheet.
-    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    return environment.get_template("batch.html").render(
+    template = page_environment(_TEMPLATES).get_template("batch.html")
+    return template.render(
         batch=batch,
         verdicts=Counter(row["verdict"].replace("_", " ") for row in batch.rows.values()),
         group_of=batch.conditions,
@@ -51,7 +37,7 @@ def page_html(batch: Batch, figure: Figure | None) -> str:
         figure=figure,
         report_of=lambda name: f"{REPORTS}/{quote(name)}/report.html" if batch.reports else None,
         effects_of=_effects,
-        style=style,
+        style=page_style(),
         version=__version__,
     )
 

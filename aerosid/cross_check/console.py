@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from aerosid.cross_check import views
 from aerosid.cross_check.run import CrossCheck
+from aerosid.reproduce.console import print_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -13,13 +14,5 @@ if TYPE_CHECKING:
 
 def print_cross_check(result: CrossCheck, console: Console) -> None:
     """Print a line for each aircraft, and what was not named."""
-    from rich.table import Table
-
-    view = views.overview(result.aircraft)
-    table = Table(title=view.title, title_justify="left")
-    for place, heading in enumerate(view.header):
-        table.add_column(heading, justify="left" if place == 0 else "right")
-    for row in view.rows:
-        table.add_row(*row)
-    console.print(table)
+    print_table(views.overview(result.aircraft), console)
     console.print(views.not_named(result.effects))

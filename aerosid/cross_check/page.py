@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-
 from aerosid import __version__
 from aerosid.cross_check import views
 from aerosid.cross_check.run import CrossCheck
 from aerosid.cross_check.stock_check import StockCheck
-from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
+from aerosid.reporting.templating import page_environment, page_style
 from aerosid.reproduce import table3, table4
 from aerosid.reproduce.view import TableView
 
@@ -31,18 +29,8 @@ class Page:
 
 def pages(result: CrossCheck) -> dict[str, str]:
     """File name -> HTML; identical for an identical result and the same versions."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    template = environment.get_template("cross_check.html")
-    # Safe: the package's own style sheet.
-    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    template = page_environment(_TEMPLATES).get_template("cross_check.html")
+    style = page_style()
     made = _pages(result)
     links = [(page.name, page.title) for page in made]
     return {

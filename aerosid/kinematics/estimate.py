@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.factor_search import search_in_factors
 from aerosid.kinematics.faults import Fault
 from aerosid.kinematics.likelihood import STATE_PLACES, STATES, Gust, Structure, simulate, whiten
 from aerosid.kinematics.recording import Recording, first_states, spread
@@ -250,26 +251,20 @@ def _likeliest_gust(recordings: Sequence[Recording], point: _Point, factors: tup
         for stretch in simulate(recordings, point.structure, point.states)
     ]
 
-    def cost(trial: Gust) -> float:
+    def blowing(numbers: tuple[float, ...]) -> Gust:
+        return replace(gust, **dict(zip(names, numbers, strict=True)))
+
+    def cost(numbers: tuple[float, ...]) -> float:
         total = 0.0
-        for part in whiten(recordings, stretches, trial, point.variance):
+        for part in whiten(recordings, stretches, blowing(numbers), point.variance):
             total += part.log_sum + float(np.nansum(part.residual**2))
         return total if np.isfinite(total) else np.inf
 
-    start = least = cost(gust)
-    for factor in factors:
-        for name in names:
-            for direction in (factor, 1.0 / factor):
-                while True:
-                    value = float(np.clip(getattr(gust, name) * direction, *LIMITS[name]))
-                    trial = replace(gust, **{name: value})
-                    found = cost(trial)
-                    if found >= least - 1e-2:
-                        break
-                    gust, least = trial, found
-    if least == start:
+    start = tuple(getattr(gust, name) for name in names)
+    found = search_in_factors(cost, start, [LIMITS[name] for name in names], factors, least_fall=1e-2)
+    if found == start:
         return point
-    return _evaluate(recordings, replace(point.structure, gust=gust), point.states, point.variance)
+    return _evaluate(recordings, replace(point.structure, gust=blowing(found)), point.states, point.variance)
 
 
 @dataclass(frozen=True)
@@ -364,8 +359,3 @@ def deviations(recordings: Sequence[Recording], at: Fit, *, quick: bool = False)
     variance = np.diag(covariance)[inside]
     corrected[moving[inside]] = np.sqrt(np.maximum(variance, 0.0))
     return np.maximum(corrected, white), white
-
-
-def noise_levels(at: Fit, channels: Sequence[str]) -> dict[str, float]:
-    """The noise that the likelihood gives each output, SI."""
-    return {name: float(np.sqrt(at.variance[OUTPUTS.index(name)])) for name in channels}

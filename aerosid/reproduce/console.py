@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from aerosid.reproduce import table1, table2, table3, table4
 from aerosid.reproduce.run import Reproduction, reproduce, steps
+from aerosid.reproduce.view import TableView
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,15 +28,19 @@ def reproduce_with_progress(seeds: int) -> Reproduction:
 
 def print_reproduction(result: Reproduction, console: Console) -> None:
     """Print tables 1 to 4 without their notes."""
+    for view in (
+        table1.view(result.table1), table2.view(result.table2), table3.view(result.table3), table4.view(result.table4),
+    ):  # fmt: skip
+        print_table(view, console)
+
+
+def print_table(view: TableView, console: Console) -> None:
+    """Print one table without its notes, numbers to the right."""
     from rich.table import Table
 
-    views = (
-        table1.view(result.table1), table2.view(result.table2), table3.view(result.table3), table4.view(result.table4),
-    )  # fmt: skip
-    for view in views:
-        table = Table(title=view.title, title_justify="left")
-        for place, heading in enumerate(view.header):
-            table.add_column(heading, justify="left" if place == 0 else "right")
-        for row in view.rows:
-            table.add_row(*row)
-        console.print(table)
+    table = Table(title=view.title, title_justify="left")
+    for place, heading in enumerate(view.header):
+        table.add_column(heading, justify="left" if place == 0 else "right")
+    for row in view.rows:
+        table.add_row(*row)
+    console.print(table)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from markupsafe import Markup
-
 from aerosid import __version__
 from aerosid.reporting.inline_svg import drawing_style, inline_svg
-from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
+from aerosid.reporting.templating import page_environment, page_style
 from aerosid.reproduce import table1, table2, table3, table4
 from aerosid.reproduce.figures import drawings
 from aerosid.reproduce.run import Reproduction
@@ -18,15 +16,6 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 def page_html(result: Reproduction) -> str:
     """The text of paper.html; identical for an identical result and the same versions."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     figures = {}
     with drawing_style():
         for drawing in drawings(result.table1.fits, result.table2.fits):
@@ -41,6 +30,5 @@ def page_html(result: Reproduction) -> str:
             [figures[4], figures[5]],
         ),
     )
-    # Safe: the package's own style sheet.
-    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    return environment.get_template("paper.html").render(parts=parts, style=style, version=__version__)
+    style = page_style()
+    return page_environment(_TEMPLATES).get_template("paper.html").render(parts=parts, style=style, version=__version__)

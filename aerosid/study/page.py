@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-
 from aerosid import __version__
 from aerosid.reporting import words
 from aerosid.reporting.figures.chart import Chart
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.reporting.page import TEMPLATES as REPORT_TEMPLATES
-from aerosid.reporting.page import symbol_html, term_html
+from aerosid.reporting.templating import page_environment, page_style
 from aerosid.study import figures
 from aerosid.study.run import Study
 from aerosid.study.statistics import LevelStatistics
@@ -108,27 +105,14 @@ def page_html(study: Study, groups: Sequence[tuple[str, Sequence[Drawn]]]) -> st
     groups : sequence of (str, sequence of Drawn)
         As `drawn_figures` gives them.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(
-        number=words.number, symbol=symbol_html, term=term_html, unit=lambda unit: words.shown_unit(unit).text
-    )
-    # Safe: the package's own style sheet.
-    style = Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    return environment.get_template("study.html").render(
+    template = page_environment(_TEMPLATES).get_template("study.html")
+    return template.render(
         study=study,
         plan=study.plan,
         groups=groups,
         level_name=level_name,
         shown=lambda value, unit: words.number(None if value is None else value * words.shown_unit(unit).factor, 2),
         percent=percent,
-        style=style,
+        style=page_style(),
         version=__version__,
     )

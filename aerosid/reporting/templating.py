@@ -1,0 +1,84 @@
+"""Templates as every page fills them: text escaped, nothing missing unnoticed, numbers and symbols written alike."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from aerosid.reporting import words
+from aerosid.terms import Factor
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+REPORT_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def page_style() -> Markup:
+    """The style sheet that every page carries in itself; safe, being the package's own."""
+    return Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+
+
+@cache
+def page_environment(folder: Path) -> Environment:
+    """The templates of a folder, with the filters that pages share."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(folder),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(
+        number=words.number,
+        deviation=words.with_deviation,
+        p_value=words.p_value,
+        hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
+        ratio=words.ratio,
+        symbol=symbol_html,
+        term=term_html,
+        effect=words.effect_sentence,
+        shown=_shown,
+        plain=words.plain,
+        sentence=words.sentence,
+        unit=lambda unit: words.shown_unit(unit).text,
+    )
+    return environment
+
+
+def symbol_html(name: str) -> Markup:
+    """A name as its symbol, the subscript set as one; escaped."""
+    base, subscript = words.symbol(name)
+    lowered = Markup("<sub>{}</sub>").format(subscript) if subscript else Markup("")
+    return Markup("<var>{}{}</var>").format(base, lowered)
+
+
+def term_html(text: str) -> Markup:
+    """A term as a formula: `alpha^2` is α²; a text that is no term stays a text; escaped."""
+    factors = words.factors_of(text)
+    if factors is None:
+        return Markup("{}").format(text)
+    if not factors:
+        return Markup("1")
+    return Markup('<span class="formula">{}</span>').format(Markup("·").join(map(_factor_html, factors)))
+
+
+def _factor_html(factor: Factor) -> Markup:
+    body = symbol_html(factor.variable)
+    if factor.shape == "abs":
+        body = Markup("|{}|").format(body)
+    elif factor.shape == "pos":
+        sign = "−" if factor.offset >= 0.0 else "+"
+        inner = body if factor.offset == 0.0 else Markup("{} {} {:g}").format(body, sign, abs(factor.offset))
+        body = Markup("pos({})").format(inner)
+    return body if factor.power == 1 else Markup("{}<sup>{}</sup>").format(body, factor.power)
+
+
+def _shown(value: float | None, unit: str, digits: int = 2) -> str:
+    """An SI number in the unit that the page shows."""
+    return words.number(None if value is None else value * words.shown_unit(unit).factor, digits)
