@@ -19,6 +19,7 @@ from aerosid.completed_aircraft import complete_aircraft
 from aerosid.contradicted_loop import contradicted_loop
 from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
+from aerosid.evidence import coloured_noise
 from aerosid.findings import Finding
 from aerosid.flight_log import FlightLog
 from aerosid.force_history import smoothed_histories
@@ -50,7 +51,7 @@ from aerosid.results import (
 )
 from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
 from aerosid.structure_search import AttributionSettings
-from aerosid.verdict import judge, summarise
+from aerosid.verdict import judge, summarise, told_of_colour
 
 Progress = Callable[[str], None]
 
@@ -209,7 +210,12 @@ def close_loop(
         screening=seen.screening if seen else (),
         model_error=seen.histories if seen else (),
         prefilter=_prefilter_note(seen, settings),
-        notes=(*_notes(manoeuvres, others, chain, settings), *unlinearised, *_not_shown(rows)),
+        notes=(
+            *_notes(manoeuvres, others, chain, settings),
+            *told_of_colour(coloured_noise(completed, manoeuvres)),
+            *unlinearised,
+            *_not_shown(rows),
+        ),
         linear=linear,
         next_flight=ahead,
         fit=tuple(row for each in simulated for row in fit_rows(each)),

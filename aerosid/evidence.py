@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
-from aerosid.fit_statistics import whiteness
+from aerosid.fit_statistics import noise_memories, whiteness
 from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
@@ -320,17 +320,34 @@ def is_coloured(residual: NDArray[np.float64]) -> bool:
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """The channels whose residual is greater than their noise and coloured: there the model is still wrong."""
+    """The channels whose residual is greater than their noise and coloured: there the model is still wrong.
+
+    A sensor's own noise may be coloured too; `noise_memories` says how the two differ.
+    """
     level = np.sqrt(refinement.variance)
     wrong: dict[str, None] = {}
     for part in whiten(refinement, manoeuvres):
         manoeuvre = manoeuvres[part.log]
+        own = np.isfinite(noise_memories(manoeuvre.flight.time, part.residual))
         for i, name in enumerate(OUTPUTS):
             residual = part.residual[:, i]
             held = np.isfinite(residual)
             if held.sum() < 20:
                 continue
             rms = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i]
-            if rms > NOISE_RATIO * manoeuvre.noise[i] and is_coloured(residual[held]):
+            if rms > NOISE_RATIO * manoeuvre.noise[i] and is_coloured(residual[held]) and not own[i]:
                 wrong[name] = None
     return tuple(wrong)
+
+
+def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
+    """Log, channel and memory of each sensor whose own noise is coloured: what one sample keeps of the last."""
+    found = []
+    for part in whiten(refinement, manoeuvres):
+        manoeuvre = manoeuvres[part.log]
+        memories = noise_memories(manoeuvre.flight.time, part.residual)
+        for i, name in enumerate(OUTPUTS):
+            residual = part.residual[:, i]
+            if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
+                found.append((manoeuvre.name, name, float(memories[i])))
+    return tuple(found)

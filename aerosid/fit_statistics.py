@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.special import chdtrc, ndtri
 
 from aerosid.noise import autocovariance
 
@@ -90,3 +90,66 @@ def whiteness(residual: NDArray[np.float64]) -> Whiteness | None:
     rho = gamma / gamma[0]
     statistic = count * (count + 2.0) * float(np.sum(rho[1:] ** 2 / (count - np.arange(1, lags + 1))))
     return Whiteness(rho, statistic, float(chdtrc(lags, statistic)))
+
+
+LONGEST_MEMORY = 0.3
+"""s; sensor noise forgets itself sooner, a wrong model's residual follows the motion and does not."""
+
+NEIGHBOURS = 2
+"""Samples either way over which two channels are compared."""
+
+DOUBT = 1e-4
+"""Probability below which a residual is not what it was taken for."""
+
+
+def noise_memories(time: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How much of each sample of a sensor's own noise is left in the next one, (C,).
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        s.
+    residuals : ndarray, shape (N, C)
+        Of the channels of one log, NaN where missing.
+
+    Returns
+    -------
+    NaN for a channel whose residual may be more than noise of its own: where a first-order memory, below
+    `LONGEST_MEMORY`, does not leave it white, or where it goes along with another channel's. A wrong model moves every
+    channel, and slowly.
+    """
+    interval = float(np.median(np.diff(time)))
+    count = residuals.shape[1]
+    memories = np.full(count, np.nan)
+    left = np.full(residuals.shape, np.nan)
+    for i in range(count):
+        gamma = autocovariance(residuals[:, i], 1)
+        if np.isfinite(residuals[:, i]).sum() < 50 or gamma[0] <= 0.0:
+            continue
+        memory = float(gamma[1] / gamma[0])
+        left[1:, i] = residuals[1:, i] - memory * residuals[:-1, i]
+        found = whiteness(left[:, i])
+        short = memory < float(np.exp(-interval / LONGEST_MEMORY))
+        if found is not None and found.p_value > DOUBT and short:
+            memories[i] = memory
+    return np.where(_goes_along(left), np.nan, memories)
+
+
+def _goes_along(series: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether each of several white series (N, C) is correlated with any other, at once or a few samples apart."""
+    count = series.shape[1]
+    known = np.isfinite(series)
+    values = np.where(known, series, 0.0)
+    size = np.sqrt(np.sum(values**2, axis=0) / np.maximum(known.sum(axis=0), 1))
+    unit = values / np.where(size > 0.0, size, 1.0)
+    pairs = max(count * (count - 1) // 2, 1) * (2 * NEIGHBOURS + 1)
+    limit = float(-ndtri(0.5 * DOUBT / pairs))
+    along = np.zeros(count, dtype=np.bool_)
+    for shift in range(NEIGHBOURS + 1):
+        later, earlier = slice(shift, None), slice(None, unit.shape[0] - shift)
+        common = known[later].astype(np.float64).T @ known[earlier].astype(np.float64)
+        score = np.abs(unit[later].T @ unit[earlier]) / np.sqrt(np.maximum(common, 1.0))
+        np.fill_diagonal(score, 0.0)
+        beyond = score > limit
+        along |= beyond.any(axis=0) | beyond.any(axis=1)
+    return along

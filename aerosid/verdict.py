@@ -45,6 +45,18 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     return sentence
 
 
+def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
+    """One sentence for each log whose sensors have coloured noise: (log, channel, memory) each."""
+    sentences = []
+    for log in dict.fromkeys(log for log, _, _ in coloured):
+        channels = ", ".join(f"{name} ({memory:.2f})" for place, name, memory in coloured if place == log)
+        sentences.append(
+            f"{log}: the noise of {channels} is coloured (correlation of neighbouring samples): it counts as noise and "
+            "not as something that is missing, and the deviations allow for it."
+        )
+    return sentences
+
+
 def _named(effect: Effect) -> str:
     """An effect with its number, as a person writes it."""
     if effect.kind == "aero_term":

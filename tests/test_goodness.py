@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from problems import BOTH_SQUARES, LIGHT, Problem, declaring, entry
+from problems import BOTH_SQUARES, LIGHT, NOISE, SILENT, Problem, declaring, entry, with_channels
+from scipy.signal import lfilter
 from scipy.stats import binom, chi2
 
 from aerosid.closed_loop import LoopSettings, close_loop
 from aerosid.evidence import deviations
-from aerosid.fit_statistics import explained_variance, theil, whiteness
+from aerosid.fit_statistics import explained_variance, noise_memories, theil, whiteness
 from aerosid.goodness import correlation_matrix, scatter, variance_inflation
 from aerosid.refinement import refine
+from aerosid.results import Verdict
 
 TERMS = LoopSettings(catalogue="terms")
 
@@ -60,6 +64,42 @@ def test_a_slow_swing_is_not_white() -> None:
     assert found.p_value < 1e-6
     assert found.autocorrelation[0] == 1.0
     assert whiteness(np.full(10, np.nan)) is None
+
+
+def remembering(rng: np.random.Generator, memory: float, channels: int) -> np.ndarray:
+    """First-order noise of unit variance, (600, channels)."""
+    shocks = np.sqrt(1.0 - memory**2) * rng.normal(size=(700, channels))
+    return np.asarray(lfilter([1.0], [1.0, -memory], shocks, axis=0)[100:])
+
+
+def test_the_memory_of_a_sensors_own_noise_is_found_and_a_wrong_model_is_no_noise() -> None:
+    """Coloured by itself: noise. Common to two channels, or a slow swing under white noise: none."""
+    time = 0.03 * np.arange(600)
+    rng = np.random.default_rng(5)
+    own = remembering(rng, 0.7, 4)
+    # The deviation of a correlation from 600 samples is 0.03 at 0.7; four of them.
+    assert noise_memories(time, own) == pytest.approx(0.7, abs=0.12)
+    swing = 0.7 * np.sin(2.0 * np.pi * 0.4 * time)
+    shared = remembering(rng, 0.7, 1)
+    mixed = np.column_stack(
+        [own[:, 0], own[:, 1] + shared[:, 0], own[:, 2] - shared[:, 0], rng.normal(size=600) + swing]
+    )
+    assert np.isfinite(noise_memories(time, mixed)).tolist() == [True, False, False, False]
+    # Slow as the motion is: not told from it.
+    assert np.isnan(noise_memories(time, remembering(rng, 0.97, 1))).all()
+
+
+def test_coloured_noise_alone_is_nothing_missing_and_stands_in_the_notes() -> None:
+    problem = Problem(LIGHT)
+    log = problem.fly(4)
+    clean = replace(problem, noise=SILENT).fly(4)
+    rng = np.random.default_rng(8)
+    outputs = [name for name in NOISE if name != "delta_e"]
+    coloured = dict(zip(outputs, remembering(rng, 0.6, len(outputs)).T, strict=True))
+    channels = {name: clean[name] + NOISE[name] * coloured[name][: log.samples] for name in outputs}
+    result = close_loop([with_channels(log, **channels)], LIGHT)
+    assert result.verdict is Verdict.NOTHING_MISSING
+    assert any("noise of V" in note and "coloured" in note for note in result.notes)
 
 
 def test_correlations_and_inflation_are_those_of_the_inverse_information() -> None:
