@@ -76,7 +76,7 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if coefficients and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
-        separated, around = search.separated(before)
+        separated, around = search.separated(before, search.price(current))
         if search.price(separated) < search.price(current):
             current, others = separated, around
     if settings.disturbances and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
@@ -94,5 +94,13 @@ def attribute(
     )
     completed, spread = search.certain(completed)
     findings = search.findings(completed, spread)
+    if any(active.effect.kind == "unmodelled_forces" for active in current.effects):
+        # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
+        others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(before, completed, spread, findings, others, tuple(rounds))
+
+
+def _once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Each alternative once, the first time that it is named."""
+    return tuple({(f.kind, f.where, f.term, f.instead_of): f for f in reversed(findings)}.values())[::-1]

@@ -36,6 +36,7 @@ from aerosid.paper_chain import Chain, ChainSettings, run_chain
 from aerosid.refinement import RefinementSettings, refine
 from aerosid.results import (
     ClosedLoop,
+    CoefficientRow,
     DerivativeRow,
     Effect,
     ErrorHistory,
@@ -169,12 +170,7 @@ def close_loop(
     chain = seen.chain if seen else None
 
     progress("simulating every log")
-    simulated, errors = _compare(declared, found, aircraft, manoeuvres, others)
-    coefficients = [
-        row
-        for manoeuvre in (*manoeuvres, *others)
-        for row in explained_shares(before.model, found.completed.model, manoeuvre)
-    ]
+    simulated, errors, coefficients = _compare(declared, found, aircraft, manoeuvres, others)
 
     gain = _validation_gain(errors)
     effects = tuple(
@@ -292,9 +288,9 @@ def _compare(
     aircraft: Aircraft,
     manoeuvres: Sequence[Manoeuvre],
     others: Sequence[Manoeuvre],
-) -> tuple[list[Simulated], list[ErrorRow]]:
-    """Open-loop simulations and their errors on every log."""
-    simulated, rows = [], []
+) -> tuple[list[Simulated], list[ErrorRow], list[CoefficientRow]]:
+    """Open-loop simulations and their errors on every log, and the shares of the measured coefficients explained."""
+    simulated, rows, shares = [], [], []
     variance = found.completed.variance
     for manoeuvre, role in [*((m, "identification") for m in manoeuvres), *((m, "validation") for m in others)]:
         effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
@@ -308,7 +304,8 @@ def _compare(
         }
         simulated.append(_simulated(manoeuvre, role, responses))
         rows.extend(_error_rows(manoeuvre, role, responses))
-    return simulated, rows
+        shares.extend(explained_shares((found.before.model, given), (found.completed.model, effects), manoeuvre))
+    return simulated, rows, shares
 
 
 def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> Simulated:

@@ -2,78 +2,135 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid import prefilter
 from aerosid.aerodynamics import AerodynamicModel
-from aerosid.compiled import njit
-from aerosid.longitudinal import Constants, evaluate, make_workspace
+from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
+from aerosid.likelihood import acting_flight, motion_of
+from aerosid.longitudinal import OUTPUTS, Constants
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.paper_chain import ChainSettings, feed
-from aerosid.prediction import Flight
+from aerosid.paper_chain import ChainSettings, Fed, feed
+from aerosid.prediction import Flight, coefficients_along
 from aerosid.results import CoefficientRow
-from aerosid.terms import TermTable
+
+_Model = tuple[AerodynamicModel, Sequence[ActiveEffect]]
 
 
-def explained_shares(before: AerodynamicModel, after: AerodynamicModel, manoeuvre: Manoeuvre) -> list[CoefficientRow]:
+def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> list[CoefficientRow]:
     """R^2 of C_X, C_Z and C_m on one log for two models; a coefficient whose sensors are missing has no row.
+
+    Parameters
+    ----------
+    before, after : (AerodynamicModel, sequence of ActiveEffect)
+        Each model with its effects as they act on this log.
 
     Notes
     -----
     C_X and C_Z come from the accelerometers, C_m from q_dot or the derivative of q, all channels low-passed alike;
-    the model's coefficients from the measured V, alpha, q and inputs through the same filter. Constants are fitted on
-    the log: R^2 is about the mean.
+    the model's coefficients from the measured V, alpha, q and inputs through the same filter. What a model says of
+    sensors and controls is part of it: channels are corrected for its faults first, controls act as it says, so that a
+    late vane is not held against the derivatives. Disturbances explain nothing. Constants are fitted on the log: R^2
+    is about the mean.
     """
     fed = feed(manoeuvre, ChainSettings())
-    flight, filtered = manoeuvre.flight, fed.flight
-
-    def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        if fed.butterworth is None:
-            return values
-        return prefilter.apply(fed.butterworth, flight.time, values)
-
-    measured = _measured(flight, filtered, before.constants, smooth)
+    pairs = [_pair(model, effects, manoeuvre, fed) for model, effects in (before, after)]
     rows = []
-    modelled = []
-    for model in (before, after):
-        # Columns that only an effect fills are zero here.
-        inputs = np.zeros((flight.time.size, len(model.columns)))
-        inputs[:, : filtered.inputs.shape[1]] = filtered.inputs
-        modelled.append(_modelled(model, filtered._replace(inputs=inputs)))
     for i, name in enumerate(("C_X", "C_Z", "C_m")):
-        shares = []
-        for coefficients in modelled:
-            held = np.isfinite(measured[:, i]) & np.isfinite(coefficients[:, i])
-            if held.sum() < 10:
-                break
-            target = measured[held, i]
-            error = target - coefficients[held, i]
-            shares.append(1.0 - float(np.var(error) / max(np.var(target), 1e-300)))
-        if len(shares) == 2:
-            rows.append(CoefficientRow(name, manoeuvre.log.name, shares[0], shares[1]))
+        # Both models are judged on the same samples: a correction may not reach the ends of the record.
+        held = np.all([np.isfinite(part[:, i]) for pair in pairs for part in pair], axis=0)
+        if held.sum() < 10:
+            continue
+        shares = [
+            1.0 - float(np.var((measured - modelled)[held, i]) / max(np.var(measured[held, i]), 1e-300))
+            for measured, modelled in pairs
+        ]
+        rows.append(CoefficientRow(name, manoeuvre.log.name, *shares))
     return rows
 
 
-def _measured(
-    flight: Flight,
-    filtered: Flight,
-    constants: Constants,
-    smooth: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> NDArray[np.float64]:
-    """C_X, C_Z, C_m (N, 3) from the sensors, NaN where one is missing."""
+def _pair(
+    model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """C_X, C_Z, C_m (N, 3) as measured and as the model gives them, where it is right about sensors and controls."""
+    time = manoeuvre.flight.time
+
+    def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        if fed.butterworth is None or not np.ptp(values) > 0.0:
+            return values
+        return prefilter.apply(fed.butterworth, time, values)
+
+    measured = fed.flight.measured.copy()
+    for i in range(4, 7):  # the accelerations, which do not enter the chain
+        if np.isfinite(measured[:, i]).any():
+            measured[:, i] = smooth(measured[:, i])
+    for active in reversed(effects):
+        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
+            i = OUTPUTS.index(active.effect.where)
+            measured[:, i] = active.effect.corrected(time, measured[:, i], active.numbers)
+    flight, _ = acting_flight(model, manoeuvre, effects)
+    inputs = np.column_stack([smooth(column) for column in flight.inputs.T])
+    acting = flight._replace(measured=measured, inputs=inputs)
+    states = _states(acting)
+    for active in effects:
+        if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
+            motion = motion_of(active.effect, model, acting, model.values, states, manoeuvre.ground)
+            for column, change in active.effect.offsets(motion, active.numbers).items():
+                inputs[:, model.columns.index(column)] += change
+    modelled = _modelled(model, acting, states)
+    if not _has_q_dot(acting):
+        # The difference of q over two intervals is the mean of q_dot between: the model's moment is averaged alike.
+        middles = 0.5 * (modelled[1:, 2] + modelled[:-1, 2])
+        modelled[:, 2] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
+    return _measured(acting, model.constants), modelled
+
+
+def _has_q_dot(flight: Flight) -> bool:
+    return bool(np.isfinite(flight.measured[:, 6]).any())
+
+
+def _modelled(model: AerodynamicModel, flight: Flight, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
+    known = np.isfinite(states[:, :4].sum(axis=1))
+    found = coefficients_along(
+        np.where(np.isnan(states), 1.0, states), flight, np.array(model.values), model.table, model.constants
+    )
+    alpha = np.arctan2(states[:, 1], states[:, 0])
+    drag, lift = found[:, 3], found[:, 4]
+    c_x = found[:, 0] + lift * np.sin(alpha) - drag * np.cos(alpha)
+    c_z = found[:, 1] - lift * np.cos(alpha) - drag * np.sin(alpha)
+    return np.where(known[:, None], np.column_stack([c_x, c_z, found[:, 2]]), np.nan)
+
+
+def _states(flight: Flight) -> NDArray[np.float64]:
+    """u, w, q, theta, h (N, 5) as measured; NaN where V, alpha or q is missing.
+
+    Attitude enters no coefficient but by alphadot, height none but by the ground: without their channels the flight is
+    level and its height unknown.
+    """
+    speed, q = flight.measured[:, 0], flight.measured[:, 2]
+    alpha = flight.measured[:, 1]
+    alpha = alpha + (q * flight.positions[1, 0] - flight.inputs[:, 5] * flight.positions[1, 1]) / speed
+    plane = speed * np.cos(flight.inputs[:, 7])
+    pitch = flight.measured[:, 3]
+    attitude = np.where(np.isnan(pitch), alpha, pitch)
+    return np.column_stack([plane * np.cos(alpha), plane * np.sin(alpha), q, attitude, flight.measured[:, 7]])
+
+
+def _measured(flight: Flight, constants: Constants) -> NDArray[np.float64]:
+    """C_X, C_Z, C_m (N, 3) from the smooth sensors, NaN where one is missing."""
     density, thrust, mass = flight.inputs[:, 0], flight.inputs[:, 1], flight.inputs[:, 2]
-    speed, q = filtered.measured[:, 0], filtered.measured[:, 2]
+    speed, q = flight.measured[:, 0], flight.measured[:, 2]
     p, r = flight.inputs[:, 5], flight.inputs[:, 6]
     force = 0.5 * density * speed**2 * constants.wing_area
-    recorded = bool(np.isfinite(flight.measured[:, 6]).any())
-    q_dot = smooth(flight.measured[:, 6]) if recorded else np.gradient(q, flight.time)
+    q_dot = flight.measured[:, 6] if _has_q_dot(flight) else np.gradient(q, flight.time)
     x_x, x_y, x_z = flight.positions[4]
     z_x, z_y, z_z = flight.positions[5]
-    a_x = smooth(flight.measured[:, 4]) + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z
-    a_z = smooth(flight.measured[:, 5]) - (p * r - q_dot) * z_x - q * r * z_y + (p**2 + q**2) * z_z
+    a_x = flight.measured[:, 4] + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z
+    a_z = flight.measured[:, 5] - (p * r - q_dot) * z_x - q * r * z_y + (p**2 + q**2) * z_z
     thrust_x = thrust * np.cos(constants.thrust_incidence)
     thrust_z = -thrust * np.sin(constants.thrust_incidence)
     return np.column_stack(
@@ -83,37 +140,3 @@ def _measured(
             (constants.I_yy * q_dot - thrust * constants.thrust_z_arm) / (force * constants.mean_chord),
         ]
     )
-
-
-def _modelled(model: AerodynamicModel, flight: Flight) -> NDArray[np.float64]:
-    """C_X, C_Z, C_m (N, 3) of the model at the measured states; NaN where V, alpha or q is missing."""
-    coefficients = np.full((flight.time.size, 3), np.nan)
-    _evaluate_all(flight, np.array(model.values), model.table, model.constants, coefficients)
-    return coefficients
-
-
-@njit
-def _evaluate_all(
-    flight: Flight,
-    theta: NDArray[np.float64],
-    table: TermTable,
-    constants: Constants,
-    out: NDArray[np.float64],
-) -> None:
-    """Body-axis coefficients at every sample that holds V, alpha and q; theta enters no coefficient but by alphadot."""
-    work = make_workspace(flight.inputs.shape[1] - 8, theta.shape[0])
-    x = np.zeros(5)
-    for k in range(flight.time.shape[0]):
-        speed, q, pitch = flight.measured[k, 0], flight.measured[k, 2], flight.measured[k, 3]
-        alpha = flight.measured[k, 1]
-        if np.isnan(speed) or np.isnan(alpha) or np.isnan(q):
-            continue
-        alpha += (q * flight.positions[1, 0] - flight.inputs[k, 5] * flight.positions[1, 1]) / speed
-        plane = speed * np.cos(flight.inputs[k, 7])
-        x[0], x[1], x[2] = plane * np.cos(alpha), plane * np.sin(alpha), q
-        x[3] = alpha if np.isnan(pitch) else pitch
-        evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
-        c = work.coefficients
-        out[k, 0] = c[0] + c[3] * np.sin(alpha) - c[4] * np.cos(alpha)
-        out[k, 1] = c[1] - c[3] * np.cos(alpha) - c[4] * np.sin(alpha)
-        out[k, 2] = c[2]

@@ -107,7 +107,11 @@ class Linearised:
         present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
         self.present = present[np.diag(self.normal)[present] > 0.0]
         place = {entry: free + n for n, entry in enumerate(entries)}
-        column = free + len(entries) + states + own
+        column = free + len(entries) + states
+        self.effect_columns: list[tuple[ActiveEffect, list[int]]] = []
+        for active in refinement.effects:
+            self.effect_columns.append((active, list(range(column, column + active.slopes))))
+            column += active.slopes
         self.asked: list[tuple[Hypothesis, list[int], int]] = []
         for hypothesis, chord, trial in asked:
             count = sum(active.slopes for active in chord.effects)
@@ -119,13 +123,21 @@ class Linearised:
         """What each hypothesis alone would bring, greatest first."""
         return self._scores(_projection(self.normal, self.gradient, self.present))
 
-    def in_place_of(self, entries: Sequence[Entry]) -> tuple[float, tuple[Score, ...]]:
-        """Rise of -2 ln L when free entries are struck out, and what of it each hypothesis would win back.
+    def in_place_of(
+        self, entries: Sequence[Entry], effects: Sequence[ActiveEffect] = ()
+    ) -> tuple[float, tuple[Score, ...]]:
+        """Rise of -2 ln L when free entries and effects are struck out, and what of it each hypothesis would win back.
 
         Exact for a hypothesis that can stand in their place: the motion then hardly changes, however large each alone.
+        Of an effect that is far from linear in its number the order of the hypotheses is right, the rise is not.
         """
-        struck = np.array([self.refinement.free.index(entry) for entry in entries])
-        change = -np.array([self.refinement.model.value(entry) for entry in entries])
+        places = [self.refinement.free.index(entry) for entry in entries]
+        changes = [-self.refinement.model.value(entry) for entry in entries]
+        for active, columns in self.effect_columns:
+            if active in effects:
+                places += columns
+                changes += [active.effect.parameters[0].null - active.values[0], *([0.0] * (len(columns) - 1))]
+        struck, change = np.array(places, dtype=np.int64), np.array(changes)
         gradient = self.gradient - self.normal[:, struck] @ change
         left = np.setdiff1d(self.present, struck)
         beside = _projection(self.normal, gradient, left)

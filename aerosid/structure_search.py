@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
-from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, whole
+from aerosid.effects import KINDS, ActiveEffect, InputEffect, NoiseEffect, OutputEffect, whole
 from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
@@ -78,6 +78,9 @@ RIVAL_SHARE = 0.75
 NEARLY_ALL = 0.02
 """Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
 
+STAND_IN_SHARE = 0.5
+"""Share of the loss, linear in the number of an effect that is not, from which a stand-in is worth a fit."""
+
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
@@ -132,24 +135,27 @@ class StructureSearch:
         current, _ = self.forward(background)
         return self.exchange(current)
 
-    def separated(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
-        """The search with flow separation from the beginning: six numbers that can mimic much, asked late."""
+    def separated(self, start: Refinement, level: float) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search with flow separation from the beginning: six numbers that can mimic much, asked late.
+
+        Followed only as long as it can come below the price `level` that others have reached.
+        """
         room = self.with_room(start)
         highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in self.manoeuvres)
         drag, lift, moment_name = self.stepping
         effect = flow_separation(highest, lift, (drag, moment_name))
-        trials = [
-            refine(
+        rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
+        starts = [
+            Start(
                 room.model,
-                self.manoeuvres,
                 room.free,
-                effects=(*room.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
-                states=room.states,
-                variance=room.variance,
-                settings=TRIAL,
+                (*room.effects, ActiveEffect(effect, (first, *rest))),
+                room.states,
+                room.variance,
             )
             for first in effect.parameters[0].trials
         ]
+        trials = contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level)
         return min(trials, key=self.price), ()
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
@@ -377,11 +383,7 @@ class StructureSearch:
                 break
             group = groups[0]
             done.add(group[0].label)
-            margin = self.margin(current, {part.label for part in group})
-            if not self.has_rivals(current, group, margin):
-                continue
-            reduced = self.without(current, group)
-            trials = self.tried(reduced, self.rivals(reduced, group), self.price(current), margin)
+            reduced, trials = self.in_its_place(current, group)
             best = min(trials, key=self.price, default=None)
             if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
                 trials = [*(trial for trial in trials if trial is not best), current]
@@ -392,6 +394,23 @@ class StructureSearch:
             alternatives.extend(self.within_reach(current, reduced, trials))
         return current, tuple(alternatives)
 
+    def alternatives(self, current: Refinement) -> tuple[Finding, ...]:
+        """What could stand in the place of each found part, the estimate kept as it is."""
+        found: list[Finding] = []
+        for group in self.groups(current):
+            found.extend(self.within_reach(current, *self.in_its_place(current, group)))
+        return tuple(found)
+
+    def in_its_place(self, current: Refinement, group: Sequence[Part]) -> tuple[Refinement, list[Refinement]]:
+        """The estimate without a group of parts, and with each rival that could take its place."""
+        margin = self.margin(current, {part.label for part in group})
+        if not self.has_rivals(current, group, margin):
+            return current, []
+        reduced = self.without(current, group)
+        rivals = {score.hypothesis.label: score for score in self.stand_ins(current, group)}
+        rivals |= {score.hypothesis.label: score for score in self.rivals(reduced, group)}
+        return reduced, self.tried(reduced, list(rivals.values()), self.price(current), margin)
+
     def has_rivals(self, current: Refinement, group: Sequence[Part], margin: float) -> bool:
         """Whether anything could win back nearly all that striking out a group costs.
 
@@ -400,13 +419,30 @@ class StructureSearch:
         entries = [part.entry for part in group if part.entry is not None]
         if len(entries) < len(group):
             return True
-        if self.linearised is None or self.linearised[0] is not current:
-            asked = self.open_hypotheses(current)
-            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
-        loss, scores = self.linearised[1].in_place_of(entries)
+        loss, scores = self.about(current).in_place_of(entries)
         # A spline follows any curve closely; it counts where it does so to the last.
         near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
         return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+
+    def about(self, current: Refinement) -> Linearised:
+        """The estimate with all that may stand beside it, to second order; that of the last estimate is kept."""
+        if self.linearised is None or self.linearised[0] is not current:
+            asked = self.open_hypotheses(current)
+            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
+        return self.linearised[1]
+
+    def stand_ins(self, current: Refinement, group: Sequence[Part]) -> list[Score]:
+        """Hypotheses that do about the same to the motion as a group of parts: so the rivals of a large effect show.
+
+        Where a large effect was struck out, the fit without it has moved so far that scores rank what follows the rest
+        of the misfit, not what could take its place.
+        """
+        effects = [part.active for part in group if part.active is not None]
+        if not effects or any(not isinstance(active.effect, OutputEffect | InputEffect) for active in effects):
+            return []
+        entries = [part.entry for part in group if part.entry is not None]
+        loss, scores = self.about(current).in_place_of(entries, effects)
+        return self.shortlist([score for score in scores if score.gain > STAND_IN_SHARE * loss])
 
     def rivals(self, reduced: Refinement, group: Sequence[Part]) -> list[Score]:
         """Hypotheses whose score, where a group was struck out, is not far below the group's own."""

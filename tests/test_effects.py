@@ -15,7 +15,7 @@ from problems import LIGHT, NOISE, Problem
 from scipy.signal import lsim
 
 from aerosid.aerodynamics import AerodynamicModel, values_by_name
-from aerosid.effects import ActiveEffect, Effect, InputEffect
+from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
 from aerosid.effects.control import control_deadband, control_delay, control_lag, control_rate_limit
 from aerosid.effects.disturbance import gust
 from aerosid.effects.flow_separation import flow_separation
@@ -50,6 +50,26 @@ def test_a_delayed_input_keeps_its_corners() -> None:
     assert_allclose(delayed_linear(EVEN, WAVY, 0.09)[3:], WAVY[:-3], atol=1e-12)
     assert_allclose(delayed_linear(EVEN, WAVY, 0.015)[1:], 0.5 * (WAVY[1:] + WAVY[:-1]), atol=1e-12)
     assert (delayed_linear(EVEN, WAVY, 0.09)[:4] == WAVY[0]).all()
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        (sensor_bias("alpha", "rad", 1e-3), (0.02,)),
+        (sensor_scale("q"), (1.2,)),
+        (sensor_delay("alpha"), (0.1,)),
+        (sensor_delay("alpha"), (-0.04,)),
+        (sensor_lag("theta"), (0.3,)),
+    ],
+)
+def test_a_corrected_record_is_what_the_sensor_saw(effect: OutputEffect, values: tuple[float, ...]) -> None:
+    """Of a smooth motion, once the lag's start has died away; where the record does not reach nothing is claimed."""
+    seen = 0.05 * np.sin(2.0 * EVEN) + 0.02 * np.cos(5.0 * EVEN)
+    record = effect.output(EVEN, seen[:, None], values)[:, 0]
+    corrected = effect.corrected(EVEN, record, values)
+    inside = slice(70, -8)
+    assert_allclose(corrected[inside], seen[inside], rtol=0.0, atol=2e-4)
+    assert np.isnan(corrected).sum() == (0 if effect.kind != "sensor_delay" else np.ceil(abs(values[0]) / 0.03))
 
 
 @pytest.mark.parametrize("constant", [0.004, 0.1, 3.0])

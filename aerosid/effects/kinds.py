@@ -70,7 +70,8 @@ class OutputEffect:
     """An effect between the true and the recorded response: bias, scale, delay, lag.
 
     `transform(time, values, parameters)` acts on the simulated output and, being linear but for `offset`, on each of
-    its derivatives: (N, C) -> (N, C). `offset(parameters)` is added to the output alone.
+    its derivatives: (N, C) -> (N, C). `offset(parameters)` is added to the output alone. `undo(time, record,
+    parameters)` takes the transform back from a smooth record (N,), NaN where the record does not reach.
     """
 
     kind: str
@@ -78,11 +79,16 @@ class OutputEffect:
     parameters: tuple[EffectParameter, ...]
     transform: Callable[[Signal, Signal, tuple[float, ...]], Signal]
     offset: Callable[[tuple[float, ...]], float]
+    undo: Callable[[Signal, Signal, tuple[float, ...]], Signal]
     source: str
 
     def output(self, time: Signal, values: Signal, parameters: tuple[float, ...]) -> Signal:
         """The recorded signal (N, 1) for a simulated one (N, 1)."""
         return self.transform(time, np.ascontiguousarray(values), parameters) + self.offset(parameters)
+
+    def corrected(self, time: Signal, record: Signal, parameters: tuple[float, ...]) -> Signal:
+        """What the sensor saw (N,), from a smooth record of it (N,)."""
+        return self.undo(time, record - self.offset(parameters), parameters)
 
 
 @dataclass(frozen=True)
@@ -224,5 +230,6 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
         parameters=(),
         transform=lambda time, signal, _p: effect.transform(time, signal, values),
         offset=lambda _p: effect.offset(values),
+        undo=lambda time, record, _p: effect.undo(time, record, values),
     )
     return ActiveEffect(fixed, (), active.log, values)

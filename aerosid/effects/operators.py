@@ -35,6 +35,13 @@ def delayed(time: NDArray[np.float64], values: NDArray[np.float64], delay: float
     return result
 
 
+def advanced(time: NDArray[np.float64], values: NDArray[np.float64], lead: float) -> NDArray[np.float64]:
+    """The signal `lead` s earlier, (N,): value at t is that of t + lead; NaN where the record does not reach."""
+    moved = delayed(time, values[:, None], -lead)[:, 0]
+    moved[(time + lead < time[0]) | (time + lead > time[-1])] = np.nan
+    return moved
+
+
 def delayed_linear(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
     """As `delayed`, (N,), with linear interpolation: for inputs, which are linear between samples and have corners."""
     return np.asarray(np.interp(time - delay, time, values))

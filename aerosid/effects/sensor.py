@@ -8,7 +8,7 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
-from aerosid.effects.operators import delayed, lagged
+from aerosid.effects.operators import advanced, delayed, lagged
 from aerosid.nomenclature import CHANNELS
 
 
@@ -21,6 +21,7 @@ def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:
         (EffectParameter("bias", unit, trials=(0.0,), lowest=-limit, highest=limit, step=noise),),
         lambda _time, values, _p: values,
         lambda p: p[0],
+        lambda _time, record, _p: record,
         "Klein & Morelli, Aircraft System Identification, data compatibility",
     )
 
@@ -33,6 +34,7 @@ def sensor_scale(channel: str) -> OutputEffect:
         (EffectParameter("scale", "1", trials=(1.0,), lowest=0.2, highest=5.0, step=1e-4, null=1.0),),
         lambda _time, values, p: p[0] * values,
         lambda _p: 0.0,
+        lambda _time, record, p: record / p[0],
         "Klein & Morelli, Aircraft System Identification, data compatibility",
     )
 
@@ -45,6 +47,7 @@ def sensor_delay(channel: str) -> OutputEffect:
         (EffectParameter("delay", "s", trials=(0.02, 0.1, 0.3), lowest=-0.5, highest=2.0, step=1e-4),),
         lambda time, values, p: delayed(time, values, p[0]),
         lambda _p: 0.0,
+        lambda time, record, p: advanced(time, record, p[0]),
         "Jategaonkar, Flight Vehicle System Identification, time delays in measurements",
     )
 
@@ -57,6 +60,7 @@ def sensor_lag(channel: str) -> OutputEffect:
         (EffectParameter("time_constant", "s", trials=(0.03, 0.1, 0.3), lowest=0.0, highest=5.0, step=1e-4),),
         lambda time, values, p: lagged(time, values, p[0]),
         lambda _p: 0.0,
+        lambda time, record, p: record + p[0] * np.gradient(record, time),
         "Jategaonkar, Flight Vehicle System Identification, sensor dynamics",
     )
 
