@@ -31,8 +31,10 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# What is compared with is optional: a tool that cannot be installed gives a row that says so.
 benchmark: $(READY)
-	$(BIN)/python -m benchmarks $(if $(REPORT),--report $(REPORT)) $(if $(MOST),--most $(MOST))
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,compare]'
+	$(BIN)/python -m benchmarks $(if $(PAGE),--page $(PAGE)) $(if $(REPORT),--report $(REPORT)) $(if $(MOST),--most $(MOST))
 
 clean:
 	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

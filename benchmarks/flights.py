@@ -13,11 +13,11 @@ from aerosid.terms import parse_term
 INTERVAL = 0.03
 """s, that of Parameswaran & Raol 1994."""
 
-PERIOD = 470
-"""Samples from one doublet to the next: 14 s, as long as a sample flight."""
+PERIOD = 14.1
+"""s from one doublet to the next: as long as a sample flight."""
 
-WIDTH = 34
-"""Samples of each half of a doublet: 1 s."""
+WIDTH = 1.02
+"""s of each half of a doublet."""
 
 AMPLITUDE = 0.06
 """rad."""
@@ -33,20 +33,21 @@ def light_transport() -> Aircraft:
     return load_aircraft("light_transport")
 
 
-def long_flight(samples: int, seed: int = 0) -> FlightLog:
-    """A flight of `samples` samples, doublets of alternating sense every 14 s so that it stays near trim."""
+def long_flight(samples: int, seed: int = 0, interval: float = INTERVAL) -> FlightLog:
+    """A flight of `samples` samples every `interval` s: doublets of alternating sense every 14 s keep it near trim."""
     aircraft = light_transport()
     assert aircraft.density is not None  # the file gives it
-    model = _flown(aircraft)
+    model = flown_model(aircraft)
     elevator = np.zeros(samples)
-    for number, start in enumerate(range(WIDTH, samples, PERIOD)):
+    width = round(WIDTH / interval)
+    for number, start in enumerate(range(width, samples, round(PERIOD / interval))):
         height = AMPLITUDE if number % 2 == 0 else -AMPLITUDE
-        elevator[start : start + WIDTH] = height
-        elevator[start + WIDTH : start + 2 * WIDTH] = -height
+        elevator[start : start + width] = height
+        elevator[start + width : start + 2 * width] = -height
     return fly(
         model,
         trim(model, 100.0, aircraft.density, aircraft.mass),
-        np.arange(samples, dtype=np.float64) * INTERVAL,
+        np.arange(samples, dtype=np.float64) * interval,
         elevator,
         density=aircraft.density,
         mass=aircraft.mass,
@@ -56,7 +57,8 @@ def long_flight(samples: int, seed: int = 0) -> FlightLog:
     )
 
 
-def _flown(aircraft: Aircraft) -> AerodynamicModel:
+def flown_model(aircraft: Aircraft) -> AerodynamicModel:
+    """What is flown: the declared model with its alpha^2 terms."""
     model = declared_model(aircraft, 100.0).extended(UNDECLARED)
     values = model.values.copy()
     for entry, value in UNDECLARED.items():

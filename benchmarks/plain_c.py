@@ -60,9 +60,9 @@ class PlainC:
         sizes = (samples, flight.inputs.shape[1], flight.substeps)
         arguments = (
             *(ctypes.c_int64(size) for size in sizes),
-            *(_pointer(values) for values in arrays),
+            *(pointer(values) for values in arrays),
             ctypes.c_int64(table.coefficient.size),
-            *(_pointer(values) for values in (*lists, *tail, *results)),
+            *(pointer(values) for values in (*lists, *tail, *results)),
         )
         return PreparedRun(self.library, arguments, (*arrays, *lists, *tail), *results)
 
@@ -108,22 +108,36 @@ def compile_recursion(folder: Path) -> PlainC | None:
     RuntimeError
         Where the compiler refuses it.
     """
+    made = compile_library(SOURCE, folder)
+    if made is None:
+        return None
+    made[0].run_recursion.restype = ctypes.c_int64
+    return PlainC(*made)
+
+
+def compile_library(source: Path, folder: Path) -> tuple[ctypes.CDLL, str, tuple[str, ...]] | None:
+    """A source as a library in `folder`, the compiler as it names itself, its flags; None where there is no compiler.
+
+    Raises
+    ------
+    RuntimeError
+        Where the compiler refuses it.
+    """
     compiler = find_compiler()
     if compiler is None:
         return None
-    made = folder / "recursion.so"
+    made = folder / f"{source.stem}.so"
     for flags in ((*FLAGS, NATIVE), FLAGS):  # not every compiler knows the second
-        command = [compiler, *flags, "-shared", "-fPIC", str(SOURCE), "-o", str(made), "-lm"]
+        command = [compiler, *flags, "-shared", "-fPIC", str(source), "-o", str(made), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode == 0:
             break
     else:
         raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()}")
     version = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
-    library = ctypes.CDLL(str(made))
-    library.run_recursion.restype = ctypes.c_int64
-    return PlainC(library, version.splitlines()[0] if version else compiler, flags)
+    return ctypes.CDLL(str(made)), version.splitlines()[0] if version else compiler, flags
 
 
-def _pointer(values: NDArray[Any]) -> ctypes.c_void_p:
+def pointer(values: NDArray[Any]) -> ctypes.c_void_p:
+    """Where an array begins, as a C function takes it."""
     return values.ctypes.data_as(ctypes.c_void_p)
