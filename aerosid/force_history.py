@@ -24,7 +24,7 @@ from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement
 from aerosid.results import ErrorHistory
 from aerosid.smoothing import smooth_inputs
-from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
+from aerosid.whitening import InputNoise, initial_covariance, make_whitening_carry, whiten_stretch
 
 LONGEST = 100_000
 """Samples of a record whose d(t) is drawn: the smoother holds some 2 kB for each."""
@@ -108,13 +108,16 @@ def smooth_forces(
         first = len(refinement.free) + 5 * n
         samples, extra = columns.shape[0], part.noise.variance.size
         errors, variances = np.zeros((samples, extra, columns.shape[2])), np.zeros((samples, extra))
+        noise = _with_forces(part.noise, offsets, tuple(coefficients), numbers, interval)
+        of_state = covariance[first : first + 5, first : first + 5]
         smooth_inputs(
             part.held,
             np.ascontiguousarray(columns),
             part.trace,
             refinement.variance,
-            _with_forces(part.noise, offsets, tuple(coefficients), numbers, interval),
-            np.ascontiguousarray(covariance[first : first + 5, first : first + 5]),
+            noise,
+            part.sensors,
+            initial_covariance(of_state, noise, part.trace, part.sensors),
             errors,
             variances,
         )
@@ -147,9 +150,8 @@ def _likeliest(
         for part, columns, interval in zip(flights, asked, intervals, strict=True):
             noise = _with_forces(part.noise, offsets, coefficients, numbers, interval)
             block = columns[:, :, :1].copy()
-            total += whiten_stretch(
-                part.held, block, part.trace, output_variance, noise, make_whitening_carry(noise, 1)
-            )
+            carry = make_whitening_carry(noise, 1, part.trace, part.sensors)
+            total += whiten_stretch(part.held, block, part.trace, output_variance, noise, part.sensors, carry)
             total += float(np.sum(block[part.held] ** 2))
         return total
 

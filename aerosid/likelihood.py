@@ -26,6 +26,7 @@ from aerosid.prediction import (
     start_carry,
 )
 from aerosid.response import Trace, make_trace, make_trace_carry, trace_stretch
+from aerosid.sensor_dynamics import SensorStates, sensor_states
 from aerosid.terms import COEFFICIENTS
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
 
@@ -55,13 +56,14 @@ class Traced:
 
     `held` (n, 8) which outputs were measured; `block` (n, 8, 1 + M) measured minus simulated, then the response to each
     parameter of that manoeuvre (free terms, initial state, effects), SI; `trace` the linearisation; `noise` of the
-    inputs.
+    inputs; `sensors` on the way of that noise.
     """
 
     held: NDArray[np.bool_]
     block: NDArray[np.float64]
     trace: Trace
     noise: InputNoise
+    sensors: SensorStates
 
 
 @dataclass(frozen=True)
@@ -240,6 +242,17 @@ def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequen
             outputs[:, i] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
 
 
+def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
+    """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
+    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    acting = (
+        (OUTPUTS.index(active.effect.where), active.effect.dynamics(active.values))
+        for active in effects
+        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name)
+    )
+    return sensor_states(acting, interval)
+
+
 class Likelihood:
     """The likelihood of a fixed structure on fixed manoeuvres, and its derivatives.
 
@@ -333,8 +346,8 @@ class Likelihood:
         for part in self.traced(log, values, state, effects, tested):
             block = part.block
             if whitening is None:
-                whitening = make_whitening_carry(part.noise, block.shape[2])
-            log_sum = whiten_stretch(part.held, block, part.trace, variance, part.noise, whitening)
+                whitening = make_whitening_carry(part.noise, block.shape[2], part.trace, part.sensors)
+            log_sum = whiten_stretch(part.held, block, part.trace, variance, part.noise, part.sensors, whitening)
             residual = np.where(part.held, block[:, :, 0], np.nan)
             yield Whitened(log, residual, self._spread(block[:, :, 1:], log), part.trace.outputs, float(log_sum))
 
@@ -364,6 +377,7 @@ class Likelihood:
             flight, states = self_consistent(self.model, flight, values, state, effects, ground=manoeuvre.ground)
             exact = self._differences(manoeuvre, values, state, effects, flight, states)
         noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
+        sensors = recording_sensors(manoeuvre, effects)
         directions = self._directions(manoeuvre, values, state, effects, flight, tested)
         own = self.free.size + 5
         width = own + sum(active.slopes for active in (*effects, *tested))
@@ -389,7 +403,7 @@ class Likelihood:
             self._enter_effects(block, trace.outputs, by_inputs, moved, time, manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
-            yield Traced(here, block, trace, noise)
+            yield Traced(here, block, trace, noise, sensors)
 
     def _differences(
         self,
@@ -436,8 +450,8 @@ class Likelihood:
                 moved_effects = [other if each is active else each for each in effects]
                 change = outputs(values, state, moved_effects) - base
                 columns.append(change / (other.values[n] - active.values[n]))
-        held = np.isfinite(flight.measured)[:, :, None]
-        return np.where(held, np.stack(columns, axis=2), 0.0)
+        recorded = np.array([np.isfinite(channel).any() for channel in flight.measured.T])
+        return np.where(recorded[None, :, None], np.stack(columns, axis=2), 0.0)
 
     def _directions(
         self,

@@ -92,6 +92,11 @@ def trace_stretch(
     direction_count = directions.shape[2]
     moved = np.zeros((5, width))
     samples = flight.time.shape[0]
+    # A slow sensor looks back over samples that are missing: of a channel that is recorded every sample is wanted.
+    recorded = np.zeros(8, dtype=np.bool_)
+    for k in range(samples):
+        for i in range(8):
+            recorded[i] |= not np.isnan(flight.measured[k, i])
     for k in range(begin, stop):
         row = k - begin
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, True)
@@ -103,7 +108,7 @@ def trace_stretch(
                 trace.outputs_x[row, i, a] = work.outputs_x[i, a]
             for j in range(extra):
                 trace.outputs_u[row, i, j] = work.outputs_u[i, j]
-            if np.isnan(flight.measured[k, i]):
+            if not recorded[i]:
                 for c in range(width):
                     trace.columns[row, i, c] = 0.0
                 continue

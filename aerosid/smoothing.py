@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit
 from aerosid.response import Trace
-from aerosid.whitening import InputNoise, propagate
+from aerosid.sensor_dynamics import SensorStates, read_row
+from aerosid.whitening import InputNoise, propagate, propagate_with_sensors, step_with_sensors
 
 
 @njit
@@ -22,7 +23,8 @@ def smooth_inputs(
     trace: Trace,
     output_variance: NDArray[np.float64],
     noise: InputNoise,
-    state_covariance: NDArray[np.float64],
+    sensors: SensorStates,
+    start: NDArray[np.float64],
     errors: NDArray[np.float64],
     variances: NDArray[np.float64],
 ) -> None:
@@ -40,8 +42,10 @@ def smooth_inputs(
         Noise variance of each output, SI squared.
     noise : InputNoise
         Variance and memory of each input's error.
-    state_covariance : (5, 5)
-        Of the initial state.
+    sensors : SensorStates
+        What the sensors make of the errors on their way.
+    start : (S, S)
+        Covariance at the first sample of the states, the input errors and the sensors' states.
 
     Notes
     -----
@@ -51,25 +55,23 @@ def smooth_inputs(
     """
     samples, _, width = columns.shape
     extra = noise.variance.shape[0]
-    size = 5 + extra
+    plain, size = 5 + extra, start.shape[0]
     before = np.zeros((samples, size, size))
     predicted = np.zeros((samples, size, width))
     gains = np.zeros((samples, 8, size))
     spreads = np.zeros((samples, 8))
     innovations = np.zeros((samples, 8, width))
-    cov = np.zeros((size, size))
-    cov[:5, :5] = state_covariance
-    for j in range(extra):
-        cov[5 + j, 5 + j] = noise.variance[j]
+    cov = start.copy()
     x, moved = np.zeros((size, width)), np.zeros((5, width))
-    propagated, row = np.zeros((5, size)), np.zeros(size)
+    propagated, row = np.zeros((5, plain)), np.zeros(size)
+    transition, entry = np.zeros((size, size)), np.zeros((size, extra))
     for k in range(samples):
         before[k] = cov
         predicted[k] = x
         for i in range(8):
             if not held[k, i]:
                 continue
-            _read_row(trace, k, i, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
             spread = output_variance[i]
             for a in range(size):
                 total = 0.0
@@ -92,6 +94,11 @@ def smooth_inputs(
                     x[a, c] += gains[k, i, a] * innovations[k, i, c]
         if k + 1 == samples:
             break
+        if size > plain:
+            step_with_sensors(trace, k, noise, sensors, transition, entry)
+            x[:, :] = transition @ x
+            propagate_with_sensors(cov, transition, entry, noise)
+            continue
         for a in range(5):
             for c in range(width):
                 total = 0.0
@@ -112,7 +119,7 @@ def smooth_inputs(
             i = 7 - turn
             if not held[k, i]:
                 continue
-            _read_row(trace, k, i, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
             _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information)
         for j in range(extra):
             place = 5 + j
@@ -127,16 +134,9 @@ def smooth_inputs(
                     variance -= before[k, place, a] * information[a, b] * before[k, b, place]
             variances[k, j] = max(variance, 0.0)
         if k > 0:
-            _step_back(trace, k - 1, noise.memory, costate, information)
-
-
-@njit
-def _read_row(trace: Trace, k: int, i: int, row: NDArray[np.float64]) -> None:
-    """Slopes of output i at sample k with respect to the states and the input errors, into `row`."""
-    for a in range(5):
-        row[a] = trace.outputs_x[k, i, a]
-    for j in range(row.shape[0] - 5):
-        row[5 + j] = trace.outputs_u[k, i, j]
+            step_with_sensors(trace, k - 1, noise, sensors, transition, entry)
+            costate[:, :] = transition.T @ costate
+            information[:, :] = transition.T @ information @ transition
 
 
 @njit
@@ -170,21 +170,3 @@ def _take_measurement(
     for a in range(size):
         for b in range(size):
             information[a, b] += row[a] * row[b] * quadratic - row[a] * through[b] - through[a] * row[b]
-
-
-@njit
-def _step_back(
-    trace: Trace, k: int, memory: NDArray[np.float64], costate: NDArray[np.float64], information: NDArray[np.float64]
-) -> None:
-    """Carry costate and information back over the step from sample k, in place: lambda <- A' lambda."""
-    size = costate.shape[0]
-    transition = np.zeros((size, size))
-    for a in range(5):
-        for b in range(5):
-            transition[a, b] = trace.transition[k, a, b]
-        for j in range(size - 5):
-            transition[a, 5 + j] = trace.start[k, a, j] + trace.end[k, a, j] * memory[j]
-    for j in range(size - 5):
-        transition[5 + j, 5 + j] = memory[j]
-    costate[:, :] = transition.T @ costate
-    information[:, :] = transition.T @ information @ transition

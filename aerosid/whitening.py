@@ -12,9 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from aerosid.compiled import njit
 from aerosid.response import Trace
+from aerosid.sensor_dynamics import SensorStates, read_row
 
 
 class InputNoise(NamedTuple):
@@ -28,23 +30,29 @@ class InputNoise(NamedTuple):
 
 
 class WhiteningCarry(NamedTuple):
-    """What passes between stretches, changed in place; C columns (the residual first), E inputs.
+    """What passes between stretches, changed in place; C columns (the residual first), S = 5 + E + sensors' states.
 
-    `deviation` (5, C) estimated state error caused by input noise; `input_error` (E, C) of the last sample;
-    `covariance` (5 + E, 5 + E).
+    `deviation` (S, C) estimated error of states, inputs and sensors; `covariance` (S, S).
     """
 
     deviation: NDArray[np.float64]
-    input_error: NDArray[np.float64]
     covariance: NDArray[np.float64]
 
 
-def make_whitening_carry(noise: InputNoise, columns: int) -> WhiteningCarry:
+def make_whitening_carry(noise: InputNoise, columns: int, trace: Trace, sensors: SensorStates) -> WhiteningCarry:
     """The carry at the first sample: the initial state is a parameter, so that only the inputs are uncertain."""
-    extra = noise.variance.size
-    covariance = np.zeros((5 + extra, 5 + extra))
-    covariance[5:, 5:] = np.diag(noise.variance)
-    return WhiteningCarry(np.zeros((5, columns)), np.zeros((extra, columns)), covariance)
+    covariance = initial_covariance(np.zeros((5, 5)), noise, trace, sensors)
+    return WhiteningCarry(np.zeros((covariance.shape[0], columns)), covariance)
+
+
+def initial_covariance(
+    state_covariance: NDArray[np.float64], noise: InputNoise, trace: Trace, sensors: SensorStates
+) -> NDArray[np.float64]:
+    """Covariance (S, S) of states, input errors and sensors' states at the first sample, where sensors are at rest."""
+    plain = block_diag(state_covariance, np.diag(noise.variance))
+    shown = np.concatenate([trace.outputs_x[0], trace.outputs_u[0]], axis=1)
+    whole = np.vstack([np.eye(plain.shape[0]), sensors.steady[:, None] * shown[sensors.source]])
+    return np.ascontiguousarray(whole @ plain @ whole.T)
 
 
 @njit
@@ -54,6 +62,7 @@ def whiten_stretch(
     trace: Trace,
     output_variance: NDArray[np.float64],
     noise: InputNoise,
+    sensors: SensorStates,
     carry: WhiteningCarry,
 ) -> float:
     """Whiten `columns` in place and move `carry` on; returns the sum of the logarithms of the innovation variances.
@@ -68,23 +77,28 @@ def whiten_stretch(
         Linearisation along the simulated stretch.
     output_variance : (8,)
         Noise variance of each output, SI squared.
+    sensors : SensorStates
+        What the sensors make of the noise on its way.
 
     Notes
     -----
     Measurements of a sample enter one after the other, so that no matrix is factored.
     """
+    samples = columns.shape[0]
     extra = noise.variance.shape[0]
-    size = 5 + extra
+    plain = 5 + extra
+    deviation, cov = carry
+    size = cov.shape[0]
     width = columns.shape[2]
-    deviation, error, cov = carry
     active = False
     for j in range(extra):
         if noise.variance[j] > 0.0:
             active = True
     gain, row = np.zeros(size), np.zeros(size)
-    moved, propagated = np.zeros((5, width)), np.zeros((5, size))
+    moved, propagated = np.zeros((5, width)), np.zeros((5, plain))
+    transition, entry = np.zeros((size, size)), np.zeros((size, extra))
     log_sum = 0.0
-    for k in range(columns.shape[0]):
+    for k in range(samples):
         for i in range(8):
             if not held[k, i]:
                 for c in range(width):
@@ -92,10 +106,7 @@ def whiten_stretch(
                 continue
             spread = output_variance[i]
             if active:
-                for a in range(5):
-                    row[a] = trace.outputs_x[k, i, a]
-                for j in range(extra):
-                    row[5 + j] = trace.outputs_u[k, i, j]
+                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
                 for a in range(size):
                     total = 0.0
                     for b in range(size):
@@ -103,30 +114,28 @@ def whiten_stretch(
                     gain[a] = total
                 for a in range(size):
                     spread += row[a] * gain[a]
-                for a in range(5):
+                for a in range(size):
                     if row[a] != 0.0:
                         for c in range(width):
                             columns[k, i, c] -= row[a] * deviation[a, c]
-                for j in range(extra):
-                    if row[5 + j] != 0.0:
-                        for c in range(width):
-                            columns[k, i, c] -= row[5 + j] * error[j, c]
                 for a in range(size):
                     gain[a] /= spread
                 for a in range(size):
                     for b in range(size):
                         cov[a, b] -= gain[a] * gain[b] * spread
-                for a in range(5):
+                for a in range(size):
                     for c in range(width):
                         deviation[a, c] += gain[a] * columns[k, i, c]
-                for j in range(extra):
-                    for c in range(width):
-                        error[j, c] += gain[5 + j] * columns[k, i, c]
             scale = 1.0 / np.sqrt(spread)
             log_sum += np.log(spread)
             for c in range(width):
                 columns[k, i, c] *= scale
         if not active:
+            continue
+        if size > plain:
+            step_with_sensors(trace, k, noise, sensors, transition, entry)
+            deviation[:, :] = transition @ deviation
+            propagate_with_sensors(cov, transition, entry, noise)
             continue
         for a in range(5):
             for c in range(width):
@@ -134,14 +143,56 @@ def whiten_stretch(
                 for b in range(5):
                     total += trace.transition[k, a, b] * deviation[b, c]
                 for j in range(extra):
-                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * error[j, c]
+                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * deviation[5 + j, c]
                 moved[a, c] = total
-        deviation[:, :] = moved
+        deviation[:5, :] = moved
         for j in range(extra):
             for c in range(width):
-                error[j, c] *= noise.memory[j]
+                deviation[5 + j, c] *= noise.memory[j]
         propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
     return log_sum
+
+
+@njit
+def step_with_sensors(
+    trace: Trace,
+    k: int,
+    noise: InputNoise,
+    sensors: SensorStates,
+    transition: NDArray[np.float64],
+    entry: NDArray[np.float64],
+) -> None:
+    """Write the step of states, input errors and sensors from sample k: z+ = `transition` z + `entry` v.
+
+    v (E,) is the fresh part of the inputs' errors. After the last sample of a stretch the outputs' slopes are kept.
+    """
+    extra = noise.variance.shape[0]
+    plain = 5 + extra
+    after = min(k + 1, trace.outputs_x.shape[0] - 1)
+    transition[:, :] = 0.0
+    entry[:, :] = 0.0
+    for a in range(5):
+        for b in range(5):
+            transition[a, b] = trace.transition[k, a, b]
+        for j in range(extra):
+            transition[a, 5 + j] = trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]
+            entry[a, j] = trace.end[k, a, j]
+    for j in range(extra):
+        transition[5 + j, 5 + j] = noise.memory[j]
+        entry[5 + j, j] = 1.0
+    for m in range(sensors.source.shape[0]):
+        i = sensors.source[m]
+        for b in range(plain):
+            before = trace.outputs_x[k, i, b] if b < 5 else trace.outputs_u[k, i, b - 5]
+            transition[plain + m, b] += sensors.old[m] * before
+            slope = trace.outputs_x[after, i, b] if b < 5 else trace.outputs_u[after, i, b - 5]
+            if slope != 0.0:
+                for c in range(plain):
+                    transition[plain + m, c] += sensors.new[m] * slope * transition[b, c]
+                for j in range(extra):
+                    entry[plain + m, j] += sensors.new[m] * slope * entry[b, j]
+        for other in range(sensors.source.shape[0]):
+            transition[plain + m, plain + other] = sensors.memory[m, other]
 
 
 @njit
@@ -189,3 +240,16 @@ def propagate(
             value = propagated[a, 5 + j] * noise.memory[j] + end[a, j] * fresh
             cov[a, 5 + j] = value
             cov[5 + j, a] = value
+
+
+@njit
+def propagate_with_sensors(
+    cov: NDArray[np.float64], transition: NDArray[np.float64], entry: NDArray[np.float64], noise: InputNoise
+) -> None:
+    """Covariance of states, input errors and sensors at the next sample: eq. (11) again."""
+    cov[:, :] = transition @ cov @ transition.T
+    for j in range(noise.variance.shape[0]):
+        fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
+        for a in range(cov.shape[0]):
+            for b in range(cov.shape[0]):
+                cov[a, b] += entry[a, j] * fresh * entry[b, j]

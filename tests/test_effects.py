@@ -305,8 +305,9 @@ def test_columns_of_a_separating_flow(flight: tuple[AerodynamicModel, Manoeuvre]
 # Noise with a memory
 
 
-def test_whitening_remembers_as_the_dense_gaussian_does() -> None:
-    """Gust and lagged elevator noise beside each other, every sample's covariance in one matrix."""
+@pytest.mark.parametrize("sensor", [None, sensor_lag("alpha"), sensor_scale("q")])
+def test_whitening_remembers_as_the_dense_gaussian_does(sensor: OutputEffect | None) -> None:
+    """Gust and lagged elevator noise beside each other, all samples in one covariance; a slow sensor lags them too."""
     problem = Problem(duration=1.2, interval=0.05)
     plain, manoeuvre = problem.prepared(problem.fly(seed=4))
     model = with_gust(plain)
@@ -314,25 +315,33 @@ def test_whitening_remembers_as_the_dense_gaussian_does() -> None:
     measured[np.random.default_rng(0).random(measured.shape) < 0.1] = np.nan
     own = manoeuvre.flight._replace(measured=measured, input_variance=np.array([0.004**2]))
     manoeuvre = replace(manoeuvre, flight=own)
-    effects = [ActiveEffect(control_lag("delta_e"), (0.1,)), ActiveEffect(gust(), (0.8, 150.0))]
+    faults = [] if sensor is None else [ActiveEffect(sensor, (0.3 if sensor.kind == "sensor_lag" else 1.4,))]
+    effects = [ActiveEffect(control_lag("delta_e"), (0.1,)), ActiveEffect(gust(), (0.8, 150.0)), *faults]
     likelihood = Likelihood(model, (manoeuvre,), model.entries)
     (part,) = likelihood.stretches(model.values, [START], effects, SPREAD**2)
-    by_hand = [ActiveEffect(control_lag("delta_e"), (0.1,))]
+    by_hand = [ActiveEffect(control_lag("delta_e"), (0.1,)), *faults]
     assert_allclose(part.predicted, flown_by_hand_all(model, manoeuvre, by_hand), atol=1e-9)
 
     time, held = own.time, np.isfinite(measured)
     samples = time.size
     surface = lagged(time, own.inputs[:, 8:9], 0.1)[:, 0]
 
+    def sensed(result: Array) -> Array:
+        for fault in faults:
+            i = OUTPUTS.index(fault.effect.where)
+            assert isinstance(fault.effect, OutputEffect)
+            result[:, i] = fault.effect.output(time, result[:, i : i + 1], fault.values)[:, 0]
+        return result[held]
+
     def outputs(errors: Array) -> Array:
         inputs = own.inputs.copy()
         inputs[:, 8] = surface + errors
         moved = own._replace(inputs=inputs, input_variance=np.zeros(1))
         result, _ = simulate_outputs(START, moved, np.array(plain.values), plain.table, plain.constants)
-        return result[held]
+        return sensed(result)
 
     by_elevator = jacobian(outputs, np.zeros(samples), 1e-4)
-    by_air = jacobian(lambda air: through_air(plain, own, surface, air)[held], np.zeros(samples), 1e-2)
+    by_air = jacobian(lambda air: sensed(through_air(plain, own, surface, air)), np.zeros(samples), 1e-2)
     factor, memory = control_lag("delta_e").noise((0.1,), 0.05)
     apart = np.abs(np.arange(samples)[:, None] - np.arange(samples))
     airspeed = float(np.nanmean(measured[:, 0]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,20 +11,31 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry
 
+from aerosid.effects.operators import lagged
 from aerosid.force_history import ForceHistory, smooth_forces, smoothed_histories
 from aerosid.refinement import refine
 from aerosid.response import Trace
+from aerosid.sensor_dynamics import SensorDynamics, lagging, scaled, sensor_states
 from aerosid.smoothing import smooth_inputs
-from aerosid.whitening import InputNoise
+from aerosid.whitening import InputNoise, initial_covariance
 
 Array = NDArray[np.float64]
 COEFFICIENTS = ("C_X", "C_Z", "C_m")
 
 
 def dense_posterior(
-    held: Array, columns: Array, trace: Trace, variance: Array, noise: InputNoise, start: Array
+    held: Array,
+    columns: Array,
+    trace: Trace,
+    variance: Array,
+    noise: InputNoise,
+    start: Array,
+    sense: Mapping[int, Callable[[Array], Array]],
 ) -> tuple[Array, Array]:
-    """All unknowns of a record at once: initial state and every sample's input errors, by one linear solution."""
+    """All unknowns of a record at once: initial state and every sample's input errors, by one linear solution.
+
+    `sense` turns the history (N, U) of some outputs into what their sensors record of it.
+    """
     samples, _, _ = columns.shape
     extra = noise.variance.size
     unknowns = 5 + samples * extra
@@ -34,27 +46,40 @@ def dense_posterior(
         prior[5 + j :: extra, 5 + j :: extra] = noise.variance[j] * noise.memory[j] ** steps
     moved = np.zeros((5, unknowns))
     moved[:, :5] = np.eye(5)
-    rows, targets, weights = [], [], []
+    shown = np.zeros((8, samples, unknowns))
     for k in range(samples):
         own = slice(5 + k * extra, 5 + (k + 1) * extra)
-        for i in np.flatnonzero(held[k]):
-            row = trace.outputs_x[k, i] @ moved
-            row[own] += trace.outputs_u[k, i]
-            rows.append(row)
-            targets.append(columns[k, i])
-            weights.append(variance[i])
+        shown[:, k] = trace.outputs_x[k] @ moved
+        shown[:, k, own] += trace.outputs_u[k]
         if k + 1 < samples:
             moved = trace.transition[k] @ moved
             moved[:, own] += trace.start[k]
             moved[:, slice(own.stop, own.stop + extra)] += trace.end[k]
-    A, z, R = np.array(rows), np.array(targets), np.diag(weights)
+    for i, recorded in sense.items():
+        shown[i] = recorded(shown[i])
+    A, z = shown.swapaxes(0, 1)[held], columns[held]
+    R = np.diag(np.broadcast_to(variance, held.shape)[held])
     gain = prior @ A.T @ np.linalg.inv(A @ prior @ A.T + R)
     mean, covariance = gain @ z, prior - gain @ A @ prior
     return mean[5:].reshape(samples, extra, -1), np.diag(covariance)[5:].reshape(samples, extra)
 
 
+LAGGING = {1: lagging(2.5), 4: scaled(1.3), 6: lagging(0.4).then(scaled(0.8))}
+"""Sensors of some outputs, sampled every second."""
+
+RECORDED: Mapping[int, Callable[[Array], Array]] = {
+    1: lambda true: lagged(np.arange(14.0), true, 2.5),
+    4: lambda true: 1.3 * true,
+    6: lambda true: 0.8 * lagged(np.arange(14.0), true, 0.4),
+}
+"""The same by the operators that simulated outputs go through."""
+
+
+@pytest.mark.parametrize(("sensors", "sense"), [({}, {}), (LAGGING, RECORDED)])
 @pytest.mark.parametrize("seed", range(3))
-def test_smoother_is_the_dense_gaussians_posterior(seed: int) -> None:
+def test_smoother_is_the_dense_gaussians_posterior(
+    seed: int, sensors: Mapping[int, SensorDynamics], sense: Mapping[int, Callable[[Array], Array]]
+) -> None:
     rng = np.random.default_rng(seed)
     samples, extra, width = 14, 3, 2
     trace = Trace(
@@ -72,8 +97,10 @@ def test_smoother_is_the_dense_gaussians_posterior(seed: int) -> None:
     noise = InputNoise(np.array([0.3, 0.0, 1.2]), np.array([0.0, 0.5, 0.8]))
     variance, start = rng.uniform(0.1, 2.0, size=8), np.diag([0.5, 0.0, 1.0, 0.2, 0.0])
     errors, variances = np.zeros((samples, extra, width)), np.zeros((samples, extra))
-    smooth_inputs(held, columns, trace, variance, noise, start, errors, variances)
-    mean, spread = dense_posterior(held, columns, trace, variance, noise, start)
+    states = sensor_states(sensors.items(), 1.0)
+    first = initial_covariance(start, noise, trace, states)
+    smooth_inputs(held, columns, trace, variance, noise, states, first, errors, variances)
+    mean, spread = dense_posterior(held, columns, trace, variance, noise, start, sense)
     assert_allclose(errors, mean, atol=1e-10)
     assert_allclose(variances, spread, atol=1e-10)
 

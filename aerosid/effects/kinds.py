@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.sensor_dynamics import SensorDynamics
+
 Signal = NDArray[np.float64]
 
 
@@ -72,6 +74,7 @@ class OutputEffect:
     `transform(time, values, parameters)` acts on the simulated output and, being linear but for `offset`, on each of
     its derivatives: (N, C) -> (N, C). `offset(parameters)` is added to the output alone. `undo(time, record,
     parameters)` takes the transform back from a smooth record (N,), NaN where the record does not reach.
+    `dynamics(parameters)` is the sensor as noise on its way meets it.
     """
 
     kind: str
@@ -80,6 +83,7 @@ class OutputEffect:
     transform: Callable[[Signal, Signal, tuple[float, ...]], Signal]
     offset: Callable[[tuple[float, ...]], float]
     undo: Callable[[Signal, Signal, tuple[float, ...]], Signal]
+    dynamics: Callable[[tuple[float, ...]], SensorDynamics]
     source: str
 
     def output(self, time: Signal, values: Signal, parameters: tuple[float, ...]) -> Signal:
@@ -231,5 +235,6 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
         transform=lambda time, signal, _p: effect.transform(time, signal, values),
         offset=lambda _p: effect.offset(values),
         undo=lambda time, record, _p: effect.undo(time, record, values),
+        dynamics=lambda _p: effect.dynamics(values),
     )
     return ActiveEffect(fixed, (), active.log, values)

@@ -10,6 +10,7 @@ from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
 from aerosid.effects.operators import advanced, delayed, lagged
 from aerosid.nomenclature import CHANNELS
+from aerosid.sensor_dynamics import AT_ONCE, lagging, late, scaled
 
 
 def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:
@@ -22,6 +23,7 @@ def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:
         lambda _time, values, _p: values,
         lambda p: p[0],
         lambda _time, record, _p: record,
+        lambda _p: AT_ONCE,
         "Klein & Morelli, Aircraft System Identification, data compatibility",
     )
 
@@ -35,6 +37,7 @@ def sensor_scale(channel: str) -> OutputEffect:
         lambda _time, values, p: p[0] * values,
         lambda _p: 0.0,
         lambda _time, record, p: record / p[0],
+        lambda p: scaled(p[0]),
         "Klein & Morelli, Aircraft System Identification, data compatibility",
     )
 
@@ -48,6 +51,7 @@ def sensor_delay(channel: str) -> OutputEffect:
         lambda time, values, p: delayed(time, values, p[0]),
         lambda _p: 0.0,
         lambda time, record, p: advanced(time, record, p[0]),
+        lambda p: late(p[0]),
         "Jategaonkar, Flight Vehicle System Identification, time delays in measurements",
     )
 
@@ -61,6 +65,7 @@ def sensor_lag(channel: str) -> OutputEffect:
         lambda time, values, p: lagged(time, values, p[0]),
         lambda _p: 0.0,
         lambda time, record, p: record + p[0] * np.gradient(record, time),
+        lambda p: lagging(p[0]),
         "Jategaonkar, Flight Vehicle System Identification, sensor dynamics",
     )
 

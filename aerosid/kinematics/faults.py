@@ -13,6 +13,7 @@ from aerosid.kinematics.flight_path import DRIVING
 from aerosid.kinematics.recording import Recording, spread
 from aerosid.longitudinal import OUTPUTS
 from aerosid.nomenclature import CHANNELS
+from aerosid.sensor_dynamics import AT_ONCE, SensorDynamics, lagging, late, scaled
 
 Array = NDArray[np.float64]
 
@@ -124,6 +125,15 @@ def recorded(time: Array, values: Array, fault: Fault, value: float, *, slope: b
     if fault.kind == "sensor_delay":
         return delayed(time, values, value)
     return lagged(time, np.ascontiguousarray(values), value)
+
+
+def dynamics(fault: Fault, value: float) -> SensorDynamics:
+    """A faulty instrument as noise on its way meets it."""
+    if fault.kind == "sensor_scale":
+        return scaled(value)
+    if fault.kind == "sensor_delay":
+        return late(value)
+    return lagging(value) if fault.kind == "sensor_lag" else AT_ONCE
 
 
 def vane_position(recording: Recording, faults: Sequence[Fault], values: Sequence[float]) -> tuple[float, float]:

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.kinematics.faults import Fault, recorded, seen, true_inputs, vane_position
+from aerosid.kinematics.faults import Fault, dynamics, recorded, seen, true_inputs, vane_position
 from aerosid.kinematics.flight_path import DRIVING, trace_path
 from aerosid.kinematics.recording import Recording
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.response import Trace
+from aerosid.sensor_dynamics import SensorStates, sensor_states
 from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ class Stretch:
 
     `block` (n, 8, 1 + 4 + P): measured minus simulated, then the derivatives of the simulated outputs with respect to
     the initial state and to the faults' numbers, acting then tested; `held` (n, 8) what is compared; `trace` the
-    linearisation along the path; `time` (n,) s.
+    linearisation along the path; `time` (n,) s; `sensors` on the way of the noise.
     """
 
     recording: int
@@ -83,6 +84,7 @@ class Stretch:
     block: Array
     held: NDArray[np.bool_]
     trace: Trace
+    sensors: SensorStates
 
 
 def simulate(
@@ -117,8 +119,8 @@ def whiten(
         recording = recordings[stretch.recording]
         noise = input_noise(gust, recording, stretch.time)
         block = stretch.block.copy()
-        carry = make_whitening_carry(noise, block.shape[2])
-        log_sum = whiten_stretch(stretch.held, block, stretch.trace, variance, noise, carry)
+        carry = make_whitening_carry(noise, block.shape[2], stretch.trace, stretch.sensors)
+        log_sum = whiten_stretch(stretch.held, block, stretch.trace, variance, noise, stretch.sensors, carry)
         residual = np.where(stretch.held, block[:, :, 0], np.nan)
         yield Whitened(stretch.recording, residual, block[:, :, 1:], float(log_sum))
 
@@ -148,7 +150,11 @@ def _simulate_stretch(
     held = recording.compared[stretch]
     block[:, :, 0] = np.where(held, recording.measured[stretch] - outputs, 0.0)
     trace = Trace(outputs, path.columns, path.transition, _wide(path.start), _wide(path.end), by_state, by_input)
-    return Stretch(number, time, block, held, trace)
+    sensors = sensor_states(
+        ((fault.place, dynamics(fault, value)) for fault, value in seen(structure.faults, structure.values)),
+        float(np.median(np.diff(time))),
+    )
+    return Stretch(number, time, block, held, trace, sensors)
 
 
 def see(states: Array, inputs: Array, x_arm: float, z_arm: float) -> tuple[Array, Array, Array]:
