@@ -8,12 +8,16 @@ from numpy.typing import NDArray
 from oracles import Airframe, simulate
 from problems import LIGHT, Problem, entry
 from scipy.integrate import solve_ivp
+from scipy.linalg import toeplitz
 
 from aerosid.aerodynamics import AerodynamicModel
-from aerosid.cramer_rao import fly_many, sensitivity
+from aerosid.cramer_rao import Sensitivity, sensitivity
 from aerosid.likelihood import Likelihood
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, prepare
+from aerosid.many_flights import fly_many
+from aerosid.stationary_noise import StationaryNoise
+from aerosid.study.noise_draw import redrawn
 
 Array = NDArray[np.float64]
 MEASURED = ("V", "alpha", "q", "theta", "a_x", "a_z")
@@ -152,7 +156,7 @@ def test_noise_with_memory_bounds_as_white_noise_after_its_filter() -> None:
     coloured = noise[:, :, :1] * rho ** np.arange(120.0)
     held = sensitivity(model, manoeuvre, start, model.entries, np.array([False]))
     assert held is not None
-    slopes = held.unknown.reshape(len(MEASURED), 120, -1)[:, :, :14]
+    slopes = held.unknown.transpose(1, 0, 2)[:, :, :14]
     filtered = np.concatenate([slopes[:, :1], (slopes[:, 1:] - rho * slopes[:, :-1]) / np.sqrt(1.0 - rho**2)], axis=1)
     scaled = filtered / np.sqrt(np.diagonal(noise[:, :, 0]))[:, None, None]
     triangle = np.linalg.qr(scaled.reshape(-1, 14), mode="r")
@@ -167,3 +171,97 @@ def test_there_is_no_bound_without_noise() -> None:
     assert held is not None
     with pytest.raises(ValueError, match="without noise"):
         held.bound(np.zeros_like(noise), np.zeros(0))
+
+
+def dense_covariance(noise: Array) -> Array:
+    """(p N, p N), output by output, of the autocovariances (p, p, N)."""
+    outputs = range(noise.shape[0])
+    return np.block([[toeplitz(noise[j, i], noise[i, j]) for j in outputs] for i in outputs])
+
+
+def dense_bound(found: Sensitivity, noise: Array, by_input: Array | None = None) -> Array:
+    """One dense covariance, one inverse; `by_input` (N, p, E N) times the inputs' deviation."""
+    unknown = found.unknown
+    moving = np.any(unknown != 0.0, axis=(0, 1))
+    columns = unknown[:, :, moving].transpose(1, 0, 2).reshape(-1, int(moving.sum()))
+    covariance = dense_covariance(noise)
+    if by_input is not None:
+        disturbed = by_input.transpose(1, 0, 2).reshape(columns.shape[0], -1)
+        covariance += disturbed @ disturbed.T
+    held = found.held.T.ravel()
+    columns, covariance = columns[held], covariance[np.ix_(held, held)]
+    size = np.linalg.norm(columns, axis=0)
+    information = (columns / size).T @ np.linalg.solve(covariance, columns / size)
+    return np.asarray((np.sqrt(np.diag(np.linalg.inv(information))) / size)[: found.derivatives])
+
+
+def by_every_sample(model: AerodynamicModel, manoeuvre: Manoeuvre, state: Array, places: list[int]) -> Array:
+    """Outputs (N, p, N) by each sample of the elevator: two whole flights a sample."""
+    inputs, samples = manoeuvre.flight.inputs[:, 8:], manoeuvre.flight.time.size
+    moves = 1e-5 * np.eye(samples)[:, None, :]
+    extra = np.concatenate([inputs[:, :, None] + moves, inputs[:, :, None] - moves], axis=2)
+    flown = fly_many(
+        model, manoeuvre, np.tile(model.values[:, None], 2 * samples), np.tile(state[:, None], 2 * samples), extra
+    )[:, places]
+    return np.asarray((flown[:, :, :samples] - flown[:, :, samples:]) / 2e-5)
+
+
+def with_gaps(manoeuvre: Manoeuvre, seed: int) -> Manoeuvre:
+    """A tenth of the samples of each output missing, and one output for a while."""
+    measured = manoeuvre.flight.measured.copy()
+    measured[np.random.default_rng(seed).random(measured.shape) < 0.1] = np.nan
+    measured[20:35, 2] = np.nan
+    return replace(manoeuvre, flight=manoeuvre.flight._replace(measured=measured))
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_noisy_inputs_bound_as_the_dense_covariance_of_what_they_cause(memory: float) -> None:
+    """Uneven sampling, missing samples, outputs' noise white and with a memory."""
+    samples = 90
+    model, manoeuvre, start = true_flight(samples, 0.06)
+    time = manoeuvre.flight.time + 0.02 * np.random.default_rng(1).random(samples)
+    noise, _ = white(manoeuvre, 40.0)
+    manoeuvre = with_gaps(replace(manoeuvre, flight=manoeuvre.flight._replace(time=time)), 2)
+    noise = noise[:, :, :1] * memory ** np.arange(float(samples))
+    found = sensitivity(model, manoeuvre, start, model.entries, np.array([True]))
+    assert found is not None
+    places = [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    expected = dense_bound(found, noise, 10.0 * ELEVATOR * by_every_sample(model, manoeuvre, start, places))
+    np.testing.assert_allclose(found.bound(noise, np.array([(10.0 * ELEVATOR) ** 2])), expected, rtol=1e-5)
+    assert np.max(expected / dense_bound(found, noise)) > 1.8  # the inputs' noise counts here
+
+
+def test_noise_drawn_again_bounds_as_its_dense_covariance() -> None:
+    """Channels that share their noise, with a memory, and missing samples."""
+    samples = 240
+    model, manoeuvre, start = true_flight(samples, 0.05)
+    manoeuvre = with_gaps(manoeuvre, 4)
+    generator = np.random.default_rng(5)
+    shared = np.convolve(generator.standard_normal(samples + 40), np.exp(-np.arange(40) / 8.0), "valid")[:samples]
+    own = generator.standard_normal((samples, len(MEASURED)))
+    source, deviation = redrawn((0.5 * shared[:, None] + own) * [0.1, 1e-3, 1e-3, 1e-3, 0.02, 0.05])
+    noise = np.multiply.outer(deviation, deviation)[:, :, None] * source.autocovariance(samples, len(MEASURED))
+    assert np.max(np.abs(noise[0, 1])) > 0.1 * deviation[0] * deviation[1]
+    found = sensitivity(model, manoeuvre, start, model.entries, np.array([False]))
+    assert found is not None
+    np.testing.assert_allclose(found.bound(noise, np.zeros(0)), dense_bound(found, noise), rtol=1e-5)
+
+
+def test_noise_that_is_not_possible_has_no_inverse() -> None:
+    impossible = np.zeros((1, 1, 30))
+    impossible[0, 0, :2] = 1.0, 0.9  # neighbours alike, those beyond not at all
+    with pytest.raises(ValueError, match="positive definite"):
+        StationaryNoise(impossible, np.ones((1, 30), dtype=bool)).solve(np.ones((1, 30, 1)))
+
+
+def test_white_noise_is_least_squares_at_any_length() -> None:
+    """1500 samples, 9000 numbers: more than a dense covariance is formed of."""
+    model, manoeuvre, start = true_flight(1500, 0.02)
+    noise, variance = white(manoeuvre, 20.0)
+    found = sensitivity(model, manoeuvre, start, [entry("C_m", "alpha"), entry("C_Z", "alpha")], np.array([True]))
+    assert found is not None
+    deviation = np.sqrt(variance[[OUTPUTS.index(name) for name in manoeuvre.outputs]])
+    columns = (found.unknown[:, :, :6] / deviation[:, None]).reshape(-1, 6)
+    expected = np.linalg.norm(np.linalg.inv(np.linalg.qr(columns, mode="r")), axis=1)[:2]
+    np.testing.assert_allclose(found.bound(noise, np.zeros(1)), expected, rtol=1e-6)
+    assert np.all(found.bound(noise, np.array([ELEVATOR**2])) > expected)
