@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aerosid.aerodynamics import Entry
-from aerosid.evidence import Deviations, Score, unexplained_channels
+from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.evidence import Deviations, Score
 from aerosid.findings import Finding, labels, named
 from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, refine
+from aerosid.refutation import without_refuted
 from aerosid.structure_search import AttributionSettings, StructureSearch
 
 USUAL = AttributionSettings()
@@ -37,6 +38,8 @@ class Attribution:
         What could stand in place of a finding.
     rounds : tuple of tuple of Score
         The score of every hypothesis in each round, before one of that round entered.
+    refuted : tuple of (kind, where, term)
+        What the flights that were fitted showed and others refuted.
     """
 
     before: Refinement
@@ -45,6 +48,7 @@ class Attribution:
     findings: tuple[Finding, ...]
     alternatives: tuple[Finding, ...]
     rounds: tuple[tuple[Score, ...], ...]
+    refuted: tuple[tuple[str, str, str], ...] = ()
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -58,6 +62,8 @@ def attribute(
     hypotheses: Sequence[Hypothesis],
     coefficients: Sequence[str] = (),
     settings: AttributionSettings = USUAL,
+    given: AerodynamicModel | None = None,
+    validation: Sequence[Manoeuvre] = (),
 ) -> Attribution:
     """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
 
@@ -71,36 +77,46 @@ def attribute(
         What may enter.
     coefficients : sequence of str
         Coefficients that may change without a term; none: no sudden change and no flow separation is tried.
+    given : AerodynamicModel, optional
+        The declared structure with its declared values: where a search begins again if what is missing is gross.
+    validation : sequence of Manoeuvre
+        Flights that are not fitted; what predicts them worse is not named.
     """
-    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings)
+    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
-    if coefficients and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
+    if coefficients and search.is_doubtful(current):
         separated, around = search.separated(before, search.price(current))
         if search.price(separated) < search.price(current):
             current, others = separated, around
-    if settings.disturbances and unexplained_channels(current, manoeuvres) and current.held_to_data == 0.0:
+    if settings.disturbances and search.is_doubtful(current):
         disturbed, around = search.disturbed(before)
         if search.price(disturbed) < search.price(current):
             current, others = disturbed, around
     # Forces of any shape judged what is real; the numbers come from the estimator that gave those before.
-    completed = refine(
-        current.model,
-        manoeuvres,
-        current.free,
-        effects=[active for active in current.effects if active.effect.kind != "unmodelled_forces"],
-        states=current.states,
+    chosen = replace(
+        current,
+        effects=tuple(active for active in current.effects if active.effect.kind != "unmodelled_forces"),
         variance=np.maximum(current.variance, before.variance),
     )
+    completed = _settled(chosen, manoeuvres)
     completed, spread = search.certain(completed)
+    held, refuted = without_refuted(completed, search, validation)
+    if refuted:
+        completed, spread = search.certain(_settled(held, manoeuvres))
     findings = search.findings(completed, spread)
     if any(active.effect.kind == "unmodelled_forces" for active in current.effects):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
-    return Attribution(before, completed, spread, findings, others, tuple(rounds))
+    return Attribution(before, completed, spread, findings, others, tuple(rounds), tuple(p.label for p in refuted))
 
 
 def _once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Each alternative once, the first time that it is named."""
     return tuple({(f.kind, f.where, f.term, f.instead_of): f for f in reversed(findings)}.values())[::-1]
+
+
+def _settled(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    """The same structure estimated to the end."""
+    return refine(at.model, manoeuvres, at.free, effects=at.effects, states=at.states, variance=at.variance)

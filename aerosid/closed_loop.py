@@ -52,7 +52,7 @@ from aerosid.results import (
 )
 from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
 from aerosid.structure_search import AttributionSettings
-from aerosid.verdict import judge, summarise, told_of_colour
+from aerosid.verdict import judge, summarise, told_of_colour, told_of_refuted
 
 Progress = Callable[[str], None]
 
@@ -159,7 +159,7 @@ def close_loop(
     hypotheses = term_hypotheses(candidates)
     if settings.catalogue == "all":
         hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
-        found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution)
+        found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution, declared, others)
     else:
         found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
 
@@ -182,7 +182,7 @@ def close_loop(
     unlinearised: tuple[str, ...] = ()
     if settings.linear_analysis:
         linear, unlinearised = analyse_models(aircraft, declared, completed.model, spread, manoeuvres[0], requirement)
-    verdict = judge(found, manoeuvres)
+    verdict = judge(found, manoeuvres, others)
     rows = _derivative_rows(aircraft, found, chain, scatter(completed, manoeuvres))
     progress("designing the next flight")
     ahead = None
@@ -208,6 +208,7 @@ def close_loop(
         prefilter=_prefilter_note(seen, settings),
         notes=(
             *_notes(manoeuvres, others, chain, settings),
+            *told_of_refuted(found.refuted),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
             *unlinearised,
             *_not_shown(rows),

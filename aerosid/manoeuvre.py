@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.flight_log import FlightLog
 from aerosid.longitudinal import OUTPUTS
-from aerosid.noise import estimate_noise
+from aerosid.noise import calmed, estimate_noise
 from aerosid.prediction import Flight
 
 LONGEST_ANGLE = 0.15
@@ -217,3 +217,13 @@ def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.
     samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
     smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
     return smooth
+
+
+def with_calm_inputs(manoeuvre: Manoeuvre) -> Manoeuvre:
+    """The manoeuvre with the noise of its recorded inputs averaged out where they are slow."""
+    flight = manoeuvre.flight
+    inputs = flight.inputs.copy()
+    for n, variance in enumerate(flight.input_variance):
+        if variance > 0.0:
+            inputs[:, 8 + n] = calmed(inputs[:, 8 + n], float(np.sqrt(variance)))
+    return replace(manoeuvre, flight=flight._replace(inputs=inputs))

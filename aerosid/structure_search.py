@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
+from aerosid.aerodynamics import AerodynamicModel
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, NoiseEffect, OutputEffect, whole
 from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
-from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses
+from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.findings import Finding, Part, named
 from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
-from aerosid.manoeuvre import Manoeuvre
+from aerosid.manoeuvre import Manoeuvre, with_calm_inputs
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
 
 
@@ -65,6 +66,12 @@ BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, varianc
 UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
 """Kinds whose effect is far from linear in their number."""
 
+FILTERS = frozenset(name for name in UNLIKE_THEIR_SCORE if KINDS[name].place == "input")
+"""Those of them that take noise out of a record."""
+
+CALM_LEFT = 0.5
+"""Of what averaging a noisy record brings, the share that a better average could still bring."""
+
 LEAST_SHARE = 0.1
 """Share of the best score from which such a kind is worth a fit."""
 
@@ -81,8 +88,19 @@ NEARLY_ALL = 0.02
 STAND_IN_SHARE = 0.5
 """Share of the loss, linear in the number of an effect that is not, from which a stand-in is worth a fit."""
 
+GROSS = 3.0
+"""Times a channel's noise from which what the model leaves may have drawn every estimate far off."""
+
+
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
+
+
+def with_plain_noise(active: ActiveEffect) -> ActiveEffect:
+    """The effect on a control without what it does to the noise of its record."""
+    if active.effect.kind not in FILTERS or not isinstance(active.effect, InputEffect):
+        return active
+    return replace(active, effect=replace(active.effect, noise=lambda _numbers, _interval: (1.0, 0.0)))
 
 
 class StructureSearch:
@@ -95,13 +113,16 @@ class StructureSearch:
         stepping: tuple[str, ...],
         declared: Refinement,
         settings: AttributionSettings,
+        given: AerodynamicModel | None = None,
     ) -> None:
+        self.given = given
         self.manoeuvres = manoeuvres
         self.stepping = stepping
         self.hypotheses = hypotheses
         self.declared = declared
         self.settings = settings
         self.linearised: tuple[Refinement, Linearised] | None = None
+        self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
     def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
@@ -111,13 +132,26 @@ class StructureSearch:
         for _ in range(self.settings.rounds):
             scores = self.scores(current)
             rounds.append(scores)
-            trials = self.tried(current, self.shortlist(scores))
+            shortlist = self.shortlist(scores)
+            trials = self.tried(current, shortlist, further=self.afresh(current, shortlist))
             trials = [trial for trial in trials if self.price(trial) < self.price(current)]
             improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
             if improved is None:
                 break
             current = improved
         return current, rounds
+
+    def is_doubtful(self, current: Refinement) -> bool:
+        """Whether flow separation or disturbances may say it better: the model is still wrong, or is a staircase.
+
+        One sudden change is one event. Several on a flight follow whatever comes and goes, as a staircase does.
+        """
+        if current.held_to_data > 0.0:
+            return False
+        moments = {(active.log, round(moment(active))) for active in current.effects if is_sudden(active)}
+        logs = [log for log, _ in moments]
+        staircase = any(logs.count(log) > 1 for log in logs)
+        return staircase or bool(unexplained_channels(current, self.manoeuvres))
 
     def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """The search against a background of disturbances: a gust, or forces of any shape.
@@ -188,7 +222,33 @@ class StructureSearch:
         """Whether a trial says something else than the present estimate, and better."""
         held = {(part.label, part.time and round(part.time, 1)) for part in self.parts(current, None)}
         told = {(part.label, part.time and round(part.time, 1)) for part in self.parts(trial, None)}
-        return told != held and self.price(trial) < self.price(current)
+        return told != held and self.price(trial) < self.price(current) and self.is_no_filter(trial, current)
+
+    def is_no_filter(self, trial: Refinement, current: Refinement) -> bool:
+        """Whether what a trial says of a control does more than to take noise out of its record.
+
+        A lag, a delay between two samples or a limit of rate averages a noisy record, and the motion is then better
+        simulated though the surface does nothing of the kind. With that noise averaged out it brings nothing.
+        """
+        acting = [active for active in trial.effects if not active.held and active.effect.kind in FILTERS]
+        held = {active.name for active in current.effects}
+        if all(active.name in held for active in acting):
+            return True
+        calm = [with_calm_inputs(manoeuvre) for manoeuvre in self.manoeuvres]
+        with_it, without = (
+            refine(
+                each.model,
+                calm,
+                each.free,
+                effects=[with_plain_noise(active) for active in each.effects],
+                states=each.states,
+                variance=each.variance,
+                settings=TRIAL,
+            )
+            for each in (trial, current)
+        )
+        averaging = max(current.cost - without.cost, 0.0)
+        return without.cost - with_it.cost > self.critical**2 + CALM_LEFT * averaging
 
     def price(self, trial: Refinement) -> float:
         """-2 ln L with what its numbers cost."""
@@ -257,13 +317,18 @@ class StructureSearch:
         return chosen
 
     def tried(
-        self, current: Refinement, scores: Sequence[Score], level: float = np.inf, margin: float = 0.0
+        self,
+        current: Refinement,
+        scores: Sequence[Score],
+        level: float = np.inf,
+        margin: float = 0.0,
+        further: Sequence[Start] = (),
     ) -> list[Refinement]:
-        """The estimate with one more hypothesis, for each of several.
+        """The estimate with one more hypothesis, for each of several, and from `further` starts.
 
         Those are not followed to the end that stay more than `margin` above the best, or above the price `level`.
         """
-        starts = [self.start(current, score) for score in scores]
+        starts = [*(self.start(current, score) for score in scores), *further]
         return contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level, margin)
 
     def start(self, current: Refinement, score: Score) -> Start:
@@ -285,6 +350,40 @@ class StructureSearch:
             current.states,
             current.variance,
         )
+
+    def afresh(self, current: Refinement, shortlist: Sequence[Score]) -> list[Start]:
+        """Starts from the declared numbers, where what is missing is gross.
+
+        The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
+        all that is far from linear is asked too, whatever its score.
+        """
+        if self.given is None or not self.is_gross(current):
+            return []
+        numbers = {entry: self.given.value(entry) for entry in self.declared.free if entry in self.given.entries}
+        values = current.model.values.copy()
+        for entry, value in numbers.items():
+            values[current.model.index(entry)] = value
+        untouched = replace(current, model=current.model.with_values(values))
+        asked = [(score.hypothesis, score.trial) for score in shortlist]
+        known = {hypothesis.label for hypothesis, _ in asked}
+        for hypothesis in self.open_hypotheses(current):
+            if hypothesis.kind in FILTERS:
+                trials = len(hypothesis.effects[0].effect.parameters[0].trials)
+                if hypothesis.label not in known:
+                    asked.append((hypothesis, trials // 2))
+        starts = []
+        for hypothesis, trial in asked:
+            effects = tuple(
+                replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
+                for a in hypothesis.effects
+            )
+            score = Score(replace(hypothesis, effects=effects), 0.0, (0.0,) * hypothesis.parameters, 0.0, trial)
+            starts.append(replace(self.start(untouched, score), states=None))
+        return starts
+
+    def is_gross(self, current: Refinement) -> bool:
+        """Whether some channel's residual is many times its noise."""
+        return bool(np.any(np.sqrt(current.variance) > GROSS * np.nan_to_num(self.noise, nan=np.inf)))
 
     def moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
         """A jump whose moment is estimated too, near `time` s."""
@@ -385,7 +484,7 @@ class StructureSearch:
             done.add(group[0].label)
             reduced, trials = self.in_its_place(current, group)
             best = min(trials, key=self.price, default=None)
-            if best is not None and self.price(best) < self.price(current) and self.pruned(best) is best:
+            if best is not None and self.price(best) < self.price(current) and self.stands(best, reduced):
                 trials = [*(trial for trial in trials if trial is not best), current]
                 current = best
                 newest = {part.label for part in self.parts(best, None)} - {p.label for p in self.parts(reduced, None)}
@@ -410,6 +509,10 @@ class StructureSearch:
         rivals = {score.hypothesis.label: score for score in self.stand_ins(current, group)}
         rivals |= {score.hypothesis.label: score for score in self.rivals(reduced, group)}
         return reduced, self.tried(reduced, list(rivals.values()), self.price(current), margin)
+
+    def stands(self, trial: Refinement, reduced: Refinement) -> bool:
+        """Whether an estimate needs all its parts, none of them a filter alone."""
+        return self.pruned(trial) is trial and self.is_no_filter(trial, reduced)
 
     def has_rivals(self, current: Refinement, group: Sequence[Part], margin: float) -> bool:
         """Whether anything could win back nearly all that striking out a group costs.

@@ -7,23 +7,55 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.attribution import Attribution
+from aerosid.errors import EstimationError
 from aerosid.evidence import unexplained_channels
+from aerosid.findings import named
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.open_loop import on_log
+from aerosid.refinement import Refinement, RefinementSettings, refine
 from aerosid.results import Effect, ErrorRow, Verdict
 
+ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+"""A few units of -2 ln L do not decide whether a residual is noise."""
 
-def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> Verdict:
-    """The verdict on a set of findings."""
+
+def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
+    """The verdict on a set of findings.
+
+    Parameters
+    ----------
+    manoeuvres : sequence of Manoeuvre
+        The flights that were fitted.
+    validation : sequence of Manoeuvre
+        Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
+        missing than the flights that were fitted show.
+    """
     completed, spread = found.completed, found.completed_deviations
     # Constants are known from any level flight; what depends on the motion needs one.
     moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
     if values.size and not found.findings and not np.any(spread.corrected[moving] < 0.3 * values):
         return Verdict.NOT_EXCITED
-    left = unexplained_channels(found.completed, manoeuvres)
+    left = unexplained_channels(found.completed, manoeuvres) or any(_fails_on(completed, each) for each in validation)
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
     return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
+
+
+def _fails_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
+    try:
+        own = refine(
+            completed.model,
+            [manoeuvre],
+            completed.free,
+            effects=on_log(completed, manoeuvre),
+            variance=completed.variance,
+            settings=ANOTHER_FLIGHT,
+        )
+    except EstimationError:
+        return True
+    return bool(unexplained_channels(own, [manoeuvre]))
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
@@ -43,6 +75,15 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
         before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
         sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
     return sentence
+
+
+def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
+    """One sentence for each effect (kind, where, term) that the validation flights refuted."""
+    return [
+        f"{named(label)} would explain the identification flights better, and predicts the validation flights worse: "
+        "it is not what is missing, and is not named."
+        for label in refuted
+    ]
 
 
 def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.operators import deadbanded, delayed_linear, lagged, rate_limited
+from aerosid.noise import estimate_noise
 
 
 def _lateness(name: str) -> EffectParameter:
@@ -61,8 +62,15 @@ def control_rate_limit(channel: str, fastest: float) -> InputEffect:
     )
 
 
-def control_deadband(channel: str, widest: float) -> InputEffect:
-    """Excursions of the recorded control within a band do not move the surface; `widest` is the greatest excursion."""
+LEAST_BAND = 3.0
+"""Times the record's noise: a narrower band takes noise out of the rest before a manoeuvre, and that helps any fit."""
+
+
+def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEffect:
+    """Excursions of the recorded control within a band do not move the surface.
+
+    `widest` is the greatest excursion, `noise` the record's standard deviation, rad.
+    """
     return InputEffect(
         "control_deadband",
         channel,
@@ -74,6 +82,7 @@ def control_deadband(channel: str, widest: float) -> InputEffect:
                 lowest=0.0,
                 highest=0.9 * widest,
                 step=1e-4 * widest,
+                least=LEAST_BAND * noise,
             ),
         ),
         lambda _time, values, p: deadbanded(values, p[0]),
@@ -92,7 +101,7 @@ def control_effects(channel: str, time: Signal, values: Signal) -> tuple[InputEf
         control_lag(channel),
         control_delay(channel),
         control_rate_limit(channel, fastest),
-        control_deadband(channel, widest),
+        control_deadband(channel, widest, float(estimate_noise(time, values))),
     )
 
 

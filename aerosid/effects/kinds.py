@@ -29,6 +29,8 @@ class EffectParameter:
         For differences with respect to it.
     null : float
         The value at which the effect is none.
+    least : float
+        Distance from `null` below which it is not told from the noise of the record that it acts on.
     """
 
     name: str
@@ -38,6 +40,7 @@ class EffectParameter:
     highest: float
     step: float
     null: float = 0.0
+    least: float = 0.0
 
 
 @dataclass(frozen=True)

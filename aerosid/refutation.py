@@ -1,0 +1,68 @@
+"""Hold what was found against flights that were not fitted: what predicts them worse is not what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aerosid.findings import Part
+from aerosid.longitudinal import OUTPUTS
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.open_loop import on_log, respond
+from aerosid.refinement import Refinement
+from aerosid.structure_search import StructureSearch
+
+CERTAIN = 25.0
+"""Squared errors in units of the noise by which a prediction must be worse: five deviations of one sample."""
+
+SHARE = 0.03
+"""And by which share of the whole: a model that is wrong elsewhere predicts a little better or worse by chance."""
+
+
+def without_refuted(
+    completed: Refinement, search: StructureSearch, validation: Sequence[Manoeuvre]
+) -> tuple[Refinement, tuple[Part, ...]]:
+    """The estimate without the parts that make the prediction of other flights worse, and those parts.
+
+    Parameters
+    ----------
+    completed : Refinement
+        What was found on the flights that were fitted.
+    validation : sequence of Manoeuvre
+        Flights that were not; none: nothing is struck out.
+
+    Notes
+    -----
+    Of all parts the one whose loss predicts the other flights best is struck out, the rest re-estimated on the flights
+    that were fitted, and so on until none is left. The best place on that way counts, where it is better for certain.
+    """
+    if not validation:
+        return completed, ()
+    whole = misfit(completed, validation)
+    best: tuple[float, Refinement, tuple[Part, ...]] = (whole, completed, ())
+    current = completed
+    gone: tuple[Part, ...] = ()
+    while parts := search.parts(current, None):
+        tries = [(search.without(current, [part]), part) for part in parts]
+        errors = [misfit(trial, validation) for trial, _ in tries]
+        least = int(np.argmin(errors))
+        current, gone = tries[least][0], (*gone, tries[least][1])
+        if errors[least] < best[0]:
+            best = errors[least], current, gone
+    error, held, refuted = best
+    return (held, refuted) if whole > error + CERTAIN + SHARE * error else (completed, ())
+
+
+def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
+    """Squared errors of the open-loop predictions in units of the noise; infinite where one runs away."""
+    total = 0.0
+    for manoeuvre in manoeuvres:
+        rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
+        for name, value in rms.items():
+            i = OUTPUTS.index(name)
+            if value is None:
+                return float("inf")
+            count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())
+            total += count * (value / max(float(manoeuvre.noise[i]), 1e-12)) ** 2
+    return total
