@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel
 from aerosid.compiled import njit, njit_inline
 from aerosid.errors import EstimationError
-from aerosid.longitudinal import Constants, advance, evaluate, make_step, make_workspace, pressure_area
+from aerosid.longitudinal import Constants, Workspace, evaluate, make_workspace, pressure_area
 from aerosid.manoeuvre import initial_state
 from aerosid.model_error.invariant_embedding import (
+    StepWork,
     cholesky,
     estimator_step,
     gain_step,
@@ -26,6 +27,7 @@ from aerosid.model_error.invariant_embedding import (
     transition_step,
 )
 from aerosid.prediction import ALPHA_LIMIT, Flight
+from aerosid.sampling_interval import Stages, integrate, make_stages
 from aerosid.terms import TermTable
 
 STATE_COUNT = 4
@@ -205,27 +207,60 @@ def _run(
     Arrays are made here, of sizes written as numbers, so that the step's code is made for just four states.
     """
     n, p = 4, 4
-    samples = flight.time.shape[0]
-    terms = theta.shape[0]
-    width = columns.shape[2]
+    extra, width = flight.inputs.shape[1] - 8, columns.shape[2]
+    work, ahead = make_workspace(extra, table), make_workspace(extra, table)
+    square = (
+        np.zeros((p, p)), np.zeros((p, p)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((p, n)),
+        np.zeros((n, n)), np.zeros((p, p)), np.zeros((n, n)), np.zeros((n, p)), np.zeros((n, n)), np.zeros((n, n)),
+        np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)),
+    )  # fmt: skip
+    rows = (
+        np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(n), np.zeros(n),
+        np.zeros(n), np.zeros(5),
+    )  # fmt: skip
+    return _recur(
+        flight, start.copy(), theta, table, constants, measured, weights, density, riccati_start, likelihood,
+        states, d, columns, rate_per_unit, innovations, riccati,
+        work, ahead, make_stages(extra), square, rows, step_work(n, n, n), step_work(n, 2, 2),
+        np.zeros((n, width)), np.zeros((2, n, width)),
+    )  # fmt: skip
+
+
+@njit_inline
+def _recur(
+    flight: Flight,
+    x: NDArray[np.float64],
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    measured: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    density: NDArray[np.float64],
+    riccati_start: NDArray[np.float64],
+    likelihood: bool,
+    states: NDArray[np.float64],
+    d: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    rate_per_unit: NDArray[np.float64],
+    innovations: NDArray[np.float64],
+    riccati: NDArray[np.float64],
+    work: Workspace,
+    ahead: Workspace,
+    stages: Stages,
+    square: tuple[NDArray[np.float64], ...],
+    rows: tuple[NDArray[np.float64], ...],
+    gains: StepWork,
+    corrections: StepWork,
+    eps: NDArray[np.float64],
+    scratch: NDArray[np.float64],
+) -> tuple[int, float]:
+    """As `_run`, from `x` and in work arrays that are given: `square` of four by four, `rows` of four."""
+    n, p = 4, 4
+    samples, terms, width = flight.time.shape[0], theta.shape[0], columns.shape[2]
     respond = width > 0
     cost = 0.0
-    spread, factor, row = np.zeros((p, p)), np.zeros((p, p)), np.zeros(p)
-    extra = flight.inputs.shape[1] - 8
-    work, ahead = make_workspace(extra, terms), make_workspace(extra, terms)
-    step = make_step(extra, terms)
-    x = start.copy()
-    S, S_next = np.zeros((n, n)), np.zeros((n, n))
-    F, H, W, Q1, C = np.zeros((n, n)), np.zeros((p, n)), np.zeros((n, n)), np.zeros((p, p)), np.zeros((n, n))
-    HQ = np.zeros((n, p))
-    M0, M1 = np.zeros((n, n)), np.zeros((n, n))
-    Phi, Gamma0, Gamma1 = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    r0, r1, weight, here, there = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
-    g0, g1 = np.zeros(n), np.zeros(n)
-    gains, corrections = step_work(n, n, n), step_work(n, 2, 2)
-    e = np.zeros(n)
-    eps = np.zeros((n, width))
-    scratch = np.zeros((2, n, width))
+    spread, factor, S, S_next, F, H, W, Q1, C, HQ, M0, M1, Phi, Gamma0, Gamma1 = square
+    row, r0, r1, weight, here, there, g0, g1, e, ahead_x = rows
     for i in range(n):
         H[i, i] = 1.0
         W[i, i] = 0.5 * density[i]
@@ -235,7 +270,7 @@ def _run(
             eps[i, terms + i] = 1.0
     for k in range(samples):
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, False)
-        if not abs(work.variables[0]) < ALPHA_LIMIT:
+        if not abs(work.values[0]) < ALPHA_LIMIT:
             return k, cost
         for i in range(n):
             states[k, i] = x[i]
@@ -272,14 +307,17 @@ def _run(
                 _apply(S, scratch[0], columns[k], 0.0)
         if k + 1 == samples:
             return samples, cost
-        advance(
-            x, flight.inputs[k], flight.inputs[k + 1], dt, flight.substeps,
-            theta, table, constants, flight.positions, ahead, step, False,
+        for i in range(5):
+            ahead_x[i] = x[i]
+            ahead.rates[i] = work.rates[i]
+        integrate(
+            ahead_x, flight.inputs[k], flight.inputs[k + 1], dt, 0, flight.substeps, flight.substeps,
+            theta, table, constants, flight.positions, ahead, stages,
         )  # fmt: skip
-        if not abs(np.arctan2(step.state[1], step.state[0])) < ALPHA_LIMIT:
+        if not abs(np.arctan2(ahead_x[1], ahead_x[0])) < ALPHA_LIMIT:
             return k + 1, cost
         for i in range(p):
-            r1[i] = measured[k + 1, i] - step.state[i]
+            r1[i] = measured[k + 1, i] - ahead_x[i]
             there[i] = 0.0 if np.isnan(r1[i]) else 1.0
             weight[i] = 0.5 * (here[i] + there[i])
             if here[i] == 0.0:
@@ -299,8 +337,8 @@ def _run(
                 g0[i] += HQ[i, j] * r0[j]
                 g1[i] += HQ[i, j] * r1[j]
         for i in range(n):
-            x[i] = step.state[i]
-        x[4] = step.state[4]
+            x[i] = ahead_x[i]
+        x[4] = ahead_x[4]
         if respond:
             if not gain_step(S, F, W, C, dt, S_next, M0, M1, gains):
                 return k + 1, cost
@@ -308,14 +346,14 @@ def _run(
                 for a in range(n):
                     x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
             # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
-            evaluate(step.state, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, False)
+            evaluate(ahead_x, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, False)
             _apply(C, eps, scratch[0], 0.0)
             _apply(Phi, eps, scratch[1], 0.0)
             _apply(Gamma0, work.rates_p, scratch[1], 1.0)
             _apply(Gamma1, ahead.rates_p, scratch[1], 1.0)
-            _apply(-M0, scratch[0], eps, 0.0)
+            _apply(M0, scratch[0], eps, 0.0, -1.0)
             _apply(C, scratch[1], scratch[0], 0.0)
-            _apply(-M1, scratch[0], eps, 1.0)
+            _apply(M1, scratch[0], eps, 1.0, -1.0)
             for i in range(n):
                 for c in range(width):
                     eps[i, c] += scratch[1, i, c]
@@ -324,15 +362,19 @@ def _run(
                 return k + 1, cost
             for i in range(n):
                 x[i] += e[i]
-        S[:, :] = S_next
+        for i in range(n):
+            for j in range(n):
+                S[i, j] = S_next[i, j]
     return samples, cost
 
 
 @njit_inline
-def _apply(A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float) -> None:
-    """A B, plus `keep` times what was there, into out: A (4, 4), B and out of four rows or more."""
+def _apply(
+    A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float, sign: float = 1.0
+) -> None:
+    """`sign` A B, plus `keep` times what was there, into out: A (4, 4), B and out of four rows or more."""
     for i in range(4):
-        a, b, c, d = A[i, 0], A[i, 1], A[i, 2], A[i, 3]
+        a, b, c, d = sign * A[i, 0], sign * A[i, 1], sign * A[i, 2], sign * A[i, 3]
         for j in range(B.shape[1]):
             value = a * B[0, j] + b * B[1, j] + c * B[2, j] + d * B[3, j]
             out[i, j] = value if keep == 0.0 else keep * out[i, j] + value

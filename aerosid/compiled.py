@@ -45,11 +45,26 @@ def njit(function: _Function) -> _Function:
 
 
 def njit_inline(function: _Function) -> _Function:
-    """As `njit`, merged into its callers: for what inner loops call.
+    """As `njit`, merged into its callers: for what inner loops call, and those loops themselves.
 
     A call passes each array as seven numbers, a `Workspace` as a hundred: between 50 ns and more than the work itself.
     Sizes that the caller knows are known inside as well, and loops over them are unrolled.
+
+    Nothing in it may allocate an array, nor assign to a slice. In exchange no array is counted as referenced when a
+    row of it is taken or handed on: those counts are atomic, and take more time in an inner loop than its arithmetic.
+    So a kernel allocates in a function of `njit` and loops in one of these.
     """
+    return cast(_Function, _inlined(_nrt=False)(function))
+
+
+def njit_inline_room(function: _Function) -> _Function:
+    """As `njit_inline`, for a function that allocates work arrays of sizes that its caller knows."""
+    return cast(_Function, _inlined()(function))
+
+
+def _inlined(**options: bool) -> Callable[..., Any]:
+    compiler: Any = numba.njit  # whose annotations do not know all of its options
     return cast(
-        _Function, numba.njit(cache=True, error_model="numpy", nogil=True, inline="never", forceinline=True)(function)
+        Callable[..., Any],
+        compiler(cache=True, error_model="numpy", nogil=True, inline="never", forceinline=True, **options),
     )

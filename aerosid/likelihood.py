@@ -25,7 +25,7 @@ from aerosid.prediction import (
     simulate_outputs,
     start_carry,
 )
-from aerosid.response import Trace, make_trace, make_trace_carry, trace_stretch
+from aerosid.response import Directions, Trace, make_trace, make_trace_carry, trace_stretch
 from aerosid.sensor_dynamics import SensorStates, sensor_states
 from aerosid.terms import COEFFICIENTS
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
@@ -378,29 +378,26 @@ class Likelihood:
             exact = self._differences(manoeuvre, values, state, effects, flight, states)
         noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
         sensors = recording_sensors(manoeuvre, effects)
-        directions = self._directions(manoeuvre, values, state, effects, flight, tested)
         own = self.free.size + 5
-        width = own + sum(active.slopes for active in (*effects, *tested))
+        width = 1 + own + sum(active.slopes for active in (*effects, *tested))
+        moves = self._directions(manoeuvre, values, state, effects, flight, tested)
+        directions = Directions(moves, _direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
         reach = samples if whole or (remembers and samples <= 5 * STRETCH) else STRETCH
-        carry = make_trace_carry(state, self.free.size, directions.shape[2])
+        carry = make_trace_carry(state, self.free.size, moves.shape[2])
         held = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)
-            trace = make_trace(stop - begin, extra, own + directions.shape[2])
+            trace = make_trace(stop - begin, extra, width)
             arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
             if not trace_stretch(begin, stop, carry, flight, *arguments):
                 raise OutOfRangeError
-            block = np.zeros((stop - begin, OUTPUT_COUNT, width + 1))
-            block[:, :, 1 : own + 1] = trace.columns[:, :, :own]
+            block = trace.block
             if exact is not None:
-                block[:, :, 1 : own + 1] = exact[begin:stop, :, :own]
-            time = flight.time[begin:stop]
-            moved = None if exact is None else exact[begin:stop, :, own:]
-            by_inputs = trace.columns[:, :, own:]
-            self._enter_effects(block, trace.outputs, by_inputs, moved, time, manoeuvre, effects, tested)
+                block[:, :, 1 : 1 + exact.shape[2]] = exact[begin:stop]
+            self._sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
@@ -501,31 +498,19 @@ class Likelihood:
             moves.append(move)
         return np.stack(moves, axis=2) if moves else np.zeros((time.size, len(self.model.columns) - 8, 0))
 
-    def _enter_effects(
+    def _sense(
         self,
         block: NDArray[np.float64],
         outputs: NDArray[np.float64],
-        input_columns: NDArray[np.float64],
-        moved: NDArray[np.float64] | None,
         time: NDArray[np.float64],
         manoeuvre: Manoeuvre,
         effects: Sequence[ActiveEffect],
         tested: Sequence[ActiveEffect],
     ) -> None:
-        """Put the effects' columns into `block` and let acting output effects change outputs and columns, in place."""
-        place = 1 + self.free.size + 5
-        taken = 0
-        places = []
+        """Let acting output effects change outputs and columns in place, and put their own columns into `block`."""
+        places = [1 + self.free.size + 5]
         for active in (*effects, *tested):
-            places.append(place)
-            tested_motion = isinstance(active.effect, StateEffect) and len(places) > len(effects)
-            if isinstance(active.effect, InputEffect) or tested_motion:
-                count = len(active.values)
-                block[:, :, place : place + count] = input_columns[:, :, taken : taken + count]
-                taken += count
-            place += active.slopes
-        if moved is not None:
-            block[:, :, 1 + self.free.size + 5 : 1 + self.free.size + 5 + moved.shape[2]] = moved
+            places.append(places[-1] + active.slopes)
         for n, active in enumerate((*effects, *tested)):
             effect = active.effect
             if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
@@ -665,6 +650,17 @@ class Likelihood:
             effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)
             place += active.slopes
         return values, states, tuple(effects)
+
+
+def _direction_places(first: int, effects: Sequence[ActiveEffect], tested: Sequence[ActiveEffect]) -> NDArray[np.int64]:
+    """The columns, from `first` on, of those numbers of effects whose path leads through the inputs."""
+    places: list[int] = []
+    for kinds, group in (((InputEffect,), effects), ((InputEffect, StateEffect), tested)):
+        for active in group:
+            if isinstance(active.effect, kinds):
+                places.extend(range(first, first + len(active.values)))
+            first += active.slopes
+    return np.array(places, dtype=np.int64)
 
 
 def _parameters(effects: Sequence[ActiveEffect], *kinds: type) -> Iterator[tuple[ActiveEffect, int]]:

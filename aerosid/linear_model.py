@@ -141,7 +141,7 @@ def linearise(model: AerodynamicModel, condition: FlightCondition) -> LinearMode
     for name, value in {**condition.inputs, "delta_e": trimmed.delta_e}.items():
         if name in model.columns:
             row[model.columns.index(name)] = value
-    work = make_workspace(len(model.columns) - 8, model.values.size)
+    work = make_workspace(len(model.columns) - 8, model.table)
     alpha, speed = trimmed.alpha, trimmed.airspeed
     state = np.array([speed * np.cos(alpha), speed * np.sin(alpha), 0.0, alpha, 0.0])
     positions = np.zeros((OUTPUT_COUNT, 3))

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.terms import TermTable, factor_slope, term_value
+from aerosid.terms import VARIABLE_COUNT, TermTable, fill_values, pass_slopes, value_count
 
 GRAVITY = 9.80665
 STATES = ("u", "w", "q", "theta", "h")
 OUTPUTS = ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
 STATE_COUNT = 5
 OUTPUT_COUNT = 8
-FIXED_VARIABLES = 6
 FIXED_INPUTS = 8
 
 
@@ -52,6 +51,8 @@ class Workspace(NamedTuple):
 
     Shapes, with E extra inputs (those past the fixed columns) and T terms: `rates` (5), `rates_x` (5, 5), `rates_u`
     (5, E), `rates_p` (5, T), `outputs` (8), `outputs_x` (8, 5), `outputs_u` (8, E), `outputs_p` (8, T).
+    `values` as `TermTable` orders them, the variables first; `coefficients` (5); `slopes` (values, 5) of the
+    coefficients with respect to the variables.
     """
 
     rates: NDArray[np.float64]
@@ -62,16 +63,15 @@ class Workspace(NamedTuple):
     outputs_x: NDArray[np.float64]
     outputs_u: NDArray[np.float64]
     outputs_p: NDArray[np.float64]
-    variables: NDArray[np.float64]
+    values: NDArray[np.float64]
     coefficients: NDArray[np.float64]
-    coefficients_v: NDArray[np.float64]
-    term_values: NDArray[np.float64]
+    slopes: NDArray[np.float64]
 
 
 @njit
-def make_workspace(extra_inputs: int, terms: int) -> Workspace:
-    """A `Workspace` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
-    slots = FIXED_VARIABLES + FIXED_INPUTS + extra_inputs
+def make_workspace(extra_inputs: int, table: TermTable) -> Workspace:
+    """A `Workspace` for `extra_inputs` inputs past the fixed ones and the terms of `table`."""
+    values, terms = value_count(table, FIXED_INPUTS + extra_inputs), table.coefficient.shape[0]
     return Workspace(
         np.zeros(5),
         np.zeros((5, 5)),
@@ -81,34 +81,33 @@ def make_workspace(extra_inputs: int, terms: int) -> Workspace:
         np.zeros((8, 5)),
         np.zeros((8, extra_inputs)),
         np.zeros((8, terms)),
-        np.zeros(slots),
+        np.zeros(values),
         np.zeros(5),
-        np.zeros((5, slots)),
-        np.zeros(terms),
+        np.zeros((values, 5)),
     )
 
 
 @njit_inline
 def _sum_coefficients(theta: NDArray[np.float64], table: TermTable, work: Workspace, differentiate: bool) -> None:
-    """Sum value * term into the five coefficients, and their partials with respect to every variable."""
-    c, c_v, values, variables = work.coefficients, work.coefficients_v, work.term_values, work.variables
+    """Sum value * term into the five coefficients, and their slopes with respect to every variable."""
+    c, slopes, values = work.coefficients, work.slopes, work.values
+    acting = theta.shape[0]
+    while acting > 0 and theta[acting - 1] == 0.0:
+        acting -= 1  # candidates: only their derivative is wanted
+    products = table.reach[acting - 1] if acting > 0 else 0
+    fill_values(table, table.left.shape[0] if differentiate else products, values)
     for row in range(5):
         c[row] = 0.0
-        if differentiate:
-            for slot in range(c_v.shape[1]):
-                c_v[row, slot] = 0.0
-    for t in range(theta.shape[0]):
-        factor = theta[t]
-        if factor == 0.0 and not differentiate:
-            continue  # a candidate: only its derivative is wanted
-        value = term_value(table, t, variables)
-        values[t] = value
-        if factor != 0.0:
-            row = table.coefficient[t]
-            c[row] += factor * value
-            if differentiate:
-                for f in range(table.first[t], table.first[t + 1]):
-                    c_v[row, table.variable[f]] += factor * factor_slope(table, t, f, variables)
+    for t in range(acting):
+        if theta[t] != 0.0:
+            c[table.coefficient[t]] += theta[t] * values[table.value[t]]
+    if differentiate:
+        for slot in range(values.shape[0] - table.left.shape[0] + products):
+            for row in range(5):
+                slopes[slot, row] = 0.0
+        for t in range(acting):
+            slopes[table.value[t], table.coefficient[t]] += theta[t]
+        pass_slopes(table, products, values, slopes)
 
 
 @njit_inline
@@ -173,10 +172,7 @@ def evaluate(
     A centre of gravity that is not the declared one: forces keep their lines of action and sensors their places, and
     u, w, h are those of the true centre; I_yy is left as it is.
     """
-    alpha_dot_used = False
-    for k in range(table.variable.shape[0]):
-        if table.variable[k] == 3:
-            alpha_dot_used = True
+    alpha_dot_used = table.uses_alpha_dot > 0
     u_b, w_b, q, pitch = x[0], x[1], x[2], x[3]
     density, thrust, mass, sound = u[0], u[1], u[2], u[3]
     if constants.thrust_change >= 0:
@@ -196,7 +192,7 @@ def evaluate(
     half_chord = chord / (2.0 * rate_speed)
     reference_force = 0.5 * density * speed * speed * constants.wing_area
 
-    variables = work.variables
+    variables = work.values
     variables[0] = np.arctan2(w_b, u_b)
     variables[1] = q * half_chord
     variables[2] = speed / constants.airspeed_of_V_hat - 1.0
@@ -204,8 +200,8 @@ def evaluate(
     variables[4] = thrust / reference_force
     variables[5] = speed / sound
     for j in range(u.shape[0]):
-        variables[FIXED_VARIABLES + j] = u[j]
-    variables[FIXED_VARIABLES + 1] = thrust
+        variables[VARIABLE_COUNT + j] = u[j]
+    variables[VARIABLE_COUNT + 1] = thrust
 
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
     force = reference_force / mass
@@ -218,7 +214,7 @@ def evaluate(
         thrust_x *= np.cos(constants.thrust_incidence)
     thrust_q = thrust * constants.thrust_z_arm / constants.I_yy
     c = work.coefficients
-    c_v = work.coefficients_v
+    c_v = work.slopes
     slope = 0.0
     passes = 3 if alpha_dot_used else 1
     f_u = 0.0
@@ -228,8 +224,8 @@ def evaluate(
         f_u = force * (c[0] + c[3] * sin_alpha - c[4] * cos_alpha) + thrust_x + inertial_u
         f_w = force * (c[1] - c[3] * cos_alpha - c[4] * sin_alpha) + thrust_z + inertial_w
         if alpha_dot_used:
-            a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
-            a_w = force * (c_v[1, 3] - c_v[3, 3] * cos_alpha - c_v[4, 3] * sin_alpha)
+            a_u = force * (c_v[3, 0] + c_v[3, 3] * sin_alpha - c_v[3, 4] * cos_alpha)
+            a_w = force * (c_v[3, 1] - c_v[3, 3] * cos_alpha - c_v[3, 4] * sin_alpha)
             slope = (u_b * a_w - w_b * a_u) / square * half_chord
             if i < passes - 1:
                 target = (u_b * f_w - w_b * f_u) / square * half_chord
@@ -284,7 +280,7 @@ def _differentiate_rates(
     square = plane * plane
     cos_alpha, sin_alpha = u_b / plane, w_b / plane
     cos_beta, tan_beta, sin_phi, cos_phi = _lateral(phi, beta)
-    c, c_v = work.coefficients, work.coefficients_v
+    c, c_v = work.coefficients, work.slopes
     f_x, f_e, f_p = work.rates_x, work.rates_u, work.rates_p
     force = reference_force / mass
     moment = reference_force * constants.mean_chord / constants.I_yy
@@ -304,20 +300,20 @@ def _differentiate_rates(
             d_q = 1.0
         d_q_hat = d_q * half_chord
         if current:
-            d_q_hat -= work.variables[1] * d_speed / speed
+            d_q_hat -= work.values[1] * d_speed / speed
         d_v_hat = d_speed / constants.airspeed_of_V_hat
-        d_c_t = -2.0 * work.variables[4] * d_speed / speed
-        d_mach = work.variables[5] * d_speed / speed
+        d_c_t = -2.0 * work.values[4] * d_speed / speed
+        d_mach = work.values[5] * d_speed / speed
         d_x = c_x_alpha * d_alpha
         d_z = c_z_alpha * d_alpha
         d_m = 0.0
         for row in range(5):
             d_c = (
-                c_v[row, 0] * d_alpha
-                + c_v[row, 1] * d_q_hat
-                + c_v[row, 2] * d_v_hat
-                + c_v[row, 4] * d_c_t
-                + c_v[row, 5] * d_mach
+                c_v[0, row] * d_alpha
+                + c_v[1, row] * d_q_hat
+                + c_v[2, row] * d_v_hat
+                + c_v[4, row] * d_c_t
+                + c_v[5, row] * d_mach
             )
             if row == 0:
                 d_x += d_c
@@ -358,20 +354,20 @@ def _differentiate_rates(
     f_x[4, 3] = u_b * cos_pitch + v_b * sin_phi * sin_pitch + w_b * cos_phi * sin_pitch
 
     for j in range(f_e.shape[1]):
-        slot = FIXED_VARIABLES + FIXED_INPUTS + j
-        f_e[0, j] = force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
-        f_e[1, j] = force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
-        f_e[2, j] = moment * c_v[2, slot]
+        slot = VARIABLE_COUNT + FIXED_INPUTS + j
+        f_e[0, j] = force * (c_v[slot, 0] + c_v[slot, 3] * sin_alpha - c_v[slot, 4] * cos_alpha)
+        f_e[1, j] = force * (c_v[slot, 1] - c_v[slot, 3] * cos_alpha - c_v[slot, 4] * sin_alpha)
+        f_e[2, j] = moment * c_v[slot, 2]
     if constants.thrust_change >= 0:
-        j, slot = constants.thrust_change, FIXED_VARIABLES + 1
-        by_x = c_v[0, 4] + c_v[3, 4] * sin_alpha - c_v[4, 4] * cos_alpha
-        by_z = c_v[1, 4] - c_v[3, 4] * cos_alpha - c_v[4, 4] * sin_alpha
+        j, slot = constants.thrust_change, VARIABLE_COUNT + 1
+        by_x = c_v[4, 0] + c_v[4, 3] * sin_alpha - c_v[4, 4] * cos_alpha
+        by_z = c_v[4, 1] - c_v[4, 3] * cos_alpha - c_v[4, 4] * sin_alpha
         f_e[0, j] = (by_x + np.cos(constants.thrust_incidence)) / mass
-        f_e[0, j] += force * (c_v[0, slot] + c_v[3, slot] * sin_alpha - c_v[4, slot] * cos_alpha)
+        f_e[0, j] += force * (c_v[slot, 0] + c_v[slot, 3] * sin_alpha - c_v[slot, 4] * cos_alpha)
         f_e[1, j] = (by_z - np.sin(constants.thrust_incidence)) / mass
-        f_e[1, j] += force * (c_v[1, slot] - c_v[3, slot] * cos_alpha - c_v[4, slot] * sin_alpha)
-        f_e[2, j] = (constants.mean_chord * c_v[2, 4] + constants.thrust_z_arm) / constants.I_yy
-        f_e[2, j] += moment * c_v[2, slot]
+        f_e[1, j] += force * (c_v[slot, 1] - c_v[slot, 3] * cos_alpha - c_v[slot, 4] * sin_alpha)
+        f_e[2, j] = (constants.mean_chord * c_v[4, 2] + constants.thrust_z_arm) / constants.I_yy
+        f_e[2, j] += moment * c_v[slot, 2]
     if shifted:
         for j in range(f_e.shape[1]):
             f_e[2, j] += ahead * f_e[1, j] - below * f_e[0, j]
@@ -380,7 +376,7 @@ def _differentiate_rates(
         if constants.cg_z >= 0:
             f_e[2, constants.cg_z] -= mass / constants.I_yy * specific_x
     for t in range(f_p.shape[1]):
-        row, value = table.coefficient[t], work.term_values[t]
+        row, value = table.coefficient[t], work.values[table.value[t]]
         along, down = 0.0, 0.0
         if row == 0:
             along = force * value
@@ -396,12 +392,12 @@ def _differentiate_rates(
             f_p[2, t] += ahead * down - below * along
 
     if alpha_dot_used:
-        a_u = force * (c_v[0, 3] + c_v[3, 3] * sin_alpha - c_v[4, 3] * cos_alpha)
-        a_w = force * (c_v[1, 3] - c_v[3, 3] * cos_alpha - c_v[4, 3] * sin_alpha)
-        a_q = moment * c_v[2, 3] + ahead * a_w - below * a_u
+        a_u = force * (c_v[3, 0] + c_v[3, 3] * sin_alpha - c_v[3, 4] * cos_alpha)
+        a_w = force * (c_v[3, 1] - c_v[3, 3] * cos_alpha - c_v[3, 4] * sin_alpha)
+        a_q = moment * c_v[3, 2] + ahead * a_w - below * a_u
         by_f_u, by_f_w = -w_b / square * half_chord, u_b / square * half_chord
         inverse = 1.0 / (1.0 - slope)
-        hat = work.variables[3]
+        hat = work.values[3]
         for k in range(5):
             d_hat = by_f_u * f_x[0, k] + by_f_w * f_x[1, k]
             if k == 0:
@@ -515,181 +511,3 @@ def _observe(
         y_p[4, t] = f_p[0, t] + f_p[2, t] * x_z
         y_p[5, t] = f_p[1, t] - f_p[2, t] * z_x
         y_p[6, t] = f_p[2, t]
-
-
-class Step(NamedTuple):
-    """The response over one sampling interval: end state and its partial derivatives.
-
-    `state` (5); `transition` (5, 5) d x1/d x0; `start` and `end` (5, E) d x1/d extra input at the start and at the end
-    (inputs are linear in between); `terms` (5, T) d x1/d term values. The rest is room to work: what each of the four
-    Runge-Kutta stages saw (`rates_x`, `rates_u`, `rates_p`, rows u, w, q of the last two), and how a rate added at a
-    stage moves the end of the step (`passed_on`).
-    """
-
-    state: NDArray[np.float64]
-    transition: NDArray[np.float64]
-    start: NDArray[np.float64]
-    end: NDArray[np.float64]
-    terms: NDArray[np.float64]
-    stage_state: NDArray[np.float64]
-    stage_input: NDArray[np.float64]
-    state_total: NDArray[np.float64]
-    rates_x: NDArray[np.float64]
-    rates_u: NDArray[np.float64]
-    rates_p: NDArray[np.float64]
-    passed_on: NDArray[np.float64]
-    substep: NDArray[np.float64]
-    moved: NDArray[np.float64]
-
-
-@njit
-def make_step(extra_inputs: int, terms: int) -> Step:
-    """A `Step` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
-    return Step(
-        np.zeros(5),
-        np.zeros((5, 5)),
-        np.zeros((5, extra_inputs)),
-        np.zeros((5, extra_inputs)),
-        np.zeros((5, terms)),
-        np.zeros(5),
-        np.zeros(FIXED_INPUTS + extra_inputs),
-        np.zeros(5),
-        np.zeros((4, 5, 5)),
-        np.zeros((4, 3, extra_inputs)),
-        np.zeros((4, 3, terms)),
-        np.zeros((4, 5, 5)),
-        np.zeros((5, 5)),
-        np.zeros(5),
-    )
-
-
-@njit
-def advance(
-    x: NDArray[np.float64],
-    u0: NDArray[np.float64],
-    u1: NDArray[np.float64],
-    interval: float,
-    substeps: int,
-    theta: NDArray[np.float64],
-    table: TermTable,
-    constants: Constants,
-    positions: NDArray[np.float64],
-    work: Workspace,
-    step: Step,
-    differentiate: bool,
-) -> None:
-    """Write the state after one sampling interval, and its sensitivities, into `step`.
-
-    Classical fourth-order Runge-Kutta with `substeps` equal steps; the sensitivities are those of the discrete
-    solution itself. Inputs are linear in time.
-    """
-    extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
-    step.state[:] = x
-    h = interval / substeps
-    for s in range(substeps):
-        for n in range(4):
-            fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
-            for j in range(u0.shape[0]):
-                step.stage_input[j] = (1.0 - fraction) * u0[j] + fraction * u1[j]
-            reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
-            weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
-            for i in range(5):
-                step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
-            evaluate(step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False)
-            for i in range(5):
-                step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
-            if differentiate:
-                for i in range(5):
-                    for k in range(5):
-                        step.rates_x[n, i, k] = work.rates_x[i, k]
-                for i in range(3):  # neither inputs nor terms act on theta and h directly
-                    for j in range(extra):
-                        step.rates_u[n, i, j] = work.rates_u[i, j]
-                    for t in range(terms):
-                        step.rates_p[n, i, t] = work.rates_p[i, t]
-        for i in range(5):
-            step.state[i] += step.state_total[i]
-        if differentiate:
-            _pass_on(step, h)
-            _sensitivities(step, s, substeps)
-
-
-@njit_inline
-def _pass_on(step: Step, h: float) -> None:
-    """How a rate added at each stage moves the end of a Runge-Kutta step, and the step's own transition.
-
-    Backwards from the last stage: W_3 = h/6 I, W_n = b_n I + c_(n+1) W_(n+1) F_(n+1), with F the Jacobians of the
-    stages, b = h/6, h/3, h/3, h/6 their weights and c = 0, h/2, h/2, h how far each reaches along the one before it.
-    Then Phi = I + sum W_n F_n, and a forcing f_n of the stages moves the end by sum W_n f_n: linear in the number of
-    forcings, where carrying each through the stages costs the Jacobians' product for every one of them.
-    """
-    passed, transition = step.passed_on, step.substep
-    for i in range(5):
-        for k in range(5):
-            transition[i, k] = 1.0 if i == k else 0.0
-            passed[3, i, k] = h / 6.0 if i == k else 0.0
-    for back in range(4):
-        n = 3 - back
-        F = step.rates_x[n]
-        reach = h if n == 3 else 0.5 * h
-        weight = h / 6.0 if n == 1 else h / 3.0
-        for i in range(5):
-            u, w, q, theta, height = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3], passed[n, i, 4]
-            # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h.
-            by_u = u * F[0, 0] + w * F[1, 0] + q * F[2, 0] + height * F[4, 0]
-            by_w = u * F[0, 1] + w * F[1, 1] + q * F[2, 1] + height * F[4, 1]
-            by_q = u * F[0, 2] + w * F[1, 2] + q * F[2, 2] + theta * F[3, 2]
-            by_theta = u * F[0, 3] + w * F[1, 3] + q * F[2, 3] + height * F[4, 3]
-            transition[i, 0] += by_u
-            transition[i, 1] += by_w
-            transition[i, 2] += by_q
-            transition[i, 3] += by_theta
-            if n > 0:
-                passed[n - 1, i, 0] = reach * by_u
-                passed[n - 1, i, 1] = reach * by_w
-                passed[n - 1, i, 2] = reach * by_q
-                passed[n - 1, i, 3] = reach * by_theta
-                passed[n - 1, i, 4] = 0.0
-                passed[n - 1, i, i] += weight
-
-
-@njit_inline
-def _sensitivities(step: Step, s: int, substeps: int) -> None:
-    """Carry the sensitivities over substep `s`: those so far through its transition, and what its stages add."""
-    extra, terms = step.start.shape[1], step.terms.shape[1]
-    if s == 0:
-        for i in range(5):
-            for k in range(5):
-                step.transition[i, k] = step.substep[i, k]
-            for j in range(extra):
-                step.start[i, j] = 0.0
-                step.end[i, j] = 0.0
-            for t in range(terms):
-                step.terms[i, t] = 0.0
-    else:
-        _carried(step.substep, step.transition, step.moved)
-        _carried(step.substep, step.start, step.moved)
-        _carried(step.substep, step.end, step.moved)
-        _carried(step.substep, step.terms, step.moved)
-    for n in range(4):
-        fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
-        for i in range(5):
-            for r in range(3):
-                passed = step.passed_on[n, i, r]
-                for j in range(extra):
-                    step.start[i, j] += passed * (1.0 - fraction) * step.rates_u[n, r, j]
-                    step.end[i, j] += passed * fraction * step.rates_u[n, r, j]
-                for t in range(terms):
-                    step.terms[i, t] += passed * step.rates_p[n, r, t]
-
-
-@njit_inline
-def _carried(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
-    """The columns (5, K) after a step with `transition` (5, 5), in place."""
-    for k in range(columns.shape[1]):
-        for i in range(5):
-            moved[i] = 0.0
-            for m in range(5):
-                moved[i] += transition[i, m] * columns[m, k]
-        for i in range(5):
-            columns[i, k] = moved[i]

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
-from aerosid.longitudinal import OUTPUT_COUNT, Constants, advance, evaluate, make_step, make_workspace
+from aerosid.compiled import njit, njit_inline
+from aerosid.longitudinal import OUTPUT_COUNT, Constants, Workspace, evaluate, make_workspace
+from aerosid.sampling_interval import Stages, Step, advance, integrate, make_stages, make_step
 from aerosid.terms import TermTable
 
 ALPHA_LIMIT = 1.5
@@ -85,35 +86,40 @@ def simulate_outputs(
     """The open-loop response: outputs (N, 8) and states (N, 5); NaN from where it leaves |alpha| < 1.5 rad."""
     samples = flight.time.shape[0]
     extra = flight.inputs.shape[1] - 8
-    work = make_workspace(extra, theta.shape[0])
-    step = make_step(extra, theta.shape[0])
     outputs = np.full((samples, 8), np.nan)
     states = np.full((samples, 5), np.nan)
-    x = state.copy()
+    work, stages = make_workspace(extra, table), make_stages(extra)
+    _simulate(state.copy(), flight, theta, table, constants, outputs, states, work, stages)
+    return outputs, states
+
+
+@njit_inline
+def _simulate(
+    x: NDArray[np.float64],
+    flight: Flight,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    outputs: NDArray[np.float64],
+    states: NDArray[np.float64],
+    work: Workspace,
+    stages: Stages,
+) -> None:
+    """As `simulate_outputs`, from `x` and into arrays that are given."""
+    samples = flight.time.shape[0]
     for k in range(samples):
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, True)
         if not abs(work.outputs[1]) < ALPHA_LIMIT:
             break
-        outputs[k] = work.outputs
-        states[k] = x
+        for i in range(8):
+            outputs[k, i] = work.outputs[i]
+        for a in range(5):
+            states[k, a] = x[a]
         if k + 1 < samples:
-            interval = flight.time[k + 1] - flight.time[k]
-            advance(
-                x,
-                flight.inputs[k],
-                flight.inputs[k + 1],
-                interval,
-                flight.substeps,
-                theta,
-                table,
-                constants,
-                flight.positions,
-                work,
-                step,
-                False,
-            )
-            x[:] = step.state
-    return outputs, states
+            integrate(
+                x, flight.inputs[k], flight.inputs[k + 1], flight.time[k + 1] - flight.time[k],
+                0, flight.substeps, flight.substeps, theta, table, constants, flight.positions, work, stages,
+            )  # fmt: skip
 
 
 @njit
@@ -126,7 +132,7 @@ def coefficients_along(
 ) -> NDArray[np.float64]:
     """The coefficients (N, 5), in the order of `COEFFICIENTS`, along simulated states (N, 5)."""
     samples = states.shape[0]
-    work = make_workspace(flight.inputs.shape[1] - 8, theta.shape[0])
+    work = make_workspace(flight.inputs.shape[1] - 8, table)
     found = np.zeros((samples, 5))
     for k in range(samples):
         evaluate(states[k], flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
@@ -174,9 +180,51 @@ def predict_stretch(
     pass: the estimating equations stay unbiased, the innovations being white at the true parameters.
     """
     extra = flight.inputs.shape[1] - 8
-    terms = theta.shape[0]
-    work = make_workspace(extra, terms)
-    step = make_step(extra, terms)
+    work, step = make_workspace(extra, table), make_step(extra, theta.shape[0])
+    size, width = 5 + extra, carry.columns.shape[1]
+    room = Room(
+        np.zeros(size), np.zeros(size), np.zeros(5), np.zeros(width), np.zeros((5, width)), np.zeros(8 + extra),
+        np.zeros((5, size)),
+    )  # fmt: skip
+    return _predict(
+        start, stop, carry, flight, theta, free, table, constants, variance, directions, predicted, white,
+        white_columns, work, step, room,
+    )  # fmt: skip
+
+
+class Room(NamedTuple):
+    """Room to work for one sample of `predict_stretch`."""
+
+    gain: NDArray[np.float64]
+    row: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    sensitivity: NDArray[np.float64]
+    next_columns: NDArray[np.float64]
+    corrected_input: NDArray[np.float64]
+    propagated: NDArray[np.float64]
+
+
+@njit_inline
+def _predict(
+    start: int,
+    stop: int,
+    carry: Carry,
+    flight: Flight,
+    theta: NDArray[np.float64],
+    free: NDArray[np.int64],
+    table: TermTable,
+    constants: Constants,
+    variance: NDArray[np.float64],
+    directions: Directions,
+    predicted: NDArray[np.float64],
+    white: NDArray[np.float64],
+    white_columns: NDArray[np.float64],
+    work: Workspace,
+    step: Step,
+    room: Room,
+) -> tuple[bool, float]:
+    """As `predict_stretch`, in work arrays that are given."""
+    extra = flight.inputs.shape[1] - 8
     x, columns, error, error_columns, cov = carry
     width = columns.shape[1]
     free_count = free.shape[0]
@@ -188,25 +236,21 @@ def predict_stretch(
     for j in range(extra):
         if flight.input_variance[j] > 0.0:
             filtering = True
-    gain = np.zeros(size)
-    row = np.zeros(size)
-    moved = np.zeros(5)
-    sensitivity = np.zeros(width)
-    next_columns = np.zeros((5, width))
-    corrected_input = np.zeros(8 + extra)
-    propagated = np.zeros((5, size))
+    gain, row, moved, sensitivity, next_columns, corrected_input, propagated = room
     log_sum = 0.0
     samples = flight.time.shape[0]
     for k in range(start, stop):
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, True)
         if not abs(work.outputs[1]) < ALPHA_LIMIT:
             return False, np.inf
-        moved[:] = 0.0
+        for a in range(5):
+            moved[a] = 0.0
         for i in range(8):
             predicted[k - start, i] = work.outputs[i]
             if np.isnan(flight.measured[k, i]):
                 white[k - start, i] = np.nan
-                white_columns[k - start, i, :] = 0.0
+                for c in range(width):
+                    white_columns[k - start, i, c] = 0.0
                 continue
             value = work.outputs[i]
             for a in range(5):
@@ -265,7 +309,8 @@ def predict_stretch(
             continue
         for a in range(5):
             x[a] += moved[a]
-        corrected_input[:] = flight.inputs[k]
+        for j in range(8 + extra):
+            corrected_input[j] = flight.inputs[k, j]
         for j in range(extra):
             corrected_input[8 + j] += error[j]
         advance(
@@ -298,15 +343,19 @@ def predict_stretch(
                     next_columns[a, first_input + c] += (
                         step.start[a, j] * directions.inputs[k, j, c] + step.end[a, j] * directions.inputs[k + 1, j, c]
                     )
-        columns[:, :] = next_columns
+        for a in range(5):
+            for c in range(width):
+                columns[a, c] = next_columns[a, c]
         if filtering:
             _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated)
-        error[:] = 0.0
-        error_columns[:, :] = 0.0
+        for j in range(extra):
+            error[j] = 0.0
+            for c in range(width):
+                error_columns[j, c] = 0.0
     return True, log_sum
 
 
-@njit
+@njit_inline
 def _propagate_covariance(
     cov: NDArray[np.float64],
     transition: NDArray[np.float64],

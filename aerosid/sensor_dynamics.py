@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, expm
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit_inline
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ def no_sensor_states() -> SensorStates:
     return sensor_states((), 1.0)
 
 
-@njit
+@njit_inline
 def read_row(outputs_x: Array, outputs_u: Array, i: int, sensors: SensorStates, row: Array) -> None:
     """Slopes of record i with respect to the states (5), the input errors (E) and the sensors' states, into `row`."""
     extra = outputs_u.shape[1]

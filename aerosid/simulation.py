@@ -59,7 +59,7 @@ def trim(
     EstimationError
         Where no trim exists within 0.6 rad of angle of attack and 1 rad of elevator.
     """
-    work = make_workspace(len(model.columns) - 8, model.values.size)
+    work = make_workspace(len(model.columns) - 8, model.table)
     place = model.columns.index("delta_e")
     positions = np.zeros((len(OUTPUTS), 3))
 

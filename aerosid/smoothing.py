@@ -64,7 +64,7 @@ def smooth_inputs(
     cov = start.copy()
     x, moved = np.zeros((size, width)), np.zeros((5, width))
     propagated, row = np.zeros((5, plain)), np.zeros(size)
-    transition, entry = np.zeros((size, size)), np.zeros((size, extra))
+    transition, half, entry = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, extra))
     for k in range(samples):
         before[k] = cov
         predicted[k] = x
@@ -97,7 +97,7 @@ def smooth_inputs(
         if size > plain:
             step_with_sensors(trace, k, noise, sensors, transition, entry)
             x[:, :] = transition @ x
-            propagate_with_sensors(cov, transition, entry, noise)
+            propagate_with_sensors(cov, transition, entry, noise, half)
             continue
         for a in range(5):
             for c in range(width):

@@ -12,6 +12,7 @@ sees neither text nor objects but a `TermTable`, so a new term compiles nothing 
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -29,14 +30,16 @@ __all__ = [
     "COEFFICIENTS",
     "INPUT_COLUMNS",
     "VARIABLES",
+    "VARIABLE_COUNT",
     "Factor",
     "Term",
     "TermTable",
     "build_table",
+    "fill_values",
     "input_columns",
     "parse_term",
-    "term_partials",
-    "term_value",
+    "pass_slopes",
+    "value_count",
 ]
 
 Shape = Literal["plain", "abs", "pos"]
@@ -46,6 +49,8 @@ COEFFICIENTS = ("C_X", "C_Z", "C_m", "C_L", "C_D")
 
 VARIABLES = ("alpha", "q_hat", "V_hat", "alpha_dot_hat", "C_T", "mach")
 """Slots of the kernel's array of variables that the flight model computes; the input columns follow them."""
+
+VARIABLE_COUNT = len(VARIABLES)
 
 INPUT_COLUMNS = ("rho", "thrust", "mass", "speed_of_sound", "phi", "p", "r", "beta")
 """Leading columns of the kernel's array of inputs; the further channels that terms name follow them."""
@@ -124,6 +129,10 @@ class Term:
 class TermTable(NamedTuple):
     """Terms as arrays: T terms with F factors in all, those of term t at first[t] to first[t + 1] - 1.
 
+    The kernels compute them as products of two numbers each, every product once however many terms hold it. All numbers
+    stand in one array of values: the V variables, the number 1, the B shaped factors, the P products, each of two
+    values that stand before it.
+
     Attributes
     ----------
     coefficient : int64[T]
@@ -131,12 +140,22 @@ class TermTable(NamedTuple):
     first : int64[T + 1]
         Start of each term's factors.
     variable : int64[F]
-        Slot in the array of variables: `VARIABLES`, then the input columns.
+        Slot in the array of values: `VARIABLES`, then the input columns.
     shape : int64[F]
         0 plain, 1 abs, 2 pos.
     offset : float64[F]
         Subtracted from the variable, in its SI unit.
     power : int64[F]
+    value : int64[T]
+        Slot of each term's value.
+    reach : int64[T]
+        How many products are needed for the terms up to this one.
+    shaped_variable, shaped_kind, shaped_offset : int64[B], int64[B], float64[B]
+        As `variable`, `shape` and `offset`, of the factors that are not plain.
+    left, right : int64[P]
+        Slots of what is multiplied.
+    uses_alpha_dot : int
+        1 where a term depends on alpha_dot_hat, which makes the equations implicit; else 0.
     """
 
     coefficient: NDArray[np.int64]
@@ -145,6 +164,14 @@ class TermTable(NamedTuple):
     shape: NDArray[np.int64]
     offset: NDArray[np.float64]
     power: NDArray[np.int64]
+    value: NDArray[np.int64]
+    reach: NDArray[np.int64]
+    shaped_variable: NDArray[np.int64]
+    shaped_kind: NDArray[np.int64]
+    shaped_offset: NDArray[np.float64]
+    left: NDArray[np.int64]
+    right: NDArray[np.int64]
+    uses_alpha_dot: int
 
 
 def parse_term(text: str) -> Term:
@@ -207,58 +234,85 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
             )
         factors.extend(term.factors)
         first.append(len(factors))
+    variable = [slots[factor.variable] for factor in factors]
+    shape = [_SHAPES.index(factor.shape) for factor in factors]
+    shaped = dict.fromkeys((v, k, f.offset) for v, k, f in zip(variable, shape, factors, strict=True) if k)
+    one = len(slots)
+    bases = {base: one + 1 + n for n, base in enumerate(shaped)}
+    products: dict[tuple[int, int], int] = {}
+
+    def product(left: int, right: int) -> int:
+        if left == one:
+            return right
+        return products.setdefault((left, right), one + 1 + len(bases) + len(products))
+
+    value, reach = [], []
+    for begin, end in itertools.pairwise(first):
+        whole = one
+        for f in range(begin, end):
+            base = bases[variable[f], shape[f], factors[f].offset] if shape[f] else variable[f]
+            power = base
+            for _ in range(factors[f].power - 1):
+                power = product(power, base)
+            whole = product(whole, power)
+        value.append(whole)
+        reach.append(len(products))
     return TermTable(
-        coefficient=np.array([COEFFICIENTS.index(coefficient) for coefficient, _ in entries], dtype=np.int64),
-        first=np.array(first, dtype=np.int64),
-        variable=np.array([slots[factor.variable] for factor in factors], dtype=np.int64),
-        shape=np.array([_SHAPES.index(factor.shape) for factor in factors], dtype=np.int64),
+        coefficient=_whole(COEFFICIENTS.index(coefficient) for coefficient, _ in entries),
+        first=_whole(first),
+        variable=_whole(variable),
+        shape=_whole(shape),
         offset=np.array([factor.offset for factor in factors], dtype=np.float64),
-        power=np.array([factor.power for factor in factors], dtype=np.int64),
+        power=_whole(factor.power for factor in factors),
+        value=_whole(value),
+        reach=_whole(reach),
+        shaped_variable=_whole(base[0] for base in bases),
+        shaped_kind=_whole(base[1] for base in bases),
+        shaped_offset=np.array([base[2] for base in bases], dtype=np.float64),
+        left=_whole(pair[0] for pair in products),
+        right=_whole(pair[1] for pair in products),
+        uses_alpha_dot=int(slots["alpha_dot_hat"] in variable),
     )
 
 
-@njit_inline
-def _shaped(table: TermTable, f: int, variables: NDArray[np.float64]) -> float:
-    """The base of factor f before its power is taken."""
-    x: float = variables[table.variable[f]] - table.offset[f]
-    if table.shape[f] == 1:
-        return abs(x)
-    if table.shape[f] == 2:
-        return max(x, 0.0)
-    return x
+def _whole(numbers: Iterable[int]) -> NDArray[np.int64]:
+    return np.array(list(numbers), dtype=np.int64)
 
 
 @njit_inline
-def _power(x: float, n: int) -> float:
-    """x^n for n >= 0 by repeated multiplication: no call of pow, and 0^0 = 1."""
-    value = 1.0
-    for _ in range(n):
-        value *= x
-    return value
+def value_count(table: TermTable, inputs: int) -> int:
+    """Length of the array of values where the kernel has `inputs` columns of inputs."""
+    count: int = VARIABLE_COUNT + inputs + 1 + table.shaped_variable.shape[0] + table.left.shape[0]
+    return count
 
 
 @njit_inline
-def term_value(table: TermTable, t: int, variables: NDArray[np.float64]) -> float:
-    """Value of term t.
+def fill_values(table: TermTable, products: int, values: NDArray[np.float64]) -> None:
+    """Compute all that terms are made of from the variables, up to the first `products` products.
 
     Parameters
     ----------
     table
         The terms.
-    t
-        Row of the table.
-    variables : float64[nv]
-        `VARIABLES`, then the input columns, SI.
+    products
+        As many as the highest `reach` of the terms that are wanted.
+    values : float64[V + 1 + B + P]
+        Holds the variables: `VARIABLES`, then the input columns, SI.
     """
-    value = 1.0
-    for f in range(table.first[t], table.first[t + 1]):
-        value *= _power(_shaped(table, f, variables), table.power[f])
-    return value
+    shaped = table.shaped_variable.shape[0]
+    one = values.shape[0] - table.left.shape[0] - shaped - 1
+    values[one] = 1.0
+    for b in range(shaped):
+        x = values[table.shaped_variable[b]] - table.shaped_offset[b]
+        values[one + 1 + b] = abs(x) if table.shaped_kind[b] == 1 else max(x, 0.0)
+    place = one + 1 + shaped
+    for p in range(products):
+        values[place + p] = values[table.left[p]] * values[table.right[p]]
 
 
 @njit_inline
-def factor_slope(table: TermTable, t: int, f: int, variables: NDArray[np.float64]) -> float:
-    """Slope of term t with respect to the variable of its factor f, through that factor alone.
+def pass_slopes(table: TermTable, products: int, values: NDArray[np.float64], slopes: NDArray[np.float64]) -> None:
+    """Turn slopes with respect to all values into slopes with respect to the variables alone, by the chain rule.
 
     Where |x| and pos(x) have a corner the slope of |x| is 0 and that of pos(x) is the one from below, 0.
 
@@ -266,46 +320,34 @@ def factor_slope(table: TermTable, t: int, f: int, variables: NDArray[np.float64
     ----------
     table
         The terms.
-    t
-        Row of the table.
-    f
-        One of the term's factors.
-    variables : float64[nv]
-        `VARIABLES`, then the input columns, SI.
+    products
+        As many as `fill_values` was given.
+    values : float64[V + 1 + B + P]
+        As `fill_values` leaves them.
+    slopes : float64[V + 1 + B + P, K]
+        Slopes of K sums of terms with respect to each value as if it were a variable of its own; those of the
+        variables, rows 0 to V - 1, are added to.
+
+    Notes
+    -----
+    From the last product to the first (reverse accumulation): no division, so that a factor may be zero.
     """
-    x = variables[table.variable[f]] - table.offset[f]
-    n = table.power[f]
-    slope = 1.0
-    if table.shape[f] == 1:
-        slope = n * _power(abs(x), n - 1) * np.sign(x)
-    elif table.shape[f] == 2:
-        slope = n * _power(x, n - 1) if x > 0.0 else 0.0
-    elif n != 1:
-        slope = n * _power(x, n - 1)
-    # times the product of the other factors, not value / factor: a factor may be zero
-    for g in range(table.first[t], table.first[t + 1]):
-        if g != f:
-            slope *= _power(_shaped(table, g, variables), table.power[g])
-    return slope
-
-
-@njit_inline
-def term_partials(table: TermTable, t: int, variables: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """Add the slopes d term / d variable of term t to `out`.
-
-    Parameters
-    ----------
-    table
-        The terms.
-    t
-        Row of the table.
-    variables : float64[nv]
-        `VARIABLES`, then the input columns, SI.
-    out : float64[nv]
-        Added to, not overwritten: the caller sets it to zero.
-    """
-    for f in range(table.first[t], table.first[t + 1]):
-        out[table.variable[f]] += factor_slope(table, t, f, variables)
+    shaped, columns = table.shaped_variable.shape[0], slopes.shape[1]
+    one = values.shape[0] - table.left.shape[0] - shaped - 1
+    place = one + 1 + shaped
+    for back in range(products):
+        p = products - 1 - back
+        left, right = table.left[p], table.right[p]
+        x, y = values[left], values[right]
+        for k in range(columns):
+            slope = slopes[place + p, k]
+            slopes[left, k] += slope * y
+            slopes[right, k] += slope * x
+    for b in range(shaped):
+        x = values[table.shaped_variable[b]] - table.shaped_offset[b]
+        steep = np.sign(x) if table.shaped_kind[b] == 1 else 1.0 if x > 0.0 else 0.0
+        for k in range(columns):
+            slopes[table.shaped_variable[b], k] += slopes[one + 1 + b, k] * steep
 
 
 def _tokens(text: str) -> list[str]:

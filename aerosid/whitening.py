@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 from aerosid.response import Trace
 from aerosid.sensor_dynamics import SensorStates, read_row
+from aerosid.variation import carry_columns
 
 
 class InputNoise(NamedTuple):
@@ -84,21 +85,52 @@ def whiten_stretch(
     -----
     Measurements of a sample enter one after the other, so that no matrix is factored.
     """
-    samples = columns.shape[0]
-    extra = noise.variance.shape[0]
-    plain = 5 + extra
+    extra, size, width = noise.variance.shape[0], carry.covariance.shape[0], columns.shape[2]
+    room = Room(
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, width)),
+        np.zeros((5, 5 + extra)),
+        np.zeros((size, size)),
+        np.zeros((size, size)),
+        np.zeros((size, extra)),
+    )
+    return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room)
+
+
+class Room(NamedTuple):
+    """Room for one sample, of S states in all: `moved` (S, C), `transition` and `half` (S, S), `entry` (S, E)."""
+
+    row: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    propagated: NDArray[np.float64]
+    half: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    entry: NDArray[np.float64]
+
+
+@njit_inline
+def _whiten(
+    held: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    trace: Trace,
+    output_variance: NDArray[np.float64],
+    noise: InputNoise,
+    sensors: SensorStates,
+    carry: WhiteningCarry,
+    room: Room,
+) -> float:
+    """As `whiten_stretch`, in work arrays that are given."""
     deviation, cov = carry
-    size = cov.shape[0]
-    width = columns.shape[2]
+    row, gain, moved, propagated, half, transition, entry = room
+    extra, size, width = noise.variance.shape[0], cov.shape[0], columns.shape[2]
     active = False
     for j in range(extra):
         if noise.variance[j] > 0.0:
             active = True
-    gain, row = np.zeros(size), np.zeros(size)
-    moved, propagated = np.zeros((5, width)), np.zeros((5, plain))
-    transition, entry = np.zeros((size, size)), np.zeros((size, extra))
     log_sum = 0.0
-    for k in range(samples):
+    for k in range(columns.shape[0]):
         for i in range(8):
             if not held[k, i]:
                 for c in range(width):
@@ -108,52 +140,107 @@ def whiten_stretch(
             if active:
                 read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
                 for a in range(size):
-                    total = 0.0
-                    for b in range(size):
-                        total += cov[a, b] * row[b]
-                    gain[a] = total
+                    gain[a] = 0.0
+                for b in range(size):
+                    if row[b] != 0.0:
+                        for a in range(size):
+                            gain[a] += cov[b, a] * row[b]
                 for a in range(size):
                     spread += row[a] * gain[a]
-                for a in range(size):
-                    if row[a] != 0.0:
-                        for c in range(width):
-                            columns[k, i, c] -= row[a] * deviation[a, c]
                 for a in range(size):
                     gain[a] /= spread
                 for a in range(size):
                     for b in range(size):
                         cov[a, b] -= gain[a] * gain[b] * spread
-                for a in range(size):
-                    for c in range(width):
-                        deviation[a, c] += gain[a] * columns[k, i, c]
+                _take_in(columns[k, i], deviation, row, gain)
             scale = 1.0 / np.sqrt(spread)
             log_sum += np.log(spread)
             for c in range(width):
                 columns[k, i, c] *= scale
         if not active:
             continue
-        if size > plain:
+        if size > 5 + extra:
             step_with_sensors(trace, k, noise, sensors, transition, entry)
-            deviation[:, :] = transition @ deviation
-            propagate_with_sensors(cov, transition, entry, noise)
+            _carry_with_sensors(deviation, transition, moved)
+            propagate_with_sensors(cov, transition, entry, noise, half)
             continue
-        for a in range(5):
-            for c in range(width):
-                total = 0.0
-                for b in range(5):
-                    total += trace.transition[k, a, b] * deviation[b, c]
-                for j in range(extra):
-                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * deviation[5 + j, c]
-                moved[a, c] = total
-        deviation[:5, :] = moved
-        for j in range(extra):
-            for c in range(width):
-                deviation[5 + j, c] *= noise.memory[j]
+        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved)
         propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
     return log_sum
 
 
-@njit
+@njit_inline
+def _take_in(
+    column: NDArray[np.float64],
+    deviation: NDArray[np.float64],
+    row: NDArray[np.float64],
+    gain: NDArray[np.float64],
+) -> None:
+    """Take out of one output's columns (C,) what is known of them, and learn from the rest."""
+    width = column.shape[0]
+    by_u, by_w, by_q, by_theta = row[0], row[1], row[2], row[3]
+    for c in range(width):
+        column[c] -= (by_u * deviation[0, c] + by_w * deviation[1, c]) + (
+            by_q * deviation[2, c] + by_theta * deviation[3, c]
+        )
+    for a in range(4, row.shape[0]):
+        slope = row[a]
+        if slope != 0.0:
+            for c in range(width):
+                column[c] -= slope * deviation[a, c]
+    for a in range(row.shape[0]):
+        learnt = gain[a]
+        if learnt != 0.0:
+            for c in range(width):
+                deviation[a, c] += learnt * column[c]
+
+
+@njit_inline
+def _carry_on(
+    deviation: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    noise: InputNoise,
+    moved: NDArray[np.float64],
+) -> None:
+    """The estimated errors at the next sample, in place; `moved` is room to work."""
+    width, extra = deviation.shape[1], noise.memory.shape[0]
+    carry_columns(transition, deviation, moved)
+    for a in range(5):
+        for j in range(extra):
+            push = start[a, j] + end[a, j] * noise.memory[j]
+            if push != 0.0 and noise.variance[j] > 0.0:
+                for c in range(width):
+                    moved[a, c] += push * deviation[5 + j, c]
+        for c in range(width):
+            deviation[a, c] = moved[a, c]
+    for j in range(extra):
+        memory = noise.memory[j]
+        for c in range(width):
+            deviation[5 + j, c] *= memory
+
+
+@njit_inline
+def _carry_with_sensors(
+    deviation: NDArray[np.float64], transition: NDArray[np.float64], moved: NDArray[np.float64]
+) -> None:
+    """The estimated errors of states, inputs and sensors at the next sample, in place; `moved` is room to work."""
+    size, width = deviation.shape
+    for a in range(size):
+        for c in range(width):
+            moved[a, c] = 0.0
+        for b in range(size):
+            share = transition[a, b]
+            if share != 0.0:
+                for c in range(width):
+                    moved[a, c] += share * deviation[b, c]
+    for a in range(size):
+        for c in range(width):
+            deviation[a, c] = moved[a, c]
+
+
+@njit_inline
 def step_with_sensors(
     trace: Trace,
     k: int,
@@ -169,8 +256,11 @@ def step_with_sensors(
     extra = noise.variance.shape[0]
     plain = 5 + extra
     after = min(k + 1, trace.outputs_x.shape[0] - 1)
-    transition[:, :] = 0.0
-    entry[:, :] = 0.0
+    for a in range(transition.shape[0]):
+        for b in range(transition.shape[0]):
+            transition[a, b] = 0.0
+        for j in range(extra):
+            entry[a, j] = 0.0
     for a in range(5):
         for b in range(5):
             transition[a, b] = trace.transition[k, a, b]
@@ -195,7 +285,7 @@ def step_with_sensors(
             transition[plain + m, plain + other] = sensors.memory[m, other]
 
 
-@njit
+@njit_inline
 def propagate(
     cov: NDArray[np.float64],
     transition: NDArray[np.float64],
@@ -242,12 +332,29 @@ def propagate(
             cov[5 + j, a] = value
 
 
-@njit
+@njit_inline
 def propagate_with_sensors(
-    cov: NDArray[np.float64], transition: NDArray[np.float64], entry: NDArray[np.float64], noise: InputNoise
+    cov: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    entry: NDArray[np.float64],
+    noise: InputNoise,
+    half: NDArray[np.float64],
 ) -> None:
-    """Covariance of states, input errors and sensors at the next sample: eq. (11) again."""
-    cov[:, :] = transition @ cov @ transition.T
+    """Covariance of states, input errors and sensors at the next sample: eq. (11) again; `half` is room to work."""
+    size = cov.shape[0]
+    for a in range(size):
+        for b in range(size):
+            half[a, b] = 0.0
+        for c in range(size):
+            if transition[a, c] != 0.0:
+                for b in range(size):
+                    half[a, b] += transition[a, c] * cov[c, b]
+    for a in range(size):
+        for b in range(size):
+            total = 0.0
+            for c in range(size):
+                total += half[a, c] * transition[b, c]
+            cov[a, b] = total
     for j in range(noise.variance.shape[0]):
         fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
         for a in range(cov.shape[0]):

@@ -84,7 +84,7 @@ def test_smoother_is_the_dense_gaussians_posterior(
     samples, extra, width = 14, 3, 2
     trace = Trace(
         outputs=np.zeros((samples, 8)),
-        columns=np.zeros((samples, 8, 0)),
+        block=np.zeros((samples, 8, 1)),
         transition=0.3 * rng.normal(size=(samples, 5, 5)) + 0.6 * np.eye(5),
         start=rng.normal(size=(samples, 5, extra)),
         end=rng.normal(size=(samples, 5, extra)),

@@ -18,8 +18,9 @@ from problems import LIFT_AND_DRAG, LIGHT, NOISE, Problem
 from strategies import NAMES
 
 from aerosid import longitudinal, prediction
-from aerosid.longitudinal import OUTPUTS, Constants, Workspace, advance, evaluate, make_step, make_workspace
+from aerosid.longitudinal import OUTPUTS, Constants, Workspace, evaluate, make_workspace
 from aerosid.refinement import refine
+from aerosid.sampling_interval import advance, make_step
 from aerosid.terms import COEFFICIENTS, build_table, input_columns, parse_term
 
 POSITIONS = {"alpha": (4.1, 0.7, -0.5), "a_x": (1.2, -0.3, 0.6), "a_z": (-0.8, 0.4, 0.3)}
@@ -56,7 +57,7 @@ class Case:
         )
 
     def kernel(self) -> Workspace:
-        work = make_workspace(self.u.size - 8, self.theta.size)
+        work = make_workspace(self.u.size - 8, self.table)
         evaluate(self.state, self.u, self.theta, self.table, self.constants, self.places, work, True, True)
         return work
 
@@ -78,7 +79,7 @@ class Case:
         """Whether some abs() or pos() has its corner so close that a difference would straddle it."""
         work = self.kernel()
         for f in range(self.table.variable.size):
-            x = work.variables[self.table.variable[f]] - self.table.offset[f]
+            x = work.values[self.table.variable[f]] - self.table.offset[f]
             if self.table.shape[f] != 0 and abs(x) < 2e-3 * (1.0 + abs(self.table.offset[f])):
                 return True
         return False
@@ -226,7 +227,7 @@ def one_interval(substeps: int, terms: dict[tuple[str, str], float], end: dict[s
     case = Case(terms, [98.0, 7.0, 0.2, 0.1, 1000.0], LIGHT_INPUTS | end, LIGHT_FRAME)
     before = Case(terms, [98.0, 7.0, 0.2, 0.1, 1000.0], LIGHT_INPUTS, LIGHT_FRAME)
     extra, count = case.u.size - 8, case.theta.size
-    work, step = make_workspace(extra, count), make_step(extra, count)
+    work, step = make_workspace(extra, case.table), make_step(extra, count)
     advance(
         case.state,
         before.u,
@@ -270,11 +271,11 @@ def test_sensitivities_of_a_step_are_those_of_the_discrete_solution(substeps: in
         x, theta = point[:5].copy(), point[5 + 2 * extra :].copy()
         start, end = case.u.copy(), case.u.copy()
         start[8:], end[8:] = point[5 : 5 + extra], point[5 + extra : 5 + 2 * extra]
-        work, step = make_workspace(extra, count), make_step(extra, count)
+        work, step = make_workspace(extra, case.table), make_step(extra, count)
         advance(x, start, end, 0.06, substeps, theta, case.table, case.constants, case.places, work, step, False)
         return step.state.copy()
 
-    work, step = make_workspace(extra, count), make_step(extra, count)
+    work, step = make_workspace(extra, case.table), make_step(extra, count)
     end = case.u.copy()
     end[8] = 0.15
     point = np.concatenate([case.state, case.u[8:], end[8:], case.theta])
@@ -335,7 +336,7 @@ def test_a_shifted_centre_and_another_thrust_are_rigid_body_mechanics(
     constants = case.constants._replace(cg_x=place, cg_z=place + 1, thrust_change=place + 2)
     table = build_table([(coefficient, parse_term(text)) for coefficient, text in case.terms], names)
     given_inputs = np.concatenate([case.u, [ahead, below, further]])
-    kernel = make_workspace(place + 3, case.theta.size)
+    kernel = make_workspace(place + 3, table)
 
     def answer(x: NDArray[np.float64], u: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
         evaluate(x, u, theta, table, constants, case.places, kernel, True, True)
@@ -344,7 +345,7 @@ def test_a_shifted_centre_and_another_thrust_are_rigid_body_mechanics(
     found = answer(case.state, given_inputs, case.theta)
     pushed = case.u.copy()
     pushed[1] += further
-    plain = make_workspace(place, case.theta.size)
+    plain = make_workspace(place, case.table)
     evaluate(case.state, pushed, case.theta, case.table, case.constants, np.zeros((8, 3)), plain, False, True)
     mass, (p, q, r) = case.u[2], (case.u[5], case.state[2], case.u[6])
     force = mass * np.array([plain.outputs[4], 0.0, plain.outputs[5]])

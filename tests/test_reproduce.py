@@ -128,7 +128,7 @@ def test_the_paper_s_equations_are_those_of_the_flight_model():
     for name, column in (("V", speed), ("alpha", alpha), ("q", flight.states[:, 2]), ("theta", flight.states[:, 3])):
         np.testing.assert_allclose(column, log[name], rtol=1e-7, atol=1e-8)
     # And the candidate: what a unit of C_X and C_m in alpha^2 adds to the rates there.
-    work = make_workspace(len(model.columns) - 8, model.values.size)
+    work = make_workspace(len(model.columns) - 8, model.table)
     candidate = flight.candidate(flight.states, (2,))
     for k in (0, 90, 200):
         inputs = np.zeros(len(model.columns))

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 from oracle_terms import term_by_tree
 from strategies import NAMES, term_texts
 
@@ -17,27 +16,30 @@ from aerosid.terms import (
     VARIABLES,
     Term,
     build_table,
+    fill_values,
     input_columns,
     parse_term,
-    term_partials,
-    term_value,
+    pass_slopes,
+    value_count,
 )
 
 values = st.dictionaries(st.sampled_from(NAMES), st.floats(-3.0, 3.0), min_size=len(NAMES), max_size=len(NAMES))
 
 
-def _slots(columns: tuple[str, ...], given: dict[str, float]) -> NDArray[np.float64]:
-    return np.array([given.get(name, 0.0) for name in (*VARIABLES, *columns)])
-
-
 def _evaluate(term: Term, given: dict[str, float]) -> tuple[float, dict[str, float]]:
     columns = input_columns([term])
-    # a first row of another term, so that a kernel that ignores `first` fails
-    table = build_table([("C_X", parse_term("alpha^2*q_hat")), ("C_m", term)], columns)
-    slots = _slots(columns, given)
-    out = np.zeros_like(slots)
-    term_partials(table, 1, slots, out)
-    return term_value(table, 1, slots), dict(zip((*VARIABLES, *columns), out, strict=True))
+    # Rows of other terms around it, which share their products with it: none may take the other's.
+    entries = [("C_X", parse_term("alpha^2*q_hat")), ("C_m", term), ("C_Z", parse_term("alpha^4"))]
+    table = build_table(entries, columns)
+    numbers = np.zeros(value_count(table, len(columns)))
+    names = (*VARIABLES, *columns)
+    numbers[: len(names)] = [given.get(name, 0.0) for name in names]
+    products = int(table.reach[1])
+    fill_values(table, products, numbers)
+    slopes = np.zeros((numbers.size, 1))
+    slopes[table.value[1]] = 1.0
+    pass_slopes(table, products, numbers, slopes)
+    return float(numbers[table.value[1]]), dict(zip(names, slopes[: len(names), 0], strict=True))
 
 
 @given(term_texts())
@@ -107,14 +109,25 @@ def test_slopes_at_and_beside_the_corner(x: float, slope_abs: float, slope_pos: 
     assert _evaluate(parse_term("pos(alpha)"), {"alpha": x})[1]["alpha"] == slope_pos
 
 
-def test_partials_are_added_to_what_is_there() -> None:
-    columns = input_columns([])
-    table = build_table([("C_m", parse_term("alpha^3"))], columns)
-    slots = _slots(columns, {"alpha": 2.0})
-    out = np.ones_like(slots)
-    term_partials(table, 0, slots, out)
-    assert out[0] == 13.0
-    assert np.all(out[1:] == 1.0)
+def test_terms_share_their_products() -> None:
+    texts = ("alpha^2", "alpha^3", "alpha^2*q_hat", "alpha^3", "1", "alpha", "abs(alpha)")
+    table = build_table([("C_m", parse_term(text)) for text in texts], INPUT_COLUMNS)
+    assert table.left.size == 3
+    assert table.value[1] == table.value[3]
+    assert table.reach.tolist() == [1, 2, 3, 3, 3, 3, 3]
+
+
+def test_slopes_of_a_sum_are_the_sum_of_slopes() -> None:
+    table = build_table([("C_m", parse_term("alpha^3")), ("C_m", parse_term("alpha"))], INPUT_COLUMNS)
+    numbers = np.zeros(value_count(table, len(INPUT_COLUMNS)))
+    numbers[0] = 2.0
+    fill_values(table, 2, numbers)
+    slopes = np.zeros((numbers.size, 2))
+    slopes[table.value[0]] = [1.0, 0.0]
+    slopes[table.value[1]] += [5.0, 7.0]
+    pass_slopes(table, 2, numbers, slopes)
+    assert slopes[0].tolist() == [17.0, 7.0]
+    assert not slopes[1 : len(VARIABLES)].any()
 
 
 def test_columns_put_the_elevator_first_and_the_others_in_order() -> None:

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit_inline
+from aerosid.compiled import njit_inline, njit_inline_room
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ _SERIES = 6  # five of (2n, 2n + K)
 _BLOCKS = 11
 
 
-@njit_inline
+@njit_inline_room
 def step_work(n: int, constant: int = 2, ramp: int = 2) -> StepWork:
     """Work arrays for steps of `n` states.
 

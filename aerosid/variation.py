@@ -1,0 +1,163 @@
+"""Carry sensitivities along a simulated flight, two substeps of the state at a time.
+
+The state moves without partial derivatives. These are evaluated at the start, in the middle and at the end of a span of
+two substeps; the variational equations dS/dt = F S + g then pass through two Runge-Kutta steps of their own, with F and
+g of the quarter points from the parabola through the three. The columns err by the fourth power of the substep as the
+state does, for a third of the work that partial derivatives in every stage would be.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+from aerosid.longitudinal import Workspace
+from aerosid.sampling_interval import pass_on
+
+
+class Span(NamedTuple):
+    """What one span holds; E extra inputs, F free terms.
+
+    `rates_x` (3, 5, 5), `rates_u` (3, 3, E) and `rates_p` (3, 3, F): partial derivatives at start, middle and end, of
+    the last two the rows u, w, q alone. `transition` (5, 5) of the span; `passed` (5, 5, 3): how a rate of u, w, q
+    added at each quarter moves the end. The rest is room to work, for each half.
+    """
+
+    rates_x: NDArray[np.float64]
+    rates_u: NDArray[np.float64]
+    rates_p: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    passed: NDArray[np.float64]
+    halves_x: NDArray[np.float64]
+    halves_passed: NDArray[np.float64]
+    halves: NDArray[np.float64]
+    by_node: NDArray[np.float64]
+
+
+@njit
+def make_span(extra_inputs: int, free: int) -> Span:
+    """A `Span` for `extra_inputs` inputs past the fixed ones and `free` terms."""
+    return Span(
+        np.zeros((3, 5, 5)),
+        np.zeros((3, 3, extra_inputs)),
+        np.zeros((3, 3, free)),
+        np.zeros((5, 5)),
+        np.zeros((5, 5, 3)),
+        np.zeros((2, 4, 5, 5)),
+        np.zeros((2, 4, 5, 5)),
+        np.zeros((2, 5, 5)),
+        np.zeros((3, 3, 5)),
+    )
+
+
+@njit_inline
+def note(work: Workspace, free: NDArray[np.int64], node: int, span: Span) -> None:
+    """Keep the partial derivatives of an evaluation at start, middle or end (`node` 0, 1, 2) of the span."""
+    for i in range(5):
+        for k in range(5):
+            span.rates_x[node, i, k] = work.rates_x[i, k]
+    for r in range(3):  # neither inputs nor terms act on theta and h directly
+        for j in range(span.rates_u.shape[2]):
+            span.rates_u[node, r, j] = work.rates_u[r, j]
+        for c in range(free.shape[0]):
+            span.rates_p[node, r, c] = work.rates_p[r, free[c]]
+
+
+@njit_inline
+def cross(span: Span, length: float) -> None:
+    """Work out `transition` and `passed` of a span of `length` s from what was noted at its three nodes."""
+    x, halves_x = span.rates_x, span.halves_x
+    for i in range(5):
+        for k in range(5):
+            begin, middle, end = x[0, i, k], x[1, i, k], x[2, i, k]
+            quarter = 0.375 * begin + 0.75 * middle - 0.125 * end
+            further = 0.375 * end + 0.75 * middle - 0.125 * begin
+            halves_x[0, 0, i, k], halves_x[0, 3, i, k] = begin, middle
+            halves_x[0, 1, i, k], halves_x[0, 2, i, k] = quarter, quarter
+            halves_x[1, 0, i, k], halves_x[1, 3, i, k] = middle, end
+            halves_x[1, 1, i, k], halves_x[1, 2, i, k] = further, further
+    for half in range(2):
+        pass_on(halves_x[half], 0.5 * length, span.halves_passed[half], span.halves[half])
+    first, second = span.halves_passed[0], span.halves_passed[1]
+    onward, before = span.halves[1], span.halves[0]
+    for i in range(5):
+        for k in range(5):
+            total = 0.0
+            for m in range(5):
+                total += onward[i, m] * before[m, k]
+            span.transition[i, k] = total
+        for r in range(3):
+            start, quarter, middle = 0.0, 0.0, 0.0
+            for m in range(5):
+                start += onward[i, m] * first[0, m, r]
+                quarter += onward[i, m] * (first[1, m, r] + first[2, m, r])
+                middle += onward[i, m] * first[3, m, r]
+            span.passed[0, i, r] = start
+            span.passed[1, i, r] = quarter
+            span.passed[2, i, r] = middle + second[0, i, r]
+            span.passed[3, i, r] = second[1, i, r] + second[2, i, r]
+            span.passed[4, i, r] = second[3, i, r]
+
+
+@njit_inline
+def carry_columns(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
+    """Write the columns (5, M) after a span with `transition` (5, 5) into `moved` (5, M)."""
+    width = columns.shape[1]
+    for i in range(5):
+        by_u, by_w, by_q, by_theta = transition[i, 0], transition[i, 1], transition[i, 2], transition[i, 3]
+        for c in range(width):
+            moved[i, c] = (by_u * columns[0, c] + by_w * columns[1, c]) + (
+                by_q * columns[2, c] + by_theta * columns[3, c]
+            )
+    for c in range(width):
+        moved[4, c] += columns[4, c]  # nothing depends on h but itself
+
+
+@njit_inline
+def force_terms(span: Span, columns: NDArray[np.float64]) -> None:
+    """Add to the first F columns (5, M) what the free terms push over the span."""
+    for i in range(5):
+        for r in range(3):
+            start, quarter, middle = span.passed[0, i, r], span.passed[1, i, r], span.passed[2, i, r]
+            further, end = span.passed[3, i, r], span.passed[4, i, r]
+            span.by_node[0, r, i] = start + 0.375 * quarter - 0.125 * further
+            span.by_node[1, r, i] = middle + 0.75 * (quarter + further)
+            span.by_node[2, r, i] = end + 0.375 * further - 0.125 * quarter
+    for r in range(3):
+        for c in range(span.rates_p.shape[2]):
+            begin, middle, end = span.rates_p[0, r, c], span.rates_p[1, r, c], span.rates_p[2, r, c]
+            if begin == 0.0 and middle == 0.0 and end == 0.0:
+                continue  # a term acts on one equation, seldom on two
+            for i in range(5):
+                columns[i, c] += (
+                    span.by_node[0, r, i] * begin + span.by_node[1, r, i] * middle + span.by_node[2, r, i] * end
+                )
+
+
+@njit_inline
+def force_inputs(span: Span, fraction: float, share: float, first: int, columns: NDArray[np.float64]) -> None:
+    """Add what the extra inputs push over the span to the columns of their values at two samples.
+
+    Those of the sample before are columns `first` to `first` + E - 1 of `columns` (5, M), those of the sample after it
+    the next E. The span begins at a `fraction` of the interval between the samples and is a `share` of it.
+    """
+    extra = span.rates_u.shape[2]
+    for j in range(extra):
+        for r in range(3):
+            begin, middle, end = span.rates_u[0, r, j], span.rates_u[1, r, j], span.rates_u[2, r, j]
+            if begin == 0.0 and middle == 0.0 and end == 0.0:
+                continue
+            for n in range(5):
+                rate = begin if n == 0 else middle if n == 2 else end
+                if n == 1:
+                    rate = 0.375 * begin + 0.75 * middle - 0.125 * end
+                elif n == 3:
+                    rate = 0.375 * end + 0.75 * middle - 0.125 * begin
+                later = fraction + 0.25 * n * share
+                for i in range(5):
+                    pushed = span.passed[n, i, r] * rate
+                    columns[i, first + j] += (1.0 - later) * pushed
+                    columns[i, first + extra + j] += later * pushed
