@@ -65,7 +65,7 @@ class Journal:
                 self._done.add(str(line["key"]))
             end = stop
         if head is not None and head != self.identity:
-            raise self._unusable("it holds the results of other settings, inputs or another version")
+            raise self._unusable("it holds the results of other settings, inputs or another state of aerosid")
         self._file.truncate(end)
         if head is None:
             self._append([{"identity": self.identity}])

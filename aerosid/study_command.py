@@ -23,8 +23,19 @@ Count = Optional[int]
 
 def study_command(
     aircraft: Annotated[Text, _option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.")] = None,
-    flown: Annotated[Text, _option("--input", help="doublet, 3211, step or pulse; default doublet.")] = None,
+    flown: Annotated[
+        Text,
+        _option(
+            "--input",
+            metavar="INPUT",
+            help="doublet (default), 3211, step, pulse, 2-1-1, doublets-of-two-sizes, staircase, multisine, sweep; "
+            "steps as in 0.8@1,0.6@-1 (s at a level); or a log, or next_input.csv, whose delta_e is flown.",
+        ),
+    ] = None,
     amplitude: Annotated[Number, _option("--amplitude", help="Of the input, rad; default 0.06.")] = None,
+    unit: Annotated[
+        Number, _option("--unit", help="s: half a doublet, the 1 of a 3211, half the shortest period of a sweep.")
+    ] = None,
     snr: Annotated[Text, _option("--snr", help="As in inf,50,20,10,5 (default); `recorded` with --base.")] = None,
     noise_colour: Annotated[
         Text, _option("--noise-colour", metavar="RHO,...", help="AR(1) memory of the noise; 0, the default, is white.")
@@ -72,6 +83,7 @@ def study_command(
         aircraft=aircraft,
         input=flown,
         amplitude=amplitude,
+        unit=unit,
         airspeed=airspeed,
         density=density,
         interval=interval,

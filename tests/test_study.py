@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,9 +16,12 @@ import pytest
 from numpy.typing import NDArray
 from problems import LIGHT
 
-from aerosid.errors import UsageError
+from aerosid.errors import AerosidError, UsageError
+from aerosid.input_shapes import Multisine, patterns
 from aerosid.reporting.paper import page_pdf
+from aerosid.source_state import source_state
 from aerosid.study import FlownInput, StudyPlan, parse_planted, run_study, write_study
+from aerosid.study.elevator import SHAPES, deflection
 from aerosid.study.noise_draw import ColouredNoise, redrawn
 from aerosid.study.page import drawn_figures, page_html
 from aerosid.study.run import JOURNAL, Study
@@ -277,6 +281,11 @@ def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
         ({"snr": "recorded"}, "--base"),
         ({"noise_colour": "1"}, "--noise-colour"),
         ({"input": "wobble"}, "--input"),
+        ({"input": "0.8@1,0.6"}, "seconds at a level"),
+        ({"input": "0.8@1,0.6@-2"}, "between -1 and 1"),
+        ({"input": "9@1,9@-1"}, "--samples"),
+        ({"input": "staircase", "unit": 0.01}, "--unit"),
+        ({"input": "nowhere.csv"}, "nowhere.csv"),
         ({"amplitude": 3.0}, "--amplitude"),
         ({"samples": 3}, "--samples"),
         ({"interval": 0.0}, "--interval"),
@@ -288,7 +297,7 @@ def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
     ],
 )
 def test_wrong_words_are_refused_with_a_sentence(words: dict[str, object], said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+    with pytest.raises(AerosidError, match=said):
         make_truth(plan_of(StudyWords(**{"aircraft": "light_transport", **words})))  # type: ignore[arg-type]
 
 
@@ -322,3 +331,88 @@ def test_a_declared_derivative_may_fly_with_another_value_and_is_then_not_to_be_
     assert truth.planted == SQUARES
     assert [truth.model.value(e) for e in truth.free if (e[0], str(e[1])) == ("C_m", "alpha")] == [-0.6]
     assert len(truth.free) == 12
+
+
+def flown(words: StudyWords) -> tuple[Array, Array]:
+    """Time and the elevator's deviation from trim of a study's true flight."""
+    flight = make_truth(plan_of(words)).identification.manoeuvre.flight
+    return flight.time, flight.inputs[:, 8] - flight.inputs[0, 8]
+
+
+def test_every_named_input_is_flown_and_every_pattern_has_a_name() -> None:
+    time = np.arange(470.0) * 0.03
+    for shape in SHAPES:
+        found = deflection(shape, time, 0.05, None)
+        assert np.all(found[time < 1.0] == 0.0)
+        assert 0.049 < np.max(np.abs(found)) < 0.0501
+        smaller = deflection(shape, time, -0.02, None)
+        np.testing.assert_allclose(smaller, -0.4 * found, atol=1e-12)
+    named = {shape.name.replace(" ", "-") for shape in patterns((1.0,), 20.0)}
+    assert named - {"3-2-1-1"} <= set(SHAPES)  # that one is called 3211
+    assert any(isinstance(shape, Multisine) for shape in patterns((1.0,), 20.0))
+
+
+def test_steps_that_are_written_out_are_flown_as_written() -> None:
+    time, elevator = flown(StudyWords("light_transport", input="0.9@1,0.6@-0.5,1.2@0.25", amplitude=0.04))
+    for moment, level in ((0.5, 0.0), (1.5, 1.0), (2.2, -0.5), (3.0, 0.25), (5.0, 0.0)):
+        assert elevator[np.argmin(np.abs(time - moment))] == pytest.approx(0.04 * level, abs=1e-12)
+
+
+def test_an_input_that_was_designed_is_flown_from_its_file(tmp_path: Path) -> None:
+    """As close-loop writes it: deviation from trim, linear between rows; here with a corner between two samples."""
+    path = tmp_path / "next_input.csv"
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.3, 0.03), (3.0, 0.03), (3.6, -0.03), (5.0, -0.03), (5.3, 0.0), (12.0, 0.0)]
+    grid = np.round(np.arange(121) * 0.1, 1)
+    rows = "".join(f"{t:g},{d:.9g}\n" for t, d in zip(grid, np.interp(grid, *np.array(corners).T), strict=True))
+    path.write_text(
+        f"# staircase; delta_e is the deviation from trim\ntime [s],delta_e [rad]\n{rows}", encoding="utf-8"
+    )
+    words = StudyWords("light_transport", input=str(path), interval=0.05)
+    time, elevator = flown(words)
+    assert time[-1] == pytest.approx(12.0)
+    np.testing.assert_allclose(elevator, np.interp(time, *np.array(corners).T), atol=1e-12)
+    predicted = make_truth(replace(plan_of(words), validation=plan_of(words).flown.shape)).validation
+    assert predicted is not None
+    before = plan_of(words).identity
+    path.write_text(path.read_text(encoding="utf-8").replace("0.03\n", "0.02\n"), encoding="utf-8")
+    assert plan_of(words).identity != before
+    assert json.dumps(plan_of(words).describe())
+
+
+def test_results_of_an_edited_package_are_not_mixed(tmp_path: Path) -> None:
+    """The state of the sources is in the journal's key, so that a study begun before an edit is refused after it."""
+    package = tmp_path / "package"
+    (package / "deep").mkdir(parents=True)
+    (package / "a.py").write_text("x = 1\n", encoding="utf-8")
+    (package / "deep" / "b.py").write_text("y = 2\n", encoding="utf-8")
+    states = [source_state.__wrapped__(package)]
+    (package / "deep" / "__pycache__").mkdir()
+    (package / "deep" / "__pycache__" / "b.pyc").write_bytes(b"3")
+    assert source_state.__wrapped__(package) == states[0]
+    for path, content in (
+        (package / "a.py", "x = 2\n"),
+        (package / "c.py", ""),
+        (package / "deep" / "b.py", "y = 3\n"),
+    ):
+        path.write_text(content, encoding="utf-8")
+        states.append(source_state.__wrapped__(package))
+    assert len(set(states)) == 4
+
+
+@pytest.mark.slow
+def test_a_study_begun_before_an_edit_is_refused_after_it(tmp_path: Path) -> None:
+    package = tmp_path / "aerosid"
+    shutil.copytree(HERE.parent / "aerosid", package, ignore=shutil.ignore_patterns("__pycache__"))
+    for data in ("aircraft_models", "flight_data"):
+        shutil.copytree(HERE.parent / data, tmp_path / data)
+    code = "from aerosid.study.words import *; print(plan_of(StudyWords('light_transport')).identity)"
+
+    def identity() -> str:
+        words = [sys.executable, "-c", code]
+        return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    before = identity()
+    assert identity() == before
+    with (package / "likelihood.py").open("a", encoding="utf-8") as file:
+        file.write("# edited\n")
+    assert identity() != before

@@ -17,6 +17,7 @@ from aerosid.batch.table import Measured, TableRow, conditions, derivative_table
 from aerosid.closed_loop import LoopSettings
 from aerosid.errors import LogError
 from aerosid.journal import Journal, Row
+from aerosid.source_state import source_state
 from aerosid.workers import EVERY_CORE, FAILURE, Workers, work_off
 
 JOURNAL = "batch.journal"
@@ -126,5 +127,6 @@ def lost_rows(lost: Mapping[str, str]) -> dict[str, Row]:
 
 def _identity(aircraft: Aircraft, settings: LoopSettings, reports: bool) -> str:
     """By which results are known to belong to this batch; each log's own content stands in its key."""
-    what = {"aerosid": __version__, "aircraft": aircraft.sha256, "settings": repr(settings), "reports": reports}
+    state = {"aerosid": __version__, "sources": source_state()}
+    what = {**state, "aircraft": aircraft.sha256, "settings": repr(settings), "reports": reports}
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()

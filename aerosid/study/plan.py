@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field
@@ -12,6 +13,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import UsageError
 from aerosid.flight_log import FlightLog
 from aerosid.longitudinal import OUTPUTS
+from aerosid.source_state import source_state
+from aerosid.study.elevator import RecordedInput
 from aerosid.study.planted import Planted
 
 Catalogue = Literal["known", "terms", "all"]
@@ -25,10 +28,12 @@ class FlownInput:
 
     Attributes
     ----------
-    shape : str
-        Of the elevator, one of `flown.SHAPES`.
+    shape : str or RecordedInput
+        Of the elevator, as `elevator.deflection` takes it.
     amplitude : float
-        rad.
+        rad; a recorded input has its own.
+    unit : float or None
+        s, base time of the shape; None: its own.
     airspeed, density : float or None
         m/s, kg/m^3; None: the aircraft file's.
     interval : float
@@ -36,8 +41,9 @@ class FlownInput:
     samples : int
     """
 
-    shape: str = "doublet"
+    shape: str | RecordedInput = "doublet"
     amplitude: float = 0.06
+    unit: float | None = None
     airspeed: float | None = None
     density: float | None = None
     interval: float = 0.03
@@ -50,6 +56,18 @@ class FlownInput:
             raise UsageError(f"--interval is {self.interval:g} s; give one above 0 and up to 1 s.")
         if not 0.0 < abs(self.amplitude) <= 0.6:
             raise UsageError(f"--amplitude is {self.amplitude:g} rad; give one up to 0.6 rad that is not zero.")
+        if self.unit is not None and not 2.0 * self.interval <= self.unit <= 100.0:
+            raise UsageError(f"--unit is {self.unit:g} s; give at least two samples and up to 100 s.")
+
+    @property
+    def name(self) -> str:
+        """The shape as a person calls it."""
+        return self.shape.name if isinstance(self.shape, RecordedInput) else self.shape
+
+    def describe(self) -> dict[str, Any]:
+        """All of it, as JSON holds it."""
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return fields | ({"shape": self.shape.describe()} if isinstance(self.shape, RecordedInput) else {})
 
 
 @dataclass(frozen=True)
@@ -64,7 +82,7 @@ class StudyPlan:
         The manoeuvre, where no log is the base.
     base : FlightLog or None
         A log whose inputs are flown again, and whose residuals are drawn again as noise.
-    validation : str or FlightLog
+    validation : str, RecordedInput or FlightLog
         The input, or the log with the inputs, of the flight that is only predicted.
     measured : tuple of str
         Output channels that are recorded; of a base log those that it holds.
@@ -88,7 +106,7 @@ class StudyPlan:
     aircraft: Aircraft
     flown: FlownInput = field(default_factory=FlownInput)
     base: FlightLog | None = None
-    validation: str | FlightLog = "3211"
+    validation: str | RecordedInput | FlightLog = "3211"
     measured: tuple[str, ...] = ("V", "alpha", "q", "theta", "a_x", "a_z")
     elevator_noise: float = 0.0002
     snrs: tuple[Snr, ...] = (None, 50.0, 20.0, 10.0, 5.0)
@@ -139,8 +157,8 @@ class StudyPlan:
         return {
             "aircraft": {"path": self.aircraft.path, "sha256": self.aircraft.sha256},
             "base": _named(self.base) if self.base is not None else None,
-            "flown": asdict(self.flown) if self.base is None else None,
-            "validation": self.validation if isinstance(self.validation, str) else _named(self.validation),
+            "flown": self.flown.describe() if self.base is None else None,
+            "validation": _described(self.validation),
             "measured": list(self.measured),
             "elevator_noise": self.elevator_noise,
             "levels": [{"snr": snr, "noise_colour": colour} for snr, colour in self.levels],
@@ -152,8 +170,15 @@ class StudyPlan:
     @property
     def identity(self) -> str:
         """By which results are known to belong to this study: more runs may be added to it, nothing else changed."""
-        text = json.dumps({"aerosid": __version__, "study": self.describe()}, sort_keys=True)
+        state = {"aerosid": __version__, "sources": source_state(), "study": self.describe()}
+        text = json.dumps(state, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _described(validation: str | RecordedInput | FlightLog) -> str | dict[str, str]:
+    if isinstance(validation, FlightLog):
+        return _named(validation)
+    return validation if isinstance(validation, str) else validation.describe()
 
 
 def _named(log: FlightLog) -> dict[str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,8 @@ from aerosid.hypotheses import controls_of, with_columns_of
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.open_loop import simulate
-from aerosid.simulation import doublet, fly, steps, three_two_one_one, trim
+from aerosid.simulation import fly, trim
+from aerosid.study.elevator import deflection
 from aerosid.study.noise_draw import NoiseSource, redrawn
 from aerosid.study.plan import FlownInput, StudyPlan
 from aerosid.study.planted import Planted
@@ -28,14 +28,6 @@ FloatArray = NDArray[np.float64]
 
 _ALTITUDE = 1500.0  # m, at the start
 _FINER = 3
-
-SHAPES: Mapping[str, Callable[[FloatArray, float], FloatArray]] = {
-    "doublet": lambda time, size: doublet(time, 1.02, 1.02, size),
-    "3211": lambda time, size: three_two_one_one(time, 1.02, 0.6, size),
-    "step": lambda time, size: steps(time, 1.02, [(float(np.ptp(time)), size)]),
-    "pulse": lambda time, size: steps(time, 1.02, [(0.6, size)]),
-}
-"""Elevator inputs by name: deflection from trim (N,) rad at samples (N,) s, of a size in rad."""
 
 VALIDATION_SHARE = 0.75
 """Size of a simulated validation input over that of the identification: it predicts inside the range that was seen."""
@@ -153,15 +145,13 @@ def _simulated(plan: StudyPlan) -> Truth:
     state += np.array([0.0, 0.0, 0.0, level.alpha, _ALTITUDE])
 
     def true_flight(flown_input: FlownInput, name: str, effects: tuple[Planted, ...]) -> TrueFlight:
-        if flown_input.shape not in SHAPES:
-            raise UsageError(f"--input is {flown_input.shape!r}; give one of {', '.join(SHAPES)}.")
         time = np.arange(float(flown_input.samples)) * flown_input.interval
         others = {column: np.zeros(time.size) for column in model.columns[9:]}
         log = fly(
             model,
             level,
             time,
-            SHAPES[flown_input.shape](time, flown_input.amplitude),
+            deflection(flown_input.shape, time, flown_input.amplitude, flown_input.unit),
             density=density,
             mass=aircraft.mass,
             noise=dict.fromkeys((*plan.measured, "delta_e"), 0.0),
@@ -175,8 +165,8 @@ def _simulated(plan: StudyPlan) -> Truth:
 
     declared = {(d.coefficient, d.term) for d in aircraft.derivatives}
     validation = None
-    if isinstance(plan.validation, str):
-        other = replace(plan.flown, shape=plan.validation, amplitude=VALIDATION_SHARE * plan.flown.amplitude)
+    if not isinstance(plan.validation, FlightLog):
+        other = replace(plan.flown, shape=plan.validation, amplitude=VALIDATION_SHARE * plan.flown.amplitude, unit=None)
         validation = true_flight(other, "validation", _lasting(plan.effects))
     else:
         flight = prepare(plan.validation, aircraft, model.columns)

@@ -12,6 +12,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.errors import UsageError
 from aerosid.flight_log import FlightLog
 from aerosid.readers import read_log
+from aerosid.study.elevator import RecordedInput, read_input
 from aerosid.study.plan import FlownInput, Snr, StudyPlan
 from aerosid.study.planted import parse_planted
 
@@ -23,6 +24,7 @@ class StudyWords:
     aircraft: str | None = None
     input: str | None = None
     amplitude: float | None = None
+    unit: float | None = None
     airspeed: float | None = None
     density: float | None = None
     interval: float | None = None
@@ -97,29 +99,43 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
         "runs": words.runs,
         "seed": words.seed,
         "catalogue": words.catalogue,
-        "validation": _validation(words),
+        "validation": _validation(words, plan.flown),
     }
     return replace(plan, **{name: value for name, value in changes.items() if value is not None})
 
 
 def _flown(words: StudyWords) -> FlownInput:
     given = {
-        "shape": words.input,
         "amplitude": words.amplitude,
+        "unit": words.unit,
         "airspeed": words.airspeed,
         "density": words.density,
         "interval": words.interval,
         "samples": words.samples,
     }
-    return FlownInput(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    flown = FlownInput(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    if words.input is None:
+        return flown
+    if not _is_file(words.input):
+        return replace(flown, shape=words.input)
+    recorded = read_input(Path(words.input), flown.interval)
+    return replace(flown, shape=recorded, samples=words.samples or max(len(recorded.deviation), 50))
 
 
-def _validation(words: StudyWords) -> str | FlightLog | None:
-    """A log where the word names a file, else the name of an input."""
+def _validation(words: StudyWords, flown: FlownInput) -> str | RecordedInput | FlightLog | None:
+    """What the word says: a log with a flight, a file with an elevator alone, or an input."""
     if words.validate is None:
         return "doublet" if words.input == "3211" else None
+    if not _is_file(words.validate):
+        return words.validate
     path = Path(words.validate)
-    return read_log(path, words.channels) if path.suffix or path.exists() else words.validate
+    log = read_log(path, words.channels)
+    return log if "V" in log else read_input(path, flown.interval)
+
+
+def _is_file(word: str) -> bool:
+    """Steps as 0.8@1 have a dot too, and are no file."""
+    return Path(word).is_file() or (bool(Path(word).suffix) and "@" not in word)
 
 
 def _words(text: str) -> tuple[str, ...]:
