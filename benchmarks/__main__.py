@@ -19,12 +19,13 @@ from aerosid.reporting.figures.numbered import FigureBook
 from benchmarks.contest_section import contest_section
 from benchmarks.growth import MINUTES, hour_section, loop_section
 from benchmarks.kernel import kernel_section
+from benchmarks.many_logs import batch_section
 from benchmarks.page import write_page
 from benchmarks.sections import Section, markdown
 from benchmarks.timing import machine
 
 SIZES = (500, 5_000, 50_000, 500_000)
-SECTIONS = ("tools", "kernel", "hour", "loop")
+SECTIONS = ("tools", "kernel", "hour", "loop", "batch")
 COMPARED = ("numpy", "scipy", "numba", "pysindy", "filterpy")
 
 
@@ -66,6 +67,8 @@ def _measure(wanted: list[str] | tuple[str, ...], sizes: tuple[int, ...]) -> Ite
         yield hour_section(MINUTES, book, MINUTES[0])
     if "loop" in wanted:
         yield loop_section(sizes)
+    if "batch" in wanted:
+        yield batch_section()
 
 
 def _facts() -> tuple[str, ...]:
