@@ -16,6 +16,7 @@ from aerosid.manoeuvre import Manoeuvre
 from aerosid.paper_chain import ChainSettings, Fed, feed
 from aerosid.prediction import Flight, coefficients_along
 from aerosid.results import CoefficientRow
+from aerosid.terms import COEFFICIENTS
 
 _Model = tuple[AerodynamicModel, Sequence[ActiveEffect]]
 
@@ -99,7 +100,7 @@ def _modelled(model: AerodynamicModel, flight: Flight, states: NDArray[np.float6
         np.where(np.isnan(states), 1.0, states), flight, np.array(model.values), model.table, model.constants
     )
     alpha = np.arctan2(states[:, 1], states[:, 0])
-    drag, lift = found[:, 3], found[:, 4]
+    lift, drag = found[:, COEFFICIENTS.index("C_L")], found[:, COEFFICIENTS.index("C_D")]
     c_x = found[:, 0] + lift * np.sin(alpha) - drag * np.cos(alpha)
     c_z = found[:, 1] - lift * np.cos(alpha) - drag * np.sin(alpha)
     return np.where(known[:, None], np.column_stack([c_x, c_z, found[:, 2]]), np.nan)

@@ -1,10 +1,11 @@
-"""Search numbers that are known by their size alone, one by one and in factors: spreads, lengths, memories."""
+"""Search numbers that are known by their size alone, in factors or in their logarithms: spreads, lengths, memories."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 Numbers = tuple[float, ...]
 
@@ -43,3 +44,44 @@ def search_in_factors(
                         break
                     numbers, least = trial, reached
     return numbers
+
+
+def search_in_logarithms(
+    cost: Callable[[Numbers], float],
+    start: Numbers,
+    limits: Sequence[tuple[float, float]],
+    least_fall: float,
+    turns: int = 40,
+) -> Numbers:
+    """The numbers at which quasi-Newton steps in the logarithms end: `start` itself where nothing is better.
+
+    For numbers that move the cost together, where one by one leads nowhere. Slopes by differences.
+
+    Parameters
+    ----------
+    cost : callable
+        What is to fall; smooth.
+    start : tuple of float
+        Positive numbers.
+    limits : sequence of (lowest, highest)
+        Of each number; positive.
+    least_fall : float
+        A fall by less decides nothing.
+    turns : int
+        Most steps.
+    """
+    from scipy.optimize import minimize  # late: most runs search nothing
+
+    def along(logarithms: NDArray[np.float64]) -> float:
+        return cost(tuple(np.exp(logarithms).tolist()))
+
+    lowest, highest = np.log(np.array(limits)).T
+    found = minimize(
+        along,
+        np.clip(np.log(start), lowest, highest),
+        method="L-BFGS-B",
+        bounds=list(zip(lowest, highest, strict=True)),
+        options={"maxiter": turns, "ftol": 1e-8, "eps": 1e-4},
+    )
+    numbers = tuple(np.exp(found.x).tolist())
+    return numbers if found.fun < cost(start) - least_fall else start

@@ -18,6 +18,7 @@ from aerosid.correlation import correlation
 from aerosid.effects import frozen
 from aerosid.effects.disturbance import unmodelled_forces
 from aerosid.effects.step_change import offset_column
+from aerosid.factor_search import search_in_logarithms
 from aerosid.hypotheses import with_offsets
 from aerosid.likelihood import Likelihood, OutOfRangeError, Traced
 from aerosid.manoeuvre import Manoeuvre
@@ -69,7 +70,7 @@ def smooth_forces(
     lacking : sequence of Entry
         Free terms of the estimate that the model is to be without.
     numbers : sequence of float, optional
-        Spread of each coefficient's error and their memory, s; by default the flights' likeliest.
+        Spread of each coefficient's error, then the memory of each, s; by default the flights' likeliest.
 
     Raises
     ------
@@ -141,8 +142,8 @@ def _likeliest(
     offsets: Sequence[int],
     coefficients: tuple[str, ...],
     output_variance: NDArray[np.float64],
-) -> list[float]:
-    """Spread of each coefficient's error and their memory at the maximum of the likelihood, by a search in factors."""
+) -> tuple[float, ...]:
+    """Spread and memory of each coefficient's error at the maximum of the likelihood."""
     parameters = unmodelled_forces(coefficients).parameters
 
     def cost(numbers: Sequence[float]) -> float:
@@ -155,21 +156,9 @@ def _likeliest(
             total += float(np.sum(block[part.held] ** 2))
         return total
 
-    numbers = [parameter.trials[0] for parameter in parameters]
-    least = cost(numbers)
-    for factor in (4.0, 1.5, 1.15):
-        moving = True
-        while moving:
-            moving = False
-            for place, parameter in enumerate(parameters):
-                for direction in (factor, 1.0 / factor):
-                    aim = float(np.clip(numbers[place] * direction, parameter.lowest, parameter.highest))
-                    trial = [*numbers[:place], aim, *numbers[place + 1 :]]
-                    reached = cost(trial)
-                    if reached < least - 0.1:
-                        numbers, least, moving = trial, reached, True
-                        break
-    return numbers
+    start = tuple(parameter.trials[0] for parameter in parameters)
+    limits = [(parameter.lowest, parameter.highest) for parameter in parameters]
+    return search_in_logarithms(cost, start, limits, least_fall=0.1)
 
 
 def smoothed_histories(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
-from aerosid.factor_search import search_in_factors
+from aerosid.likeliest_noise import likeliest_noise
 from aerosid.likelihood import Likelihood, Point, Whitened
 from aerosid.manoeuvre import Manoeuvre, initial_state
 
@@ -146,7 +146,7 @@ def refine(
     point, converged = _best(likelihood, point, settings, hold_variance)
     if settings.disturbances and any(isinstance(active.effect, NoiseEffect) for active in point.effects):
         for _ in range(settings.rounds):
-            moved = _likeliest_noise(likelihood, point)
+            moved = likeliest_noise(likelihood, point, hold_variance=hold_variance)
             if moved is point:
                 break
             point, converged = _best(likelihood, moved, settings, hold_variance)
@@ -344,6 +344,15 @@ def _path(
                 again = likelihood.evaluate(point.values, point.states, point.effects, variance)
                 if again is None:
                     return
+                if again.cost > point.cost + 1e-9 * abs(point.cost):
+                    # A disturbance explains what the outputs' noise would have had to: half the way, or none.
+                    level *= 0.5
+                    variance = np.sqrt(variance * point.variance) if level > LEAST_CHANGE else point.variance
+                    level = level if level > LEAST_CHANGE else 0.0
+                    cost, normal, gradient = point.at_variance(variance)
+                    matrix = normal[np.ix_(active, active)] / np.outer(scale, scale)
+                    slope = gradient[active] / scale
+                    continue
                 point, level = again, 0.0
                 cost, normal, gradient = point.at_variance(variance)
                 if trial is not None and trial.cost <= cost + 1e-9 * abs(cost):
@@ -363,30 +372,8 @@ def _path(
             return
 
 
-def _likeliest_noise(likelihood: Likelihood, point: Point) -> Point:
-    """The point with the statistics of its disturbances moved to where the likelihood is greater, one by one."""
-    places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
-    if not places:
-        return point
-    parameters = [parameter for n in places for parameter in point.effects[n].effect.parameters]
-
-    def disturbed(numbers: tuple[float, ...]) -> list[ActiveEffect]:
-        left, effects = iter(numbers), list(point.effects)
-        for n in places:
-            effects[n] = replace(effects[n], values=tuple(next(left) for _ in effects[n].values))
-        return effects
-
-    start = tuple(value for n in places for value in point.effects[n].values)
-    found = search_in_factors(
-        lambda numbers: likelihood.cost(point.values, point.states, disturbed(numbers), point.variance),
-        start,
-        [(parameter.lowest, parameter.highest) for parameter in parameters],
-        (2.0, 1.25),
-        least_fall=1e-3,
-    )
-    if found == start:
-        return point
-    return likelihood.evaluate(point.values, point.states, disturbed(found), point.variance) or point
+LEAST_CHANGE = 0.02
+"""Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
 
 
 LEADING_STEPS = 20

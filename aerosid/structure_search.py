@@ -138,7 +138,7 @@ class StructureSearch:
             improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
             if improved is None:
                 break
-            current = improved
+            current = self.settled(improved)
         return current, rounds
 
     def is_doubtful(self, current: Refinement) -> bool:
@@ -152,6 +152,20 @@ class StructureSearch:
         logs = [log for log, _ in moments]
         staircase = any(logs.count(log) > 1 for log in logs)
         return staircase or bool(unexplained_channels(current, self.manoeuvres))
+
+    def settled(self, current: Refinement) -> Refinement:
+        """The estimate with the statistics of its disturbances moved too, which trials keep: less is left for them."""
+        if not any(isinstance(active.effect, NoiseEffect) and active.values for active in current.effects):
+            return current
+        return refine(
+            current.model,
+            self.manoeuvres,
+            current.free,
+            effects=current.effects,
+            states=current.states,
+            variance=current.variance,
+            settings=BACKGROUND,
+        )
 
     def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """The search against a background of disturbances: a gust, or forces of any shape.

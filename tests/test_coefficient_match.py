@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from problems import NOISE, Problem, with_channels
+from problems import LIFT_AND_DRAG, NOISE, Problem, with_channels
 from scipy.signal import lsim
 
 from aerosid.coefficient_match import explained_shares
@@ -66,3 +66,10 @@ def test_a_slow_control_acts_as_the_model_says() -> None:
     moment = next(row for row in rows if row.coefficient == "C_m")
     assert moment.r2_before < 0.97
     assert moment.r2_after > 0.99
+
+
+def test_a_model_in_lift_and_drag_explains_forces_along_the_body_s_axes() -> None:
+    problem = replace(QUIET, aircraft=LIFT_AND_DRAG)
+    model, manoeuvre = problem.prepared(problem.fly())
+    rows = explained_shares((model, ()), (model, ()), manoeuvre)
+    assert all(row.r2_after > 0.9999 for row in rows)

@@ -158,7 +158,7 @@ CATALOGUE = [
     Planted("sensor_lag", "q", 0.1, lambda: recorded(FLIGHT, 8, "q", lambda t, y: lag(t, y, 0.1))),
     Planted("sensor_lag", "alpha", 0.1, lambda: recorded(FLIGHT, 9, "alpha", lambda t, y: lag(t, y, 0.1))),
     Planted("step_change", "C_m", -0.015, lambda: jumping(FLIGHT, 10, -0.015, 6.0)),
-    Planted("gust", "", 0.8, lambda: gusty(FLIGHT, 11, 0.8, 180.0), slow=True),
+    Planted("gust", "", 0.8, lambda: gusty(replace(FLIGHT, duration=28.2), 11, 0.8, 180.0), slow=True),
     Planted(
         "flow_separation",
         "C_Z",

@@ -146,7 +146,7 @@ def test_twice_the_samples_of_twice_the_variance_say_the_same() -> None:
         interval=problem.interval / 2.0,
         noise={name: value * np.sqrt(2.0) for name, value in NOISE.items()},
     )
-    held = (0.002, 0.0005, 0.001, 5.0)  # slow enough for many samples to speak for one moment
+    held = (0.002, 0.0005, 0.001, 5.0, 5.0, 5.0)  # slow enough for many samples to speak for one moment
     _, coarse, _ = smoothed(problem, 1, held)
     _, fine, _ = smoothed(finer, 1, held)
     for column in (0, 2):

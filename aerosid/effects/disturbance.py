@@ -32,23 +32,26 @@ def gust() -> NoiseEffect:
 
 
 def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
-    """Forces and moment of any shape: each coefficient wanders with a standard deviation of its own.
+    """Forces and moment of any shape: each coefficient wanders with a standard deviation and a memory of its own.
 
     It explains nothing. It is what a gust has to beat before the flight may be said to have met one.
     """
     spreads = tuple(
         EffectParameter(name, "1", trials=(2e-3,), lowest=1e-6, highest=1.0, step=0.0) for name in coefficients
     )
-    memory = EffectParameter("memory", "s", trials=(0.3,), lowest=0.03, highest=10.0, step=0.0)
+    memories = tuple(
+        EffectParameter(f"memory of {name}", "s", trials=(0.3,), lowest=0.03, highest=10.0, step=0.0)
+        for name in coefficients
+    )
 
     def noise(p: tuple[float, ...], interval: float, _airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        remembered = float(np.exp(-interval / p[-1]))
-        return tuple(value**2 for value in p[:-1]), (remembered,) * (len(p) - 1)
+        spread, memory = p[: len(coefficients)], p[len(coefficients) :]
+        return tuple(value**2 for value in spread), tuple(float(np.exp(-interval / value)) for value in memory)
 
     return NoiseEffect(
         "unmodelled_forces",
         "",
-        (*spreads, memory),
+        (*spreads, *memories),
         tuple(offset_column(name) for name in coefficients),
         noise,
         "the model error d(t) of Parameswaran & Raol 1994, with a memory",
