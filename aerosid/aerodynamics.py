@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -44,7 +45,7 @@ class AerodynamicModel:
         values = np.array(self.values, dtype=np.float64)
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
-        object.__setattr__(self, "table", build_table(self.entries, self.columns))
+        object.__setattr__(self, "table", _table(self.entries, self.columns))
 
     def index(self, entry: Entry) -> int:
         """The position of `entry`; ValueError where the model does not hold it."""
@@ -82,6 +83,12 @@ class AerodynamicModel:
         """The positions of `entries`, in their order."""
         place = {entry: i for i, entry in enumerate(self.entries)}
         return np.array([place[entry] for entry in entries], dtype=np.int64)
+
+
+@functools.lru_cache(maxsize=64)
+def _table(entries: tuple[Entry, ...], columns: tuple[str, ...]) -> TermTable:
+    """The table of the terms; a search asks for the same ones again and again, with other values."""
+    return build_table(entries, columns)
 
 
 def declared_model(

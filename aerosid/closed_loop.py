@@ -293,16 +293,25 @@ def _compare(
     """Open-loop simulations and their errors on every log, and the shares of the measured coefficients explained."""
     simulated, rows, shares = [], [], []
     variance = found.completed.variance
-    for manoeuvre, role in [*((m, "identification") for m in manoeuvres), *((m, "validation") for m in others)]:
+    logs = [(m, "identification") for m in manoeuvres] + [(m, "validation") for m in others]
+    for n, (manoeuvre, role) in enumerate(logs):
         effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
-        responses = {
-            "declared": respond(declared, manoeuvre, variance, effects=given),
-            "before": respond(found.before.model, manoeuvre, variance, effects=given),
-            "after": respond(found.completed.model, manoeuvre, variance, effects=effects),
-            "trimmed": respond(
-                found.completed.model, manoeuvre, variance, effects=effects, constants_of=aircraft.coefficients
-            ),
-        }
+        # Each search of an initial state begins at the nearest one known: the estimate's own, or the last model's.
+        fitted = n < len(manoeuvres)
+        plain = respond(declared, manoeuvre, variance, effects=given)
+        at = found.before.states[n] if fitted else plain.states[0]
+        before = respond(found.before.model, manoeuvre, variance, effects=given, state=at)
+        at = found.completed.states[n] if fitted else before.states[0]
+        after = respond(found.completed.model, manoeuvre, variance, effects=effects, state=at)
+        trimmed = respond(
+            found.completed.model,
+            manoeuvre,
+            variance,
+            effects=effects,
+            constants_of=aircraft.coefficients,
+            state=after.states[0],
+        )
+        responses = {"declared": plain, "before": before, "after": after, "trimmed": trimmed}
         simulated.append(_simulated(manoeuvre, role, responses))
         rows.extend(_error_rows(manoeuvre, role, responses))
         shares.extend(explained_shares((found.before.model, given), (found.completed.model, effects), manoeuvre))

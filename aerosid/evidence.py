@@ -18,6 +18,7 @@ from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.fit_statistics import noise_memories, whiteness
 from aerosid.hypotheses import Hypothesis
+from aerosid.likelihood import Point
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, whiten
@@ -101,12 +102,13 @@ class Linearised:
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
         tested = [active for _, chord, _ in asked for active in chord.effects]
-        self.normal, self.gradient = _normal_equations(refinement, manoeuvres, entries, tested)
+        self.point = _extended_point(refinement, manoeuvres, entries, tested)
+        self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
         free, states = len(refinement.free), 5 * len(manoeuvres)
         own = sum(active.slopes for active in refinement.effects)
-        present = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
-        self.present = present[np.diag(self.normal)[present] > 0.0]
-        place = {entry: free + n for n, entry in enumerate(entries)}
+        self.own = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
+        self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
+        self.place = place = {entry: free + n for n, entry in enumerate(entries)}
         column = free + len(entries) + states
         self.effect_columns: list[tuple[ActiveEffect, list[int]]] = []
         for active in refinement.effects:
@@ -118,6 +120,30 @@ class Linearised:
             columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
             self.asked.append((hypothesis, columns, trial))
             column += count
+
+    def with_terms(self, entries: Sequence[Entry]) -> Point:
+        """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.
+
+        The terms, which come after the free ones of the estimate, are of the hypotheses.
+        """
+        free = len(self.refinement.free)
+        added = np.array([self.place[entry] for entry in entries], dtype=np.int64)
+        return _part(self.point, np.concatenate([self.own[:free], added, self.own[free:]]))
+
+    def without_terms(self, entries: Sequence[Entry]) -> Point:
+        """What the linearisation says of the likelihood where free terms of the estimate are struck out."""
+        struck = np.array([self.refinement.free.index(entry) for entry in entries], dtype=np.int64)
+        change = np.zeros(self.normal.shape[0])
+        change[struck] = [-self.refinement.model.value(entry) for entry in entries]
+        squares = self.point.squares_after(change)
+        moved = replace(
+            self.point,
+            squares=squares,
+            cost=self.point.cost + float(np.sum(squares - self.point.squares)),
+            gradients=self.point.gradients - self.point.normals @ change,
+            values=np.delete(self.point.values, self.refinement.model.indices(entries)),
+        )
+        return _part(moved, np.setdiff1d(self.own, struck, assume_unique=True))
 
     def scores(self) -> tuple[Score, ...]:
         """What each hypothesis alone would bring, greatest first."""
@@ -179,23 +205,54 @@ def _projection(normal: NDArray[np.float64], gradient: NDArray[np.float64], pres
     return _Projection(present, gradient, scale, inner, np.asarray(inner @ (gradient[present] / scale)))
 
 
-def _normal_equations(
+def _extended_point(
     refinement: Refinement,
     manoeuvres: Sequence[Manoeuvre],
     entries: Sequence[Entry],
     tested: Sequence[ActiveEffect],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Information and gradient of the present parameters and all that is tested."""
+) -> Point:
+    """The likelihood at an estimate, with the derivatives of its parameters and of all that is tested."""
     columns = (*refinement.free, *entries)
     size = len(columns) + 5 * len(manoeuvres)
     size += sum(active.slopes for active in (*refinement.effects, *tested))
-    normal, gradient = np.zeros((size, size)), np.zeros(size)
+    normals, gradients = np.zeros((OUTPUT_COUNT, size, size)), np.zeros((OUTPUT_COUNT, size))
+    squares, counts, log_sum = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT), 0.0
     model = refinement.model.extended(entries)
     for part in whiten(refinement, manoeuvres, model=model, columns=columns, tested=tested):
-        flat = part.columns.reshape(-1, size)
-        normal += flat.T @ flat
-        gradient += flat.T @ np.nan_to_num(part.residual).ravel()
-    return normal, gradient
+        log_sum += part.log_sum
+        for i in range(OUTPUT_COUNT):
+            held = np.isfinite(part.residual[:, i])
+            if held.any():
+                slopes, residual = part.columns[:, i], np.nan_to_num(part.residual[:, i])
+                normals[i] += slopes.T @ slopes
+                gradients[i] += residual @ slopes
+                squares[i] += residual @ residual
+                counts[i] += np.count_nonzero(held)
+    return Point(
+        values=np.array(refinement.model.values),
+        states=refinement.states,
+        effects=refinement.effects,
+        variance=refinement.variance,
+        cost=log_sum + float(squares.sum()),
+        normals=normals,
+        gradients=gradients,
+        squares=squares,
+        counts=counts,
+        prior_normal=np.zeros((size, size)),
+        prior_gradient=np.zeros(size),
+    )
+
+
+def _part(point: Point, places: NDArray[np.int64]) -> Point:
+    """The likelihood in some of the parameters alone."""
+    inside = np.ix_(places, places)
+    return replace(
+        point,
+        normals=np.ascontiguousarray(point.normals[:, places[:, None], places]),
+        gradients=np.ascontiguousarray(point.gradients[:, places]),
+        prior_normal=point.prior_normal[inside],
+        prior_gradient=point.prior_gradient[places],
+    )
 
 
 def _single_scores(

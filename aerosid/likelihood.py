@@ -8,7 +8,7 @@ away in open loop is held to the data by the filter form instead (`aerosid.predi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,8 +100,36 @@ class Point:
         """
         ratio = self.variance / variance
         change = np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio))
-        normal = np.tensordot(ratio, self.normals, axes=1) + self.prior_normal
+        normal = (ratio @ self.normals.reshape(ratio.size, -1)).reshape(self.prior_normal.shape) + self.prior_normal
         return self.cost + float(change), normal, ratio @ self.gradients + self.prior_gradient
+
+    def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What `squares` (8,) become after a step in the parameters (M,), to second order."""
+        curved = (self.normals @ step) @ step
+        return np.asarray(np.maximum(self.squares - 2.0 * (self.gradients @ step) + curved, 1e-12 * self.squares))
+
+    def shifted(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        fall: float,
+    ) -> Point:
+        """The point after a step so small that the linearisation stays; `fall` of -2 ln L, noise at `variance` (8,)."""
+        ratio = self.variance / variance
+        cost, _, _ = self.at_variance(variance)
+        return replace(
+            self,
+            values=values,
+            states=tuple(states),
+            effects=tuple(effects),
+            variance=variance,
+            cost=cost - fall,
+            normals=ratio[:, None, None] * self.normals,
+            gradients=ratio[:, None] * self.gradients,
+            squares=ratio * self.squares,
+        )
 
 
 class OutOfRangeError(Exception):

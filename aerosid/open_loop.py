@@ -47,6 +47,7 @@ def respond(
     *,
     effects: Sequence[ActiveEffect] = (),
     constants_of: tuple[str, ...] = (),
+    state: NDArray[np.float64] | None = None,
 ) -> Response:
     """The open-loop response of `model` to the inputs of a log.
 
@@ -63,6 +64,8 @@ def respond(
     constants_of : tuple of str
         Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
         differ between flights.
+    state : ndarray, shape (5,), optional
+        Where the search of the initial state begins, if it is finite; by default at the first samples.
     """
     constants = [(coefficient, CONSTANT) for coefficient in constants_of]
     model = model.extended(constants)
@@ -72,6 +75,7 @@ def respond(
             [manoeuvre],
             constants,
             effects=[frozen(active) for active in effects],
+            states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
             hold_variance=True,
             filtering=False,

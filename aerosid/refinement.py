@@ -104,6 +104,7 @@ def refine(
     hold_variance: bool = False,
     filtering: bool = True,
     priors: Sequence[tuple[Entry, float, float]] = (),
+    point: Point | None = None,
     settings: RefinementSettings = RefinementSettings(),
 ) -> Refinement:
     """The maximum-likelihood estimate of the free entries, the effects and every manoeuvre's initial state.
@@ -128,6 +129,8 @@ def refine(
         Whether the noise of measured inputs is accounted for; otherwise plain output error.
     priors : sequence of (entry, value, standard deviation)
         A-priori knowledge that is to enter as such.
+    point : Point, optional
+        The likelihood at the start, as in `Start`.
 
     Raises
     ------
@@ -141,7 +144,7 @@ def refine(
     Identification, chapters 4 and 5.
     """
     likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), filtering, tuple(priors))
-    start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance)
+    start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
     point = _first_point(likelihood, start, settings)
     point, converged = _best(likelihood, point, settings, hold_variance)
     if settings.disturbances and any(isinstance(active.effect, NoiseEffect) for active in point.effects):
@@ -157,7 +160,7 @@ def refine(
 class Start:
     """Where an estimate begins: what is free, with the start values of everything.
 
-    As the parameters of `refine`.
+    As the parameters of `refine`. `point`: the likelihood there, where another estimate's linearisation knows it.
     """
 
     model: AerodynamicModel
@@ -165,6 +168,7 @@ class Start:
     effects: tuple[ActiveEffect, ...] = ()
     states: tuple[NDArray[np.float64], ...] | None = None
     variance: NDArray[np.float64] | None = None
+    point: Point | None = None
 
 
 def contest(
@@ -245,6 +249,8 @@ def promised_fall(likelihood: Likelihood, point: Point) -> float:
 
 def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
     """The start with its likelihood."""
+    if start.point is not None:
+        return start.point
     variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
     states = start.states
     if states is None:
@@ -324,49 +330,57 @@ def _path(
     active = likelihood.active(point.effects)
     if settings.hold_states:
         active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
+    floor = None if hold_variance else likelihood.variance_floor
+    # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
+    disturbed = any(isinstance(effect.effect, NoiseEffect) for effect in point.effects)
     for _ in range(settings.steps):
-        variance = point.variance if hold_variance else point.likeliest_variance(likelihood.variance_floor)
-        level = float(np.max(np.abs(np.log(variance / point.variance))))
-        cost, normal, gradient = point.at_variance(variance)
-        scale = np.sqrt(np.diag(normal))[active]
-        scale[scale == 0.0] = 1.0
-        matrix = normal[np.ix_(active, active)] / np.outer(scale, scale)
-        slope = gradient[active] / scale
+        known, share = False, 1.0
+        rounds = 1 if disturbed else WEIGHTINGS
         while True:
-            scaled = np.linalg.solve(matrix + damping * np.eye(scale.size), slope)
-            step = np.zeros(active.size)
-            step[active] = scaled / scale
-            trial = likelihood.evaluate(*likelihood.moved(point, step), variance)
-            if trial is not None and trial.cost <= cost + 1e-9 * abs(cost):
+            aim = _aim(point, active, damping, floor, rounds, share)
+            ahead = likelihood.moved(point, aim.step)
+            small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
+            calm = hold_variance or aim.level < 10.0 * settings.variance_tolerance
+            if small and calm and damping <= TRUSTED and not disturbed:
+                yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
+                return
+            trial = likelihood.evaluate(*ahead, aim.variance)
+            settling = None if disturbed or share < 1.0 else floor
+            reached = np.inf if trial is None else _settled_cost(trial, settling)
+            if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
                 break
-            if level > 0.0:
+            trifle = aim.promise < DECIDES_NOTHING and not disturbed
+            if trial is not None and trifle and reached <= aim.cost + DECIDES_NOTHING:
+                break  # a rise by what is not exact in the comparison
+            if rounds > 1:
+                rounds = 1
+                continue
+            if aim.level > 0.0 and not known:
                 # What was compared with is exact only at the point's own noise levels.
-                again = likelihood.evaluate(point.values, point.states, point.effects, variance)
+                again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
                 if again is None:
                     return
                 if again.cost > point.cost + 1e-9 * abs(point.cost):
                     # A disturbance explains what the outputs' noise would have had to: half the way, or none.
-                    level *= 0.5
-                    variance = np.sqrt(variance * point.variance) if level > LEAST_CHANGE else point.variance
-                    level = level if level > LEAST_CHANGE else 0.0
-                    cost, normal, gradient = point.at_variance(variance)
-                    matrix = normal[np.ix_(active, active)] / np.outer(scale, scale)
-                    slope = gradient[active] / scale
+                    share = 0.5 * share if 0.5 * aim.level > LEAST_CHANGE else 0.0
                     continue
-                point, level = again, 0.0
-                cost, normal, gradient = point.at_variance(variance)
-                if trial is not None and trial.cost <= cost + 1e-9 * abs(cost):
+                point, known, share = again, True, 0.0
+                if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
                     break
             damping *= 10.0
             if damping > 1e10:
                 yield point, True
                 return
         damping = max(damping * 0.1, 1e-12)
-        fall = cost - trial.cost
+        fall = aim.cost - reached
         point = trial
         # Scaled by the information alone: at most a standard deviation per unit, less where parameters correlate.
-        small = np.max(np.abs(scaled), initial=0.0) < settings.step_tolerance or fall < settings.cost_tolerance
-        rest = bool(small) and (hold_variance or level < settings.variance_tolerance)
+        level, enough = aim.level, settings.variance_tolerance
+        if floor is not None and not disturbed:
+            left = float(np.max(np.abs(np.log(point.likeliest_variance(floor) / point.variance))))
+            level, enough = min(level, left), 10.0 * enough
+        small = aim.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
+        rest = bool(small) and level < enough
         yield point, rest
         if rest:
             return
@@ -374,6 +388,84 @@ def _path(
 
 LEAST_CHANGE = 0.02
 """Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
+
+TRUSTED = 1e-2
+"""Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
+
+WEIGHTINGS = 20
+"""Rounds in which a step and the noise variances that it promises are found in turn."""
+
+SETTLED = 0.01
+"""Change of a variance's logarithm in such a round that moves the step by less than its own curvature does."""
+
+DECIDES_NOTHING = 0.1
+"""Of -2 ln L."""
+
+
+@dataclass(frozen=True)
+class _Aim:
+    """A step (M,) and what it promises.
+
+    `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
+    it begins and `promise` the fall of it, noise variances at their maximum at both ends; `settled` what of that fall
+    the variances alone bring; `level` the largest change of a variance's logarithm over the step.
+    """
+
+    step: NDArray[np.float64]
+    size: float
+    variance: NDArray[np.float64]
+    cost: float
+    promise: float
+    settled: float
+    level: float
+
+
+def _aim(
+    point: Point,
+    active: NDArray[np.bool_],
+    damping: float,
+    floor: NDArray[np.float64] | None,
+    rounds: int,
+    share: float,
+) -> _Aim:
+    """The damped step to where the linearised problem is most likely, noise variances and parameters together.
+
+    A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
+    others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
+    are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
+    """
+    variance = point.variance
+    if floor is not None:
+        variance = point.variance * (point.likeliest_variance(floor) / point.variance) ** share
+    cost, normal, gradient = point.at_variance(variance)
+    scale = np.sqrt(np.diag(normal))[active]
+    scale[scale == 0.0] = 1.0
+    inside = np.ix_(active, active)
+    step = np.zeros(active.size)
+    for n in range(rounds):
+        # The scale stays that of the first round: damping then holds back the same directions in all of them.
+        matrix = normal[inside] / np.outer(scale, scale)
+        scaled = np.linalg.solve(matrix + damping * np.eye(scale.size), gradient[active] / scale)
+        step[active] = scaled / scale
+        if floor is None or n + 1 == rounds:
+            break
+        left = point.squares_after(step) / np.maximum(point.counts, 1.0)
+        nearer = np.where(point.counts > 0.0, np.maximum(point.variance * left, floor), variance)
+        change = float(np.max(np.abs(np.log(nearer / variance))))
+        variance = nearer
+        _, normal, gradient = point.at_variance(variance)
+        if change < SETTLED:
+            break
+    now, normal, gradient = point.at_variance(variance)
+    end = now - 2.0 * float(gradient @ step) + float(step @ normal @ step)
+    level = float(np.max(np.abs(np.log(variance / point.variance))))
+    size = float(np.max(np.abs(scaled), initial=0.0))
+    return _Aim(step, size, variance, cost, cost - end, cost - now, level)
+
+
+def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
+    """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
+    return point.cost if floor is None else point.at_variance(point.likeliest_variance(floor))[0]
 
 
 LEADING_STEPS = 20

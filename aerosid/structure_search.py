@@ -23,6 +23,7 @@ from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
 from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.findings import Finding, Part, named
 from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
+from aerosid.likelihood import Point
 from aerosid.manoeuvre import Manoeuvre, with_calm_inputs
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
 
@@ -122,6 +123,7 @@ class StructureSearch:
         self.declared = declared
         self.settings = settings
         self.linearised: tuple[Refinement, Linearised] | None = None
+        self.plain: tuple[Refinement, Linearised] | None = None
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
@@ -278,6 +280,8 @@ class StructureSearch:
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
+        if not without and current.held_to_data == 0.0:
+            return self.about(current).scores()
         asked = self.open_hypotheses(current, without)
         return score_hypotheses(self.asking(current, asked), self.manoeuvres, asked)
 
@@ -356,13 +360,19 @@ class StructureSearch:
         if hypothesis.time is not None:
             effects = tuple(self.moving(active, hypothesis.time) for active in effects)
         effects = tuple(whole(active) for active in effects)
-        base = with_columns_of(base, effects)
+        base = with_columns_of(base, effects).extended(hypothesis.entries)
+        point = None
+        if not effects and current.held_to_data == 0.0 and self.linearised is not None:
+            known, linearised = self.linearised
+            if known is current:
+                point = replace(linearised.with_terms(hypothesis.entries), values=np.array(base.values))
         return Start(
-            base.extended(hypothesis.entries),
+            base,
             (*current.free, *hypothesis.entries),
             (*current.effects, *effects),
             current.states,
             current.variance,
+            point,
         )
 
     def afresh(self, current: Refinement, shortlist: Sequence[Score]) -> list[Start]:
@@ -407,17 +417,28 @@ class StructureSearch:
 
     def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
         """The estimate with parts struck out."""
-        entries = {part.entry for part in parts if part.entry is not None}
+        entries = [part.entry for part in parts if part.entry is not None]
         effects = [part.active for part in parts if part.active is not None]
-        return refine(
-            current.model.without(entries),
-            self.manoeuvres,
-            tuple(entry for entry in current.free if entry not in entries),
-            effects=tuple(active for active in current.effects if active not in effects),
-            states=current.states,
-            variance=current.variance,
-            settings=TRIAL,
-        )
+        model = current.model.without(entries)
+        free = tuple(entry for entry in current.free if entry not in entries)
+        acting = tuple(active for active in current.effects if active not in effects)
+
+        def fitted(point: Point | None) -> Refinement:
+            return refine(
+                model,
+                self.manoeuvres,
+                free,
+                effects=acting,
+                states=current.states,
+                variance=current.variance,
+                point=point,
+                settings=TRIAL,
+            )
+
+        if effects or current.held_to_data > 0.0:
+            return fitted(None)
+        near = fitted(self.near(current).without_terms(entries))
+        return near if near.converged else fitted(None)
 
     def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
         """Everything that was added to the declared model, with deviations where they are given."""
@@ -540,6 +561,14 @@ class StructureSearch:
         # A spline follows any curve closely; it counts where it does so to the last.
         near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
         return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+
+    def near(self, current: Refinement) -> Linearised:
+        """The estimate to second order, with nothing beside it unless that is known already."""
+        for known in (self.linearised, self.plain):
+            if known is not None and known[0] is current:
+                return known[1]
+        self.plain = current, Linearised(current, self.manoeuvres, ())
+        return self.plain[1]
 
     def about(self, current: Refinement) -> Linearised:
         """The estimate with all that may stand beside it, to second order; that of the last estimate is kept."""

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from aerosid.compiled import njit, njit_inline
 from aerosid.response import Trace
@@ -50,7 +49,12 @@ def initial_covariance(
     state_covariance: NDArray[np.float64], noise: InputNoise, trace: Trace, sensors: SensorStates
 ) -> NDArray[np.float64]:
     """Covariance (S, S) of states, input errors and sensors' states at the first sample, where sensors are at rest."""
-    plain = block_diag(state_covariance, np.diag(noise.variance))
+    extra = noise.variance.size
+    plain = np.zeros((5 + extra, 5 + extra))
+    plain[:5, :5] = state_covariance
+    plain[5:, 5:] = np.diag(noise.variance)
+    if sensors.source.size == 0:
+        return plain
     shown = np.concatenate([trace.outputs_x[0], trace.outputs_u[0]], axis=1)
     whole = np.vstack([np.eye(plain.shape[0]), sensors.steady[:, None] * shown[sensors.source]])
     return np.ascontiguousarray(whole @ plain @ whole.T)
