@@ -26,7 +26,7 @@ from aerosid.prediction import (
     start_carry,
 )
 from aerosid.response import Directions, Trace, make_trace, make_trace_carry, trace_stretch
-from aerosid.sensor_dynamics import SensorStates, sensor_states
+from aerosid.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
 from aerosid.terms import COEFFICIENTS
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
 
@@ -272,13 +272,17 @@ def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequen
 
 def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
     """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
-    interval = float(np.median(np.diff(manoeuvre.flight.time)))
-    acting = (
+    acting = [
         (OUTPUTS.index(active.effect.where), active.effect.dynamics(active.values))
         for active in effects
         if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name)
-    )
-    return sensor_states(acting, interval)
+    ]
+    if not acting:
+        return _DIRECT
+    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))))
+
+
+_DIRECT = no_sensor_states()
 
 
 class Likelihood:

@@ -199,8 +199,8 @@ def contest(
 
     Notes
     -----
-    All move one step in turn. After two, one is given up where even several times the fall that its linearisation
-    promises would leave it above what another has reached already.
+    All move one step in turn. After two, or after one from a known likelihood, one is given up where even several
+    times the fall that its linearisation promises would leave it above what another has reached already.
     """
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
     points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
@@ -212,10 +212,12 @@ def contest(
             converged[n] = rest
             if rest:
                 del paths[n]
-        if turn < 1 or not paths:
+        # One that began where another estimate's linearisation led is near its end after a single step.
+        judged = [n for n in paths if turn > 0 or starts[n].point is not None]
+        if not judged:
             continue
         reached = min(level, *(point.cost + more for point, more in zip(points, allowance, strict=True)))
-        for n in list(paths):
+        for n in judged:
             promise = MOST_OF_PROMISE * promised_fall(likelihoods[n], points[n])
             if points[n].cost + allowance[n] - promise > reached + margin:
                 del paths[n]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
-from aerosid.aerodynamics import AerodynamicModel
+from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, NoiseEffect, OutputEffect, whole
 from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.disturbance import gust, unmodelled_forces
@@ -124,6 +124,7 @@ class StructureSearch:
         self.settings = settings
         self.linearised: tuple[Refinement, Linearised] | None = None
         self.plain: tuple[Refinement, Linearised] | None = None
+        self.struck: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
@@ -435,10 +436,15 @@ class StructureSearch:
                 settings=TRIAL,
             )
 
-        if effects or current.held_to_data > 0.0:
+        if current.effects or current.held_to_data > 0.0:
             return fitted(None)
-        near = fitted(self.near(current).without_terms(entries))
-        return near if near.converged else fitted(None)
+        # Terms alone have one likeliest set of numbers, wherever the search for it begins.
+        known = self.struck.get((free, model.columns))
+        if known is None:
+            known = fitted(self.near(current).without_terms(entries))
+            known = known if known.converged else fitted(None)
+            self.struck[free, model.columns] = known
+        return known
 
     def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
         """Everything that was added to the declared model, with deviations where they are given."""
