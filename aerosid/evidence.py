@@ -124,14 +124,15 @@ class Linearised:
     def with_terms(self, entries: Sequence[Entry]) -> Point:
         """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.
 
-        The terms, which come after the free ones of the estimate, are of the hypotheses.
+        The terms, which come after the free ones of the estimate, are of the hypotheses. The values are left to the
+        caller, who knows the order of the model's terms.
         """
         free = len(self.refinement.free)
         added = np.array([self.place[entry] for entry in entries], dtype=np.int64)
         return _part(self.point, np.concatenate([self.own[:free], added, self.own[free:]]))
 
     def without_terms(self, entries: Sequence[Entry]) -> Point:
-        """What the linearisation says of the likelihood where free terms of the estimate are struck out."""
+        """What the linearisation says of the likelihood where free terms are struck out; values as in `with_terms`."""
         struck = np.array([self.refinement.free.index(entry) for entry in entries], dtype=np.int64)
         change = np.zeros(self.normal.shape[0])
         change[struck] = [-self.refinement.model.value(entry) for entry in entries]
@@ -141,7 +142,6 @@ class Linearised:
             squares=squares,
             cost=self.point.cost + float(np.sum(squares - self.point.squares)),
             gradients=self.point.gradients - self.point.normals @ change,
-            values=np.delete(self.point.values, self.refinement.model.indices(entries)),
         )
         return _part(moved, np.setdiff1d(self.own, struck, assume_unique=True))
 

@@ -358,6 +358,8 @@ class Likelihood:
             Where the simulation leaves the model's range.
         """
         values = np.array(values)  # a model's own values may not be written, and kernels would compile anew for them
+        if values.size != self.model.values.size:
+            raise ValueError(f"{values.size} values were given for {self.model.values.size} terms")
         for log in range(len(self.manoeuvres)):
             if self.held_to_data > 0.0:
                 yield from self._predicted(log, values, states[log], effects, variance)

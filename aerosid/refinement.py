@@ -342,7 +342,7 @@ def _path(
             aim = _aim(point, active, damping, floor, rounds, share)
             ahead = likelihood.moved(point, aim.step)
             small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
-            calm = hold_variance or aim.level < 10.0 * settings.variance_tolerance
+            calm = hold_variance or aim.level < settings.variance_tolerance
             if small and calm and damping <= TRUSTED and not disturbed:
                 yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
                 return

@@ -441,7 +441,8 @@ class StructureSearch:
         # Terms alone have one likeliest set of numbers, wherever the search for it begins.
         known = self.struck.get((free, model.columns))
         if known is None:
-            known = fitted(self.near(current).without_terms(entries))
+            near = self.near(current).without_terms(entries)
+            known = fitted(replace(near, values=np.array(model.values)))
             known = known if known.converged else fitted(None)
             self.struck[free, model.columns] = known
         return known

@@ -1,0 +1,74 @@
+"""What the search begins from another estimate's linearisation ends where a search of its own does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import BOTH_SQUARES, LIGHT, Problem, entry
+
+from aerosid.attribution import USUAL
+from aerosid.evidence import Linearised
+from aerosid.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.likelihood import Likelihood
+from aerosid.refinement import Refinement, refine
+from aerosid.structure_search import TRIAL, StructureSearch
+
+SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
+
+
+@pytest.fixture(scope="module")
+def search() -> tuple[StructureSearch, Refinement]:
+    """A search over everything, and the estimate that holds both squares."""
+    model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
+    before = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    further = (entry("C_Z", "alpha^2"), entry("C_m", "alpha^3"))
+    hypotheses = term_hypotheses((*SQUARES, *further)) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
+    found = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
+    return found, refine(model.extended(SQUARES), [manoeuvre], (*model.entries, *SQUARES))
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_term_struck_out_leaves_what_an_estimate_of_its_own_gives(
+    search: tuple[StructureSearch, Refinement], known: bool
+) -> None:
+    """Also where the linearisation holds the columns of sudden changes, which the estimate's model does not."""
+    found, current = search
+    found.struck.clear()
+    if known:
+        assert len(found.about(current).refinement.model.values) > len(current.model.values)
+    part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
+    reduced = found.without(current, [part])
+    model = current.model.without([SQUARES[0]])
+    wanted = refine(model, found.manoeuvres, model.entries)
+    assert reduced.converged
+    # A wrong structure creeps along a flat valley; what is left of the way must decide nothing.
+    assert reduced.cost == pytest.approx(wanted.cost, abs=USUAL.reach)
+    point = Likelihood(model, found.manoeuvres, model.entries).evaluate(
+        reduced.model.values, reduced.states, (), reduced.variance
+    )
+    assert point is not None
+    assert reduced.cost == pytest.approx(point.cost, abs=1.0)
+    assert found.without(current, [part]) is reduced
+
+
+def test_a_linearisation_with_a_term_is_the_likelihood_of_the_larger_structure(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    (term,) = (entry("C_Z", "alpha^2"),)
+    point = Linearised(current, found.manoeuvres, term_hypotheses((term,))).with_terms([term])
+    model = current.model.extended([term])
+    wanted = Likelihood(model, found.manoeuvres, (*current.free, term)).evaluate(
+        model.values, current.states, (), current.variance
+    )
+    assert wanted is not None
+    assert point.cost == pytest.approx(wanted.cost, rel=1e-12)
+    for name in ("normals", "gradients", "squares", "counts"):
+        np.testing.assert_allclose(getattr(point, name), getattr(wanted, name), rtol=1e-9, atol=1e-9)
+
+
+def test_values_of_another_model_are_refused(search: tuple[StructureSearch, Refinement]) -> None:
+    found, current = search
+    likelihood = Likelihood(found.declared.model, found.manoeuvres, ())
+    with pytest.raises(ValueError, match="values were given for"):
+        likelihood.evaluate(current.model.values, current.states, (), current.variance)
