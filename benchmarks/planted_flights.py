@@ -181,6 +181,8 @@ def simulated(
 
     def rates(x: list[float], k: int) -> tuple[list[float], tuple[float, ...]]:
         u, w, q, theta, height, separated, memory = x
+        if not abs(theta) < 1.5:
+            raise ArithmeticError("the flight turns over")
         relative = w - air[k]
         speed = math.hypot(u, relative)
         angle = math.atan2(relative, u)

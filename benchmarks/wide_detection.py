@@ -42,6 +42,9 @@ from benchmarks.planted_flights import (
 )
 from benchmarks.plants import KINDS, Plant, Scale, in_catalogue, outside
 
+HIGHEST = 0.5
+"""rad; where what is planted drives alpha beyond, nobody would have flown on."""
+
 
 def main() -> None:
     """Plant, fly, close the loop, score."""
@@ -61,7 +64,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         for n in numbers:
             folder = Path(arguments.keep or scratch) / f"{arguments.plant}{arguments.seed}_{n:03d}"
-            at, plants = written(folder, arguments.plant, [arguments.seed, n], n)
+            try:
+                at, plants = written(folder, arguments.plant, [arguments.seed, n], n)
+            except ArithmeticError:
+                counts["not flown"] += 1
+                continue
             started = clock.perf_counter()
             try:
                 result = closed(folder)
@@ -115,6 +122,10 @@ def written(folder: Path, plant: str, seed: Sequence[int], n: int) -> tuple[Circ
     for k, role in enumerate(("identification", "validation")):
         asked = amplitudes[k] * inputs[k]
         motion, trimmed, thrust = simulated(at.body, at, asked, time, plants, [*seed, k])
+        if np.abs(motion.outputs["alpha"]).max() > HIGHEST:
+            raise ArithmeticError(f"{role}: alpha leaves the range of any model")
+        if motion.outputs["h"].min() < 0.0:
+            raise ArithmeticError(f"{role}: into the ground")
         log = recorded(motion, at, trimmed + asked, plants, [*seed, k], role)
         (folder / f"{role}.csv").write_text(csv_text(log))
     (folder / "aircraft.toml").write_text(aircraft_text(at, thrust, logged, seed))
