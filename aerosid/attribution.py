@@ -86,7 +86,7 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if coefficients and search.is_doubtful(current):
-        separated, around = search.separated(before, search.price(current))
+        separated, around = search.separated(before)
         if search.price(separated) < search.price(current):
             current, others = separated, around
     if settings.disturbances and search.is_doubtful(current):

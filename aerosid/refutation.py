@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from aerosid.effects import NoiseEffect
 from aerosid.findings import Part
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
@@ -18,6 +19,9 @@ CERTAIN = 25.0
 
 SHARE = 0.03
 """And by which share of the whole: a model that is wrong elsewhere predicts a little better or worse by chance."""
+
+SHARE_IN_GUSTS = 0.25
+"""The same where a disturbance is among what was found: no open-loop simulation can follow it, and chance is more."""
 
 
 def without_refuted(
@@ -35,23 +39,24 @@ def without_refuted(
     Notes
     -----
     Of all parts the one whose loss predicts the other flights best is struck out, the rest re-estimated on the flights
-    that were fitted, and so on until none is left. The best place on that way counts, where it is better for certain.
+    that were fitted, and so on until none is left. The way is gone as far as the prediction becomes better for certain.
     """
     if not validation:
         return completed, ()
-    whole = misfit(completed, validation)
-    best: tuple[float, Refinement, tuple[Part, ...]] = (whole, completed, ())
-    current = completed
+    disturbed = any(isinstance(active.effect, NoiseEffect) for active in completed.effects)
+    share = SHARE_IN_GUSTS if disturbed else SHARE
+    error = misfit(completed, validation)
+    held = current = completed
+    refuted: tuple[Part, ...] = ()
     gone: tuple[Part, ...] = ()
     while parts := search.parts(current, None):
         tries = [(search.without(current, [part]), part) for part in parts]
         errors = [misfit(trial, validation) for trial, _ in tries]
         least = int(np.argmin(errors))
         current, gone = tries[least][0], (*gone, tries[least][1])
-        if errors[least] < best[0]:
-            best = errors[least], current, gone
-    error, held, refuted = best
-    return (held, refuted) if whole > error + CERTAIN + SHARE * error else (completed, ())
+        if error > errors[least] + CERTAIN + share * errors[least]:
+            error, held, refuted = errors[least], current, gone
+    return held, refuted
 
 
 def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:

@@ -186,10 +186,10 @@ class StructureSearch:
         current, _ = self.forward(background)
         return self.exchange(current)
 
-    def separated(self, start: Refinement, level: float) -> tuple[Refinement, tuple[Finding, ...]]:
+    def separated(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """The search with flow separation from the beginning: six numbers that can mimic much, asked late.
 
-        Followed only as long as it can come below the price `level` that others have reached.
+        Where it alone leaves the model wrong, others may enter beside it.
         """
         room = self.with_room(start)
         highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in self.manoeuvres)
@@ -206,8 +206,11 @@ class StructureSearch:
             )
             for first in effect.parameters[0].trials
         ]
-        trials = contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level)
-        return min(trials, key=self.price), ()
+        handicaps = [self.fare(each) for each in starts]
+        best = min(contest(starts, self.manoeuvres, TRIAL, handicaps), key=self.price)
+        if self.price(best) < self.price(start) and self.is_doubtful(best):
+            best, _ = self.forward(best)
+        return best, ()
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
         """The estimate with a disturbance, from the most likely of its trial values."""

@@ -216,3 +216,15 @@ def test_an_effect_that_no_catalogue_holds_blames_no_sensor() -> None:
     assert verdict is not Verdict.NOTHING_MISSING
     if verdict is Verdict.EXPLAINED:
         assert not any(finding.kind.startswith("sensor") for finding in found.findings)
+
+
+@pytest.mark.slow
+def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
+    """Six numbers are asked late: a spline of alpha and the lag together must not keep them out."""
+    problem = replace(FLIGHT, elevator="doublet", amplitude=-0.07)
+    log = separating(problem, 12)
+    noise = NOISE["q"] * np.random.default_rng(21).standard_normal(problem.time.size)
+    found, _ = searched(with_channels(log, q=lag(problem.time, log["q"], 0.12) + noise))
+    kinds = {(finding.kind, finding.where): finding.value for finding in found.findings}
+    assert set(kinds) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
+    assert kinds["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
