@@ -124,6 +124,7 @@ class StructureSearch:
         self.settings = settings
         self.linearised: tuple[Refinement, Linearised] | None = None
         self.plain: tuple[Refinement, Linearised] | None = None
+        self.rough: tuple[Refinement, Deviations] | None = None
         self.struck: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
@@ -509,7 +510,7 @@ class StructureSearch:
             # A disturbance is judged by the likelihood alone, where it came from.
             parts = [
                 part
-                for part in self.parts(current, deviations(current, self.manoeuvres, quick=True))
+                for part in self.parts(current, self.rough_deviations(current))
                 if part.active is None or not isinstance(part.active.effect, NoiseEffect)
             ]
             weakest = min(parts, key=lambda part: part.ratio, default=None)
@@ -634,7 +635,7 @@ class StructureSearch:
         for trial in trials:
             loss = self.price(trial) - self.price(current)
             if loss < margin:
-                spread = deviations(trial, self.manoeuvres, quick=True)
+                spread = self.rough_deviations(trial)
                 others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
                 place = named(chosen[0])
                 found.extend(replace(self.finding(part, -loss, place), fit=trial) for part in others)
@@ -642,7 +643,7 @@ class StructureSearch:
 
     def margin(self, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
         """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
-        spread = deviations(current, self.manoeuvres, quick=True)
+        spread = self.rough_deviations(current)
         corrected = self.parts(current, spread)
         white = self.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
         inflation = [
@@ -651,6 +652,12 @@ class StructureSearch:
             if part.label in labels and plain.std_error > 0.0
         ]
         return self.settings.reach * max(1.0, *inflation, 1.0)
+
+    def rough_deviations(self, current: Refinement) -> Deviations:
+        """Deviations good enough for a search; those of the last estimate are kept."""
+        if self.rough is None or self.rough[0] is not current:
+            self.rough = current, deviations(current, self.manoeuvres, quick=True)
+        return self.rough[1]
 
     def finding(self, part: Part, gain: float, instead_of: str = "") -> Finding:
         """A part with its evidence."""
