@@ -1,6 +1,6 @@
 """Measure aerosid against other tools, against plain C, and against its own growth; all in one run.
 
-    python -m benchmarks [--page FOLDER] [--report FILE] [--only SECTION ...] [--most SAMPLES] [--hour]
+    python -m benchmarks [--page FOLDER] [--report FILE] [--only SECTION ...] [--most SAMPLES]
 
 Times are the best of several runs, those that are compared taken in turn. Machines differ, ratios less.
 """
@@ -35,7 +35,7 @@ def main() -> int:
     parser.add_argument("--page", type=Path, help="write index.html into this folder")
     parser.add_argument("--report", type=Path, help="write the measurements to this file, as Markdown")
     parser.add_argument("--only", choices=SECTIONS, action="append", help="measure this section alone; repeatable")
-    parser.add_argument("--most", type=int, default=SIZES[-2], help="samples of the longest loop (%(default)s)")
+    parser.add_argument("--most", type=int, default=SIZES[1], help="samples of the longest loop (%(default)s)")
     arguments = parser.parse_args()
     sizes = tuple(size for size in SIZES if size <= arguments.most)
     facts = _facts()
@@ -47,11 +47,11 @@ def main() -> int:
         texts.append(markdown(section))
         sys.stdout.write(texts[-1] + "\n")
         sys.stdout.flush()
+        if arguments.page is not None:  # at once: a run that is stopped leaves what it measured
+            write_page(sections, facts, arguments.page)
     if arguments.report is not None:
         arguments.report.parent.mkdir(parents=True, exist_ok=True)
         arguments.report.write_text("\n".join(texts), encoding="utf-8")
-    if arguments.page is not None:
-        sys.stdout.write(f"Written: {write_page(sections, facts, arguments.page)}\n")
     return 0
 
 
@@ -62,7 +62,7 @@ def _measure(wanted: list[str] | tuple[str, ...], sizes: tuple[int, ...]) -> Ite
         if "tools" in wanted:
             yield contest_section(Path(folder), book)
         if "kernel" in wanted:
-            yield kernel_section(sizes, Path(folder))
+            yield kernel_section(SIZES, Path(folder))
     if "hour" in wanted:
         yield hour_section(MINUTES, book, MINUTES[0])
     if "loop" in wanted:

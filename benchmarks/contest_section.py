@@ -71,7 +71,7 @@ def _row(score: Score, reference: float | None) -> tuple[str, ...]:
         score.name,
         f"{score.seconds:.3g}",
         _ratio(score.seconds / reference) if reference else "",
-        f"{score.error:.2f}",
+        _with_deviation(score),
         f"{score.worst:.2f}",
         _share(score.covered),
         "told" if score.right is None else f"{score.right} of {score.flights}",
@@ -81,21 +81,29 @@ def _row(score: Score, reference: float | None) -> tuple[str, ...]:
 
 def _reading(scores: Sequence[Score]) -> list[str]:
     """What the numbers of this run say, in ratios."""
-    told = {score.name: score for score in scores if score.seconds is not None and score.told}
-    own = told.pop("aerosid")
+    times = {score.name: score.seconds for score in scores if score.told and score.seconds is not None}
+    covered = {score.name: _share(score.covered) for score in scores}
+    own = times.pop("aerosid")
+    faster = [
+        f"{name} ({own / seconds:.1f} times; intervals true in {covered[name]})"
+        for name, seconds in times.items()
+        if seconds < own
+    ]
     texts = []
-    faster = [score for score in told.values() if score.seconds < own.seconds]  # type: ignore[operator]
     if faster:
-        names = ", ".join(
-            f"{score.name} ({own.seconds / score.seconds:.1f} times; intervals true in {_share(score.covered)})"  # type: ignore[operator]
-            for score in faster
-        )
-        texts.append(f"Told the structure, faster than aerosid (intervals true in {_share(own.covered)}): {names}.")
+        names = ", ".join(faster)
+        texts.append(f"Told the structure, faster than aerosid (intervals true in {covered['aerosid']}): {names}.")
     texts.append(
-        "Derivatives of one flight share its noise, so that the share of true intervals scatters by a few per cent. "
-        "Where one flight was judged, its error is that of one draw."
+        "Errors below the bound are luck of the noise that was drawn, the same for all tools. Derivatives of one "
+        "flight share its noise, so that the share of true intervals scatters by a few per cent. Where one flight was "
+        "judged, its error is that of one draw."
     )
     return texts
+
+
+def _with_deviation(score: Score) -> str:
+    deviation = "" if score.error_deviation is None else f" ± {score.error_deviation:.2f}"
+    return f"{score.error:.2f}{deviation}"
 
 
 def _share(covered: float | None) -> str:

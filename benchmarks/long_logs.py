@@ -26,6 +26,7 @@ from aerosid.aerodynamics import declared_model
 from aerosid.aircraft_error import estimate_aircraft_error
 from aerosid.cli import main as command_line
 from aerosid.closed_loop import close_loop
+from aerosid.flight_log import FlightLog
 from aerosid.log_writing import native_csv
 from aerosid.manoeuvre import prepare
 from aerosid.model_error.continuous import estimate_continuous
@@ -102,14 +103,21 @@ def any_model(samples: int, _folder: Path) -> Callable[[], None]:
 
 def loop(samples: int, _folder: Path) -> Callable[[], None]:
     """A whole close_loop, without its report."""
-    aircraft, log = light_transport(), long_flight(samples, interval=INTERVAL)
-    return lambda: close_loop([log], aircraft) and None
+    return _loop_on(long_flight(samples, interval=INTERVAL))
 
 
 def sampled_loop(samples: int, _folder: Path) -> Callable[[], None]:
     """The same at the paper's sampling, 30 ms."""
-    aircraft, log = light_transport(), long_flight(samples)
-    return lambda: close_loop([log], aircraft) and None
+    return _loop_on(long_flight(samples))
+
+
+def _loop_on(log: FlightLog) -> Callable[[], None]:
+    aircraft = light_transport()
+
+    def job() -> None:
+        close_loop([log], aircraft)
+
+    return job
 
 
 JOBS = {"check": check, "estimator": estimator, "any_model": any_model, "loop": loop, "sampled_loop": sampled_loop}

@@ -129,6 +129,7 @@ def test_scores_are_what_they_are_said_to_be(tmp_path: Path) -> None:
     )
     near, far, absent = contest.compete(tmp_path, 2, made)
     assert (near.error, near.worst, near.covered, near.right) == (pytest.approx(0.5), pytest.approx(0.5), 1.0, 2)
+    assert near.error_deviation == pytest.approx(0.0, abs=1e-12)
     assert (far.error, far.covered, far.right, far.flights) == (pytest.approx(3.0), 0.0, 0, 2)
     assert (absent.missing, absent.seconds) == ("not installed", None)
 
@@ -151,7 +152,7 @@ def test_a_tool_that_is_not_installed_has_its_row(tmp_path: Path, monkeypatch: p
     lacking = contest.Rival("a filter", True, "", lambda _folder: None, "not installed")
     own = [rival for rival in contest.RIVALS if rival.name in ("aerosid", "aerosid, aerodynamic terms")]
     monkeypatch.setattr("benchmarks.contest_section.RIVALS", (*own, lacking))
-    monkeypatch.setattr(contest, "FASTEST", 1)
+    monkeypatch.setattr(contest, "MOST_ROUNDS", 1)
     section = contest_section(tmp_path, FigureBook(), 1)
     text = markdown(section)
     assert "| a filter | not installed |" in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -54,7 +55,7 @@ def paper_chain(task: Task, record: Record) -> Answer:
     return _answer(rows, None)
 
 
-def _answer(rows: list[tuple[str, str, float, float | None]], named: frozenset[tuple[str, str]] | None) -> Answer:
+def _answer(rows: Sequence[tuple[str, str, float, float | None]], named: frozenset[tuple[str, str]] | None) -> Answer:
     values = np.zeros((len(COEFFICIENTS), len(LIBRARY)))
     errors = np.full(values.shape, np.nan)
     for coefficient, term, value, deviation in rows:
