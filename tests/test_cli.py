@@ -137,3 +137,10 @@ def test_every_verb_is_in_the_readme_and_has_help() -> None:
         assert command.callback.__doc__
     for group in cli.app.registered_groups:
         assert f"`{group.name}`" in text
+
+
+def test_the_module_ends_with_the_exit_code_as_the_command_does(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "aerosid", "check", str(tmp_path / "missing.csv")]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr.startswith("aerosid: ")
