@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.effects import StateEffect
 from aerosid.evidence import Deviations, Score
 from aerosid.findings import Finding, labels, named
 from aerosid.hypotheses import Hypothesis
@@ -86,30 +87,50 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if coefficients and search.is_doubtful(current):
-        separated, around = search.separated(before)
+        separated, around = search.separated(before, current)
         if search.price(separated) < search.price(current):
             current, others = separated, around
-    if settings.disturbances and search.is_doubtful(current):
-        disturbed, around = search.disturbed(before)
-        if search.price(disturbed) < search.price(current):
-            current, others = disturbed, around
-    # Forces of any shape judged what is real; the numbers come from the estimator that gave those before.
-    chosen = replace(
-        current,
-        effects=tuple(active for active in current.effects if active.effect.kind != "unmodelled_forces"),
-        variance=np.maximum(current.variance, before.variance),
-    )
-    completed = _settled(chosen, manoeuvres)
-    completed, spread = search.certain(completed)
+    found, beside = current, others
+    if settings.disturbances and search.is_doubtful(found):
+        # What was found so far may be the disturbance's work, or be real beside it.
+        held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
+        for base in (before,) if held_still else (before, found):
+            disturbed, around = search.disturbed(base)
+            if search.price(disturbed) < search.price(current):
+                current, others = disturbed, around
+    completed, spread = search.certain(_settled(_unforced(current, before), manoeuvres))
+    if _is_forced(current):
+        samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
+        if search.price(completed) - search.price(found) > NO_IMITATION * samples:
+            current, others = found, beside
+            completed, spread = search.certain(_settled(found, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
         completed, spread = search.certain(_settled(held, manoeuvres))
     findings = search.findings(completed, spread)
-    if any(active.effect.kind == "unmodelled_forces" for active in current.effects):
+    if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(before, completed, spread, findings, others, tuple(rounds), tuple(p.label for p in refuted))
+
+
+NO_IMITATION = 1.8
+"""Rise of -2 ln L a sample, residuals 2.5 times as large, that no wrong name makes good.
+
+Forces of any shape can follow a stall, a trim change and thrust too, and leave none of them standing. What brings the
+whole residual in open loop down so far is kept, although something is left.
+"""
+
+
+def _is_forced(current: Refinement) -> bool:
+    return any(active.effect.kind == "unmodelled_forces" for active in current.effects)
+
+
+def _unforced(current: Refinement, before: Refinement) -> Refinement:
+    """Without forces of any shape, which judged what is real: the numbers come from the estimator of those before."""
+    effects = tuple(active for active in current.effects if active.effect.kind != "unmodelled_forces")
+    return replace(current, effects=effects, variance=np.maximum(current.variance, before.variance))
 
 
 def _once(findings: Sequence[Finding]) -> tuple[Finding, ...]:

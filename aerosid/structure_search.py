@@ -93,6 +93,9 @@ GROSS = 3.0
 """Times a channel's noise from which what the model leaves may have drawn every estimate far off."""
 
 
+BESIDE_SEPARATION = 2
+"""How many may enter beside flow separation: its fits difference whole simulations, a minute each on a long stall."""
+
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
@@ -129,11 +132,11 @@ class StructureSearch:
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
-    def forward(self, start: Refinement) -> tuple[Refinement, list[tuple[Score, ...]]]:
-        """Let hypotheses enter one at a time, and leave again when a later one explains them."""
+    def forward(self, start: Refinement, most: int | None = None) -> tuple[Refinement, list[tuple[Score, ...]]]:
+        """Let hypotheses enter one at a time, `most` in all, and leave again when a later one explains them."""
         current = start
         rounds = []
-        for _ in range(self.settings.rounds):
+        for _ in range(self.settings.rounds if most is None else most):
             scores = self.scores(current)
             rounds.append(scores)
             shortlist = self.shortlist(scores)
@@ -184,33 +187,35 @@ class StructureSearch:
             forced = self.with_noise(room, unmodelled_forces(self.stepping))
             if self.price(forced) < self.price(background) + self.critical**2:
                 background = forced
-        current, _ = self.forward(background)
+        current, _ = self.forward(self.pruned(background))
         return self.exchange(current)
 
-    def separated(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
-        """The search with flow separation from the beginning: six numbers that can mimic much, asked late.
+    def separated(self, start: Refinement, found: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+        """The search with flow separation in place of what was found of its likeness.
 
-        Where it alone leaves the model wrong, others may enter beside it.
+        Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
+        where it is unknown. Where it leaves the model wrong, others may enter beside it.
         """
-        room = self.with_room(start)
         highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in self.manoeuvres)
         drag, lift, moment_name = self.stepping
         effect = flow_separation(highest, lift, (drag, moment_name))
         rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
+        alike = [part for part in self.parts(found, None) if part.time is not None or is_curve(part)]
+        base = self.without(found, alike) if alike else found
         starts = [
             Start(
-                room.model,
-                room.free,
-                (*room.effects, ActiveEffect(effect, (first, *rest))),
-                room.states,
-                room.variance,
+                self.with_room(base).model,
+                base.free,
+                (*base.effects, ActiveEffect(effect, (first, *rest))),
+                base.states,
+                base.variance,
             )
             for first in effect.parameters[0].trials
         ]
         handicaps = [self.fare(each) for each in starts]
         best = min(contest(starts, self.manoeuvres, TRIAL, handicaps), key=self.price)
         if self.price(best) < self.price(start) and self.is_doubtful(best):
-            best, _ = self.forward(best)
+            best, _ = self.forward(self.pruned(best), BESIDE_SEPARATION)
         return best, ()
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
@@ -691,3 +696,10 @@ class StructureSearch:
                 row = replace(row, p_value=p_value)
             rows.append(row)
         return tuple(sorted(rows, key=lambda row: -row.gain))
+
+
+def is_curve(part: Part) -> bool:
+    """Whether a part is a term in which the angle of attack is bent."""
+    if part.entry is None:
+        return False
+    return any(factor.variable == "alpha" and str(factor) != "alpha" for factor in part.entry[1].factors)
