@@ -87,7 +87,7 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if coefficients and search.is_doubtful(current):
-        separated, around = search.separated(before, current)
+        separated, around = search.separated(current)
         if search.price(separated) < search.price(current):
             current, others = separated, around
     found, beside = current, others

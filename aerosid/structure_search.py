@@ -93,8 +93,11 @@ GROSS = 3.0
 """Times a channel's noise from which what the model leaves may have drawn every estimate far off."""
 
 
-BESIDE_SEPARATION = 2
+BESIDE_SEPARATION = 1
 """How many may enter beside flow separation: its fits difference whole simulations, a minute each on a long stall."""
+
+LIKENESS = 0.9
+"""Share of what its likeness brings that separation brings too, from which others are looked for beside it."""
 
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
@@ -190,7 +193,7 @@ class StructureSearch:
         current, _ = self.forward(self.pruned(background))
         return self.exchange(current)
 
-    def separated(self, start: Refinement, found: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+    def separated(self, found: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """The search with flow separation in place of what was found of its likeness.
 
         Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
@@ -214,7 +217,8 @@ class StructureSearch:
         ]
         handicaps = [self.fare(each) for each in starts]
         best = min(contest(starts, self.manoeuvres, TRIAL, handicaps), key=self.price)
-        if self.price(best) < self.price(start) and self.is_doubtful(best):
+        won, asked = self.price(base) - self.price(best), self.price(base) - self.price(found)
+        if won > max(LIKENESS * asked, 0.0) and self.is_doubtful(best):
             best, _ = self.forward(self.pruned(best), BESIDE_SEPARATION)
         return best, ()
 
