@@ -154,16 +154,23 @@ def estimate_aircraft_error(
     )
 
 
+def measured_motion(flight: Flight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """u, w, q, theta (N, 4) and the angle of attack (N,) as measured, the vane's own velocity taken out."""
+    speed, alpha, q, theta = (flight.measured[:, i] for i in range(4))
+    plane = speed * np.cos(flight.inputs[:, 7])
+    rate = np.nan_to_num(q)
+    alpha = alpha + (rate * flight.positions[1, 0] - flight.inputs[:, 5] * flight.positions[1, 1]) / speed
+    return np.column_stack([plane * np.cos(alpha), plane * np.sin(alpha), q, theta]), alpha
+
+
 def measured_states(flight: Flight, variance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """u, w, q, theta as measured, (N, 4), and R^-1 of each sample, (N, 4, 4), from that of V, alpha, q, theta (4,).
 
     Both u and w are missing where V or alpha is. The vane's own velocity in pitch and roll is taken out.
     """
-    speed, alpha, q, theta = (flight.measured[:, i] for i in range(4))
+    measured, alpha = measured_motion(flight)
+    speed = flight.measured[:, 0]
     plane = speed * np.cos(flight.inputs[:, 7])
-    rate = np.nan_to_num(q)
-    alpha = alpha + (rate * flight.positions[1, 0] - flight.inputs[:, 5] * flight.positions[1, 1]) / speed
-    measured = np.column_stack([plane * np.cos(alpha), plane * np.sin(alpha), q, theta])
     weights = np.zeros((speed.size, STATE_COUNT, STATE_COUNT))
     cos, sin = np.nan_to_num(np.cos(alpha)), np.nan_to_num(np.sin(alpha))
     across = 1.0 / (np.nan_to_num(plane, nan=1.0) ** 2 * variance[1])

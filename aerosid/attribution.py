@@ -13,7 +13,7 @@ from aerosid.evidence import Deviations, Score
 from aerosid.findings import Finding, labels, named
 from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.refinement import Refinement, refine
+from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import without_refuted
 from aerosid.structure_search import AttributionSettings, StructureSearch
 
@@ -87,9 +87,9 @@ def attribute(
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
     if coefficients and search.is_doubtful(current):
-        separated, around = search.separated(current)
+        separated = search.separated(current)
         if search.price(separated) < search.price(current):
-            current, others = separated, around
+            current, others = separated, ()
     found, beside = current, others
     if settings.disturbances and search.is_doubtful(found):
         # What was found so far may be the disturbance's work, or be real beside it.
@@ -98,15 +98,15 @@ def attribute(
             disturbed, around = search.disturbed(base)
             if search.price(disturbed) < search.price(current):
                 current, others = disturbed, around
-    completed, spread = search.certain(_settled(_unforced(current, before), manoeuvres))
+    completed, spread = search.certain(refine_on(_unforced(current, before), manoeuvres))
     if _is_forced(current):
         samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
         if search.price(completed) - search.price(found) > NO_IMITATION * samples:
             current, others = found, beside
-            completed, spread = search.certain(_settled(found, manoeuvres))
+            completed, spread = search.certain(refine_on(found, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
-        completed, spread = search.certain(_settled(held, manoeuvres))
+        completed, spread = search.certain(refine_on(held, manoeuvres))
     findings = search.findings(completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
@@ -136,8 +136,3 @@ def _unforced(current: Refinement, before: Refinement) -> Refinement:
 def _once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Each alternative once, the first time that it is named."""
     return tuple({(f.kind, f.where, f.term, f.instead_of): f for f in reversed(findings)}.values())[::-1]
-
-
-def _settled(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
-    """The same structure estimated to the end."""
-    return refine(at.model, manoeuvres, at.free, effects=at.effects, states=at.states, variance=at.variance)

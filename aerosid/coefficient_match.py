@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid import prefilter
 from aerosid.aerodynamics import AerodynamicModel
+from aerosid.aircraft_error import measured_motion
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
 from aerosid.likelihood import acting_flight, motion_of
 from aerosid.longitudinal import OUTPUTS, Constants
@@ -112,13 +113,9 @@ def _states(flight: Flight) -> NDArray[np.float64]:
     Attitude enters no coefficient but by alphadot, height none but by the ground: without their channels the flight is
     level and its height unknown.
     """
-    speed, q = flight.measured[:, 0], flight.measured[:, 2]
-    alpha = flight.measured[:, 1]
-    alpha = alpha + (q * flight.positions[1, 0] - flight.inputs[:, 5] * flight.positions[1, 1]) / speed
-    plane = speed * np.cos(flight.inputs[:, 7])
-    pitch = flight.measured[:, 3]
-    attitude = np.where(np.isnan(pitch), alpha, pitch)
-    return np.column_stack([plane * np.cos(alpha), plane * np.sin(alpha), q, attitude, flight.measured[:, 7]])
+    motion, alpha = measured_motion(flight)
+    motion[:, 3] = np.where(np.isnan(motion[:, 3]), alpha, motion[:, 3])
+    return np.column_stack([motion, flight.measured[:, 7]])
 
 
 def _measured(flight: Flight, constants: Constants) -> NDArray[np.float64]:

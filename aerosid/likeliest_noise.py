@@ -95,8 +95,8 @@ def _noisy(likelihood: Likelihood, point: Point) -> NDArray[np.int64]:
 def _noise(
     likelihood: Likelihood, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect], noisy: NDArray[np.int64]
 ) -> InputNoise:
-    flight, memory = acting_flight(likelihood.model, manoeuvre, effects)
-    return InputNoise(flight.input_variance[noisy], memory[noisy])
+    noise = likelihood.input_noise(*acting_flight(likelihood.model, manoeuvre, effects))
+    return InputNoise(noise.variance[noisy], noise.memory[noisy])
 
 
 def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -> list[list[Traced]]:

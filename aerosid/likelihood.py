@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, Motion, NoiseEffect, OutputEffect, StateEffect, frozen
+from aerosid.effects import ActiveEffect, InputEffect, Motion, NoiseEffect, OutputEffect, StateEffect
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import (
@@ -333,6 +333,10 @@ class Likelihood:
         """Number of parameters M."""
         return self.free.size + 5 * len(self.manoeuvres) + sum(active.slopes for active in effects)
 
+    def input_noise(self, flight: Flight, memory: NDArray[np.float64]) -> InputNoise:
+        """The noise of the inputs that counts: none in plain output error."""
+        return InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
+
     def active(self, effects: Sequence[ActiveEffect]) -> NDArray[np.bool_]:
         """Which parameters the data can move, (M,): altitude acts on nothing where it is not measured."""
         active = np.ones(self.parameter_count(effects), dtype=bool)
@@ -410,7 +414,7 @@ class Likelihood:
         if any(isinstance(active.effect, StateEffect) for active in effects):
             flight, states = self_consistent(self.model, flight, values, state, effects, ground=manoeuvre.ground)
             exact = self._differences(manoeuvre, values, state, effects, flight, states)
-        noise = InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
+        noise = self.input_noise(flight, memory)
         sensors = recording_sensors(manoeuvre, effects)
         own = self.free.size + 5
         width = 1 + own + sum(active.slopes for active in (*effects, *tested))
@@ -651,24 +655,6 @@ class Likelihood:
             prior_normal=prior_normal,
             prior_gradient=prior_gradient,
         )
-
-    def cost(
-        self,
-        values: NDArray[np.float64],
-        states: Sequence[NDArray[np.float64]],
-        effects: Sequence[ActiveEffect],
-        variance: NDArray[np.float64],
-    ) -> float:
-        """-2 ln L alone, without the derivatives, which are most of the work; infinite out of the model's range."""
-        plain = Likelihood(self.model, self.manoeuvres, (), self.filtering)
-        plain.held_to_data = self.held_to_data
-        total = 0.0
-        try:
-            for part in plain.stretches(values, states, [frozen(active) for active in effects], variance):
-                total += part.log_sum + float(np.nansum(part.residual**2))
-        except OutOfRangeError:
-            return float("inf")
-        return total if np.isfinite(total) else float("inf")
 
     def moved(
         self, point: Point, step: NDArray[np.float64]

@@ -156,6 +156,24 @@ def refine(
     return _refinement(likelihood, model, tuple(free), point, converged)
 
 
+def refine_on(
+    at: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings = RefinementSettings(),
+    effects: Sequence[ActiveEffect] | None = None,
+) -> Refinement:
+    """The same structure, searched on from where an estimate stands; `effects`: in place of its own."""
+    return refine(
+        at.model,
+        manoeuvres,
+        at.free,
+        effects=at.effects if effects is None else effects,
+        states=at.states,
+        variance=at.variance,
+        settings=settings,
+    )
+
+
 @dataclass(frozen=True)
 class Start:
     """Where an estimate begins: what is free, with the start values of everything.

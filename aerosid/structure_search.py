@@ -25,7 +25,7 @@ from aerosid.findings import Finding, Part, named
 from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
 from aerosid.likelihood import Point
 from aerosid.manoeuvre import Manoeuvre, with_calm_inputs
-from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine
+from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine, refine_on
 
 
 @dataclass(frozen=True)
@@ -167,15 +167,7 @@ class StructureSearch:
         """The estimate with the statistics of its disturbances moved too, which trials keep: less is left for them."""
         if not any(isinstance(active.effect, NoiseEffect) and active.values for active in current.effects):
             return current
-        return refine(
-            current.model,
-            self.manoeuvres,
-            current.free,
-            effects=current.effects,
-            states=current.states,
-            variance=current.variance,
-            settings=BACKGROUND,
-        )
+        return refine_on(current, self.manoeuvres, BACKGROUND)
 
     def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """The search against a background of disturbances: a gust, or forces of any shape.
@@ -193,7 +185,7 @@ class StructureSearch:
         current, _ = self.forward(self.pruned(background))
         return self.exchange(current)
 
-    def separated(self, found: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+    def separated(self, found: Refinement) -> Refinement:
         """The search with flow separation in place of what was found of its likeness.
 
         Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
@@ -220,7 +212,7 @@ class StructureSearch:
         won, asked = self.price(base) - self.price(best), self.price(base) - self.price(found)
         if won > max(LIKENESS * asked, 0.0) and self.is_doubtful(best):
             best, _ = self.forward(self.pruned(best), BESIDE_SEPARATION)
-        return best, ()
+        return best
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
         """The estimate with a disturbance, from the most likely of its trial values."""
@@ -266,15 +258,7 @@ class StructureSearch:
             return True
         calm = [with_calm_inputs(manoeuvre) for manoeuvre in self.manoeuvres]
         with_it, without = (
-            refine(
-                each.model,
-                calm,
-                each.free,
-                effects=[with_plain_noise(active) for active in each.effects],
-                states=each.states,
-                variance=each.variance,
-                settings=TRIAL,
-            )
+            refine_on(each, calm, TRIAL, [with_plain_noise(active) for active in each.effects])
             for each in (trial, current)
         )
         averaging = max(current.cost - without.cost, 0.0)
@@ -503,15 +487,7 @@ class StructureSearch:
             weakest = min(parts, key=lambda part: part.ratio, default=None)
             if weakest is None or weakest.ratio >= self.critical:
                 return completed, spread
-            rough = self.without(completed, [weakest])
-            completed = refine(
-                rough.model,
-                self.manoeuvres,
-                rough.free,
-                effects=rough.effects,
-                states=rough.states,
-                variance=rough.variance,
-            )
+            completed = refine_on(self.without(completed, [weakest]), self.manoeuvres)
 
     def pruned(self, current: Refinement) -> Refinement:
         """The estimate without those added parts that corrected deviations cannot tell from none."""

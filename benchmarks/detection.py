@@ -20,6 +20,7 @@ import numpy as np
 from false_alarms import BODIES, INTERVAL, NOISE, Body, declared, flies, progress, share
 from false_alarms import Trial as Flight
 from numpy.typing import NDArray
+from plants import backlash, rate_limited
 from scipy.signal import lfilter
 
 from aerosid.aerodynamics import AerodynamicModel, declared_model
@@ -61,22 +62,6 @@ def lagged(time: Array, values: Array, constant: float) -> Array:
     return np.interp(time, fine, lfilter([1.0 - keep], [1.0, -keep], x, zi=start)[0])
 
 
-def limited(time: Array, values: Array, rate: float) -> Array:
-    """What a surface of limited rate follows."""
-    out = [float(values[0])]
-    for step, aim in zip(np.diff(time), values[1:], strict=True):
-        out.append(out[-1] + float(np.clip(aim - out[-1], -rate * step, rate * step)))
-    return np.array(out)
-
-
-def backlash(_time: Array, values: Array, play: float) -> Array:
-    """What follows through a play: no kind of the catalogue."""
-    out = [float(values[0])]
-    for aim in values[1:]:
-        out.append(float(np.clip(out[-1], aim - play, aim + play)))
-    return np.array(out)
-
-
 def in_catalogue(generator: np.random.Generator) -> Plant:
     """One effect that the catalogue holds."""
     sign = float(generator.choice([-1.0, 1.0]))
@@ -88,7 +73,7 @@ def in_catalogue(generator: np.random.Generator) -> Plant:
         lambda: Plant("aero_term", "C_m", "alpha*delta_e", terms=(("C_m", "alpha*delta_e", 3.0 * sign * size),)),
         lambda: Plant("control_lag", "delta_e", control=lambda t, x: lagged(t, x, 0.12 * size)),
         lambda: Plant("control_delay", "delta_e", control=lambda t, x: np.interp(t - 0.1 * size, t, x)),
-        lambda: Plant("control_rate_limit", "delta_e", control=lambda t, x: limited(t, x, 0.25 / size)),
+        lambda: Plant("control_rate_limit", "delta_e", control=lambda t, x: rate_limited(t, x, 0.25 / size)),
         lambda: Plant("sensor_bias", "alpha", sensor=("alpha", lambda _t, y: y + 0.02 * sign * size)),
         lambda: Plant("sensor_scale", "q", sensor=("q", lambda _t, y: y * (1.0 + 0.08 * sign * size))),
         lambda: Plant("sensor_delay", "alpha", sensor=("alpha", lambda t, y: np.interp(t - 0.1 * size, t, y))),
