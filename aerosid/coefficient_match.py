@@ -11,7 +11,7 @@ from aerosid import prefilter
 from aerosid.aerodynamics import AerodynamicModel
 from aerosid.aircraft_error import measured_motion
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
-from aerosid.likelihood import acting_flight, motion_of
+from aerosid.effects_in_flight import acting_flight, motion_of
 from aerosid.longitudinal import OUTPUTS, Constants
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.paper_chain import ChainSettings, Fed, feed

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
-from aerosid.likelihood import acting_flight
+from aerosid.effects_in_flight import acting_flight
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.many_flights import fly_many

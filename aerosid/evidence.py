@@ -18,7 +18,7 @@ from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.fit_statistics import noise_memories, whiteness
 from aerosid.hypotheses import Hypothesis
-from aerosid.likelihood import Point
+from aerosid.likelihood_point import Point
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, whiten

@@ -18,9 +18,10 @@ from aerosid.correlation import correlation
 from aerosid.effects import frozen
 from aerosid.effects.disturbance import unmodelled_forces
 from aerosid.effects.step_change import offset_column
+from aerosid.effects_in_flight import OutOfRangeError
 from aerosid.factor_search import search_in_logarithms
 from aerosid.hypotheses import with_offsets
-from aerosid.likelihood import Likelihood, OutOfRangeError, Traced
+from aerosid.likelihood import Likelihood, Traced
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement
 from aerosid.results import ErrorHistory

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.attribution import Attribution
+from aerosid.effects_in_flight import OutOfRangeError
 from aerosid.errors import EstimationError
 from aerosid.expected_information import (
     Prospect,
@@ -25,7 +26,6 @@ from aerosid.expected_information import (
 from aerosid.findings import Finding, named
 from aerosid.flight_limits import FlightLimits, flight_limits, shown
 from aerosid.input_shapes import InputShape, Steps, neighbours, patterns
-from aerosid.likelihood import OutOfRangeError
 from aerosid.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
 from aerosid.open_loop import simulate
 from aerosid.predicted_flight import SteadyFlight, at_steady, planned_manoeuvre, sampling_ratio, steady_flight

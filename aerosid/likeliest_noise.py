@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, NoiseEffect, frozen
+from aerosid.effects_in_flight import acting_flight
 from aerosid.factor_search import search_in_logarithms
-from aerosid.likelihood import Likelihood, Point, Traced, acting_flight
+from aerosid.likelihood import Likelihood, Traced
+from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
 

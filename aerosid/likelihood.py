@@ -8,26 +8,28 @@ away in open loop is held to the data by the filter form instead (`aerosid.predi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect, InputEffect, Motion, NoiseEffect, OutputEffect, StateEffect
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
+from aerosid.effects_in_flight import (
+    OutOfRangeError,
+    acting_flight,
+    motion_of,
+    recording_sensors,
+    self_consistent,
+    simulated_states,
+    transformed,
+)
+from aerosid.likelihood_point import Point
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.prediction import (
-    Flight,
-    coefficients_along,
-    no_directions,
-    predict_stretch,
-    simulate_outputs,
-    start_carry,
-)
+from aerosid.prediction import Flight, no_directions, predict_stretch, simulate_outputs, start_carry
 from aerosid.response import Directions, Trace, make_trace, make_trace_carry, trace_stretch
-from aerosid.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
-from aerosid.terms import COEFFICIENTS
+from aerosid.sensor_dynamics import SensorStates
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
 
 STRETCH = 20_000
@@ -64,225 +66,6 @@ class Traced:
     trace: Trace
     noise: InputNoise
     sensors: SensorStates
-
-
-@dataclass(frozen=True)
-class Point:
-    """A set of parameters with everything that a search asks about it.
-
-    `values` (T,) of all terms; `states` the initial ones; `effects` with their numbers; `variance` (8,) of the output
-    noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (8, M, M) and `gradients`
-    (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals' squares, `counts` (8,) how many.
-    `prior_normal` and `prior_gradient`: of the a-priori knowledge.
-    """
-
-    values: NDArray[np.float64]
-    states: tuple[NDArray[np.float64], ...]
-    effects: tuple[ActiveEffect, ...]
-    variance: NDArray[np.float64]
-    cost: float
-    normals: NDArray[np.float64]
-    gradients: NDArray[np.float64]
-    squares: NDArray[np.float64]
-    counts: NDArray[np.float64]
-    prior_normal: NDArray[np.float64]
-    prior_gradient: NDArray[np.float64]
-
-    def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The noise variances (8,) that make these residuals most likely, at least `floor`."""
-        share = np.where(self.counts > 0.0, self.squares / np.maximum(self.counts, 1.0), 1.0)
-        return np.asarray(np.maximum(self.variance * share, floor))
-
-    def at_variance(self, variance: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-        """-2 ln L, information (M, M) and gradient (M,) at other noise variances (8,).
-
-        Exact where the inputs are free of noise; else good for small changes, since their share moves little.
-        """
-        ratio = self.variance / variance
-        change = np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio))
-        normal = (ratio @ self.normals.reshape(ratio.size, -1)).reshape(self.prior_normal.shape) + self.prior_normal
-        return self.cost + float(change), normal, ratio @ self.gradients + self.prior_gradient
-
-    def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What `squares` (8,) become after a step in the parameters (M,), to second order."""
-        curved = (self.normals @ step) @ step
-        return np.asarray(np.maximum(self.squares - 2.0 * (self.gradients @ step) + curved, 1e-12 * self.squares))
-
-    def shifted(
-        self,
-        values: NDArray[np.float64],
-        states: Sequence[NDArray[np.float64]],
-        effects: Sequence[ActiveEffect],
-        variance: NDArray[np.float64],
-        fall: float,
-    ) -> Point:
-        """The point after a step so small that the linearisation stays; `fall` of -2 ln L, noise at `variance` (8,)."""
-        ratio = self.variance / variance
-        cost, _, _ = self.at_variance(variance)
-        return replace(
-            self,
-            values=values,
-            states=tuple(states),
-            effects=tuple(effects),
-            variance=variance,
-            cost=cost - fall,
-            normals=ratio[:, None, None] * self.normals,
-            gradients=ratio[:, None] * self.gradients,
-            squares=ratio * self.squares,
-        )
-
-
-class OutOfRangeError(Exception):
-    """A simulation left the angle-of-attack limit; the search shortens its step."""
-
-
-def acting_flight(
-    model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]
-) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with the inputs that act, and the memory (E) of their noise.
-
-    Columns of the model that no channel gives are zero: an effect fills them.
-    """
-    flight = manoeuvre.flight
-    samples, extra = flight.time.size, len(model.columns) - 8
-    inputs, variance, memory = flight.inputs, flight.input_variance, np.zeros(extra)
-    held = manoeuvre.columns
-    if model.columns != held:
-        inputs = np.zeros((samples, len(model.columns)))
-        inputs[:, : len(held)] = flight.inputs
-        variance = np.zeros(extra)
-        variance[: len(held) - 8] = flight.input_variance
-    acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
-    if acting:
-        inputs, variance = inputs.copy(), variance.copy()
-        interval = float(np.median(np.diff(flight.time)))
-        for active in acting:
-            effect = active.effect
-            assert isinstance(effect, InputEffect)
-            place = model.columns.index(effect.where_acts)
-            inputs[:, place] = _transformed(effect, model, flight.time, inputs, active.values)
-            factor, remembered = effect.noise(active.values, interval)
-            variance[place - 8] *= factor
-            memory[place - 8] = max(memory[place - 8], remembered)
-    for active in effects:
-        if isinstance(active.effect, NoiseEffect):
-            variance = variance.copy()
-            interval = float(np.median(np.diff(flight.time)))
-            airspeed = float(np.nanmean(flight.measured[:, 0]))
-            numbers = active.effect.noise(active.values, interval, airspeed)
-            for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
-                place = model.columns.index(column)
-                variance[place - 8], memory[place - 8] = spread, remembered
-    return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
-
-
-def _transformed(
-    effect: InputEffect,
-    model: AerodynamicModel,
-    time: NDArray[np.float64],
-    inputs: NDArray[np.float64],
-    numbers: tuple[float, ...],
-) -> NDArray[np.float64]:
-    """The column (N,) that an input effect acts on, with the effect."""
-    own = inputs[:, model.columns.index(effect.where_acts)]
-    if not effect.driven_by:
-        return effect.transform(time, own, numbers)
-    return np.asarray(own + effect.transform(time, inputs[:, model.columns.index(effect.driven_by)], numbers))
-
-
-def self_consistent(
-    model: AerodynamicModel,
-    flight: Flight,
-    values: NDArray[np.float64],
-    state: NDArray[np.float64],
-    effects: Sequence[ActiveEffect],
-    states: NDArray[np.float64] | None = None,
-    ground: float = 0.0,
-) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with what its own motion adds to the inputs, and that motion's states (N, 5).
-
-    Simulation and addition follow each other until they agree; `states` is where to begin, `ground` [m] the altitude of
-    the ground.
-
-    Raises
-    ------
-    OutOfRangeError
-        Where the simulation leaves the model's range.
-    """
-    moving = [(active.effect, active.values) for active in effects if isinstance(active.effect, StateEffect)]
-    rounds = PICARD_ROUNDS if states is None else max((effect.rounds for effect, _ in moving), default=0)
-    if states is None:
-        states = _simulated_states(model, flight, values, state)
-    acting = flight
-    for _ in range(rounds):
-        inputs = flight.inputs.copy()
-        for effect, numbers in moving:
-            motion = motion_of(effect, model, flight, values, states, ground)
-            for column, change in effect.offsets(motion, numbers).items():
-                inputs[:, model.columns.index(column)] += change
-        acting = flight._replace(inputs=inputs)
-        states = _simulated_states(model, acting, values, state)
-    return acting, states
-
-
-def motion_of(
-    effect: StateEffect,
-    model: AerodynamicModel,
-    flight: Flight,
-    values: NDArray[np.float64],
-    states: NDArray[np.float64],
-    ground: float,
-) -> Motion:
-    """Simulated states (N, 5) as an effect sees them; the flight is that without the effect."""
-    slope = sum(
-        float(value)
-        for (coefficient, term), value in zip(model.entries, values, strict=True)
-        if coefficient == effect.lift and str(term) == "alpha"
-    )
-
-    def coefficient(name: str) -> NDArray[np.float64]:
-        found = coefficients_along(states, flight, np.array(values), model.table, model.constants)
-        return found[:, COEFFICIENTS.index(name)]
-
-    alpha = np.asarray(np.arctan2(states[:, 1], states[:, 0]))
-    return Motion(flight.time, alpha, states[:, 4] - ground, slope, coefficient)
-
-
-PICARD_ROUNDS = 8
-"""Rounds of simulation and separation: each gains half a digit or more, the lift lost being a part of the whole."""
-
-
-def _simulated_states(
-    model: AerodynamicModel, flight: Flight, values: NDArray[np.float64], state: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    _, states = simulate_outputs(state, flight, values, model.table, model.constants)
-    if not np.isfinite(states).all():
-        raise OutOfRangeError
-    return states
-
-
-def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
-    """Let the sensors' effects act on simulated outputs (N, 8), in place."""
-    for active in effects:
-        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
-            i = OUTPUTS.index(active.effect.where)
-            given = np.ascontiguousarray(outputs[:, i : i + 1])
-            outputs[:, i] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
-
-
-def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
-    """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
-    acting = [
-        (OUTPUTS.index(active.effect.where), active.effect.dynamics(active.values))
-        for active in effects
-        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name)
-    ]
-    if not acting:
-        return _DIRECT
-    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))))
-
-
-_DIRECT = no_sensor_states()
 
 
 class Likelihood:
@@ -515,7 +298,7 @@ class Likelihood:
             moves.append(move)
         states: NDArray[np.float64] | None = None
         if any(isinstance(active.effect, StateEffect) for active in tested):
-            states = _simulated_states(self.model, flight, values, state)
+            states = simulated_states(self.model, flight, values, state)
         for active, n in _parameters(tested, InputEffect, StateEffect):
             move = np.zeros((time.size, len(self.model.columns) - 8))
             effect = active.effect
@@ -530,7 +313,7 @@ class Likelihood:
                     move[:, self.model.columns.index(column) - 8] = (more[column] - less[column]) / width
             elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
                 upper_side, lower_side = (
-                    _transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
+                    transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
                 )
                 move[:, self.model.columns.index(effect.where_acts) - 8] = (upper_side - lower_side) / width
             moves.append(move)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.attribution import Attribution
 from aerosid.effects import StateEffect
+from aerosid.effects_in_flight import OutOfRangeError
 from aerosid.errors import EstimationError
 from aerosid.expected_information import (
     CERTAIN,
@@ -31,7 +32,6 @@ from aerosid.input_design import (
     rivals_of,
 )
 from aerosid.input_shapes import Multisine
-from aerosid.likelihood import OutOfRangeError
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.nomenclature import CHANNELS

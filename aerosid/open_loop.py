@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.effects import ActiveEffect, StateEffect, frozen
 from aerosid.effects.sudden import at_moment, is_sudden, moment
+from aerosid.effects_in_flight import OutOfRangeError, acting_flight, recorded, self_consistent
 from aerosid.errors import EstimationError
-from aerosid.likelihood import OutOfRangeError, acting_flight, recorded, self_consistent
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.prediction import simulate_outputs

@@ -16,7 +16,8 @@ from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.likeliest_noise import likeliest_noise
-from aerosid.likelihood import Likelihood, Point, Whitened
+from aerosid.likelihood import Likelihood, Whitened
+from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre, initial_state
 
 

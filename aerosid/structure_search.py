@@ -23,7 +23,7 @@ from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
 from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.findings import Finding, Part, named
 from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offsets
-from aerosid.likelihood import Point
+from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre, with_calm_inputs
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine, refine_on
 

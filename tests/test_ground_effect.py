@@ -17,8 +17,8 @@ from problems import LIGHT, Problem, with_channels
 from aerosid.aerodynamics import values_by_name
 from aerosid.effects import ActiveEffect
 from aerosid.effects.ground_effect import ground_effect, influence
+from aerosid.effects_in_flight import acting_flight, self_consistent
 from aerosid.hypotheses import effect_hypotheses, with_columns_of
-from aerosid.likelihood import acting_flight, self_consistent
 from aerosid.manoeuvre import initial_state
 from aerosid.prediction import simulate_outputs
 

@@ -1,0 +1,77 @@
+"""The likelihood at one set of parameters, with all that a search asks about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+
+
+@dataclass(frozen=True)
+class Point:
+    """A set of parameters with everything that a search asks about it.
+
+    `values` (T,) of all terms; `states` the initial ones; `effects` with their numbers; `variance` (8,) of the output
+    noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (8, M, M) and `gradients`
+    (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals' squares, `counts` (8,) how many.
+    `prior_normal` and `prior_gradient`: of the a-priori knowledge.
+    """
+
+    values: NDArray[np.float64]
+    states: tuple[NDArray[np.float64], ...]
+    effects: tuple[ActiveEffect, ...]
+    variance: NDArray[np.float64]
+    cost: float
+    normals: NDArray[np.float64]
+    gradients: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    counts: NDArray[np.float64]
+    prior_normal: NDArray[np.float64]
+    prior_gradient: NDArray[np.float64]
+
+    def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The noise variances (8,) that make these residuals most likely, at least `floor`."""
+        share = np.where(self.counts > 0.0, self.squares / np.maximum(self.counts, 1.0), 1.0)
+        return np.asarray(np.maximum(self.variance * share, floor))
+
+    def at_variance(self, variance: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """-2 ln L, information (M, M) and gradient (M,) at other noise variances (8,).
+
+        Exact where the inputs are free of noise; else good for small changes, since their share moves little.
+        """
+        ratio = self.variance / variance
+        change = np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio))
+        normal = (ratio @ self.normals.reshape(ratio.size, -1)).reshape(self.prior_normal.shape) + self.prior_normal
+        return self.cost + float(change), normal, ratio @ self.gradients + self.prior_gradient
+
+    def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What `squares` (8,) become after a step in the parameters (M,), to second order."""
+        curved = (self.normals @ step) @ step
+        return np.asarray(np.maximum(self.squares - 2.0 * (self.gradients @ step) + curved, 1e-12 * self.squares))
+
+    def shifted(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        fall: float,
+    ) -> Point:
+        """The point after a step so small that the linearisation stays; `fall` of -2 ln L, noise at `variance` (8,)."""
+        ratio = self.variance / variance
+        cost, _, _ = self.at_variance(variance)
+        return replace(
+            self,
+            values=values,
+            states=tuple(states),
+            effects=tuple(effects),
+            variance=variance,
+            cost=cost - fall,
+            normals=ratio[:, None, None] * self.normals,
+            gradients=ratio[:, None] * self.gradients,
+            squares=ratio * self.squares,
+        )
