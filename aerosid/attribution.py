@@ -14,7 +14,7 @@ from aerosid.findings import Finding, labels, named
 from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, refine_on
-from aerosid.refutation import without_refuted
+from aerosid.refutation import cannot_follow, without_refuted
 from aerosid.structure_search import AttributionSettings, StructureSearch
 
 USUAL = AttributionSettings()
@@ -86,7 +86,9 @@ def attribute(
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
-    if coefficients and search.is_doubtful(current):
+    # What separates in another flight may look like a term here: the verdict will say that it does not explain it.
+    wrong_elsewhere = current is not before and any(cannot_follow(current, other) for other in validation)
+    if coefficients and (search.is_doubtful(current) or wrong_elsewhere):
         separated = search.separated(current)
         if search.price(separated) < search.price(current):
             current, others = separated, ()

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.effects import NoiseEffect
+from aerosid.errors import EstimationError
+from aerosid.evidence import unexplained_channels
 from aerosid.findings import Part
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.open_loop import on_log, respond
-from aerosid.refinement import Refinement
+from aerosid.refinement import Refinement, RefinementSettings, refine
 from aerosid.structure_search import StructureSearch
 
 CERTAIN = 25.0
@@ -22,6 +24,9 @@ SHARE = 0.03
 
 SHARE_IN_GUSTS = 0.25
 """The same where a disturbance is among what was found: no open-loop simulation can follow it, and chance is more."""
+
+ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+"""A few units of -2 ln L do not decide whether a residual is noise."""
 
 
 def without_refuted(
@@ -71,3 +76,19 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())
             total += count * (value / max(float(manoeuvre.noise[i]), 1e-12)) ** 2
     return total
+
+
+def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
+    try:
+        own = refine(
+            completed.model,
+            [manoeuvre],
+            completed.free,
+            effects=on_log(completed, manoeuvre),
+            variance=completed.variance,
+            settings=ANOTHER_FLIGHT,
+        )
+    except EstimationError:
+        return True
+    return bool(unexplained_channels(own, [manoeuvre]))

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, ndtr, ndtri
+from scipy.special import chdtrc, chdtri, ndtr, ndtri
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
-from aerosid.effects import KINDS, ActiveEffect, InputEffect, NoiseEffect, OutputEffect, whole
+from aerosid.effects import KINDS, ActiveEffect, InputEffect, NoiseEffect, OutputEffect, frozen, whole
 from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.effects.flow_separation import flow_separation
@@ -83,6 +83,12 @@ RIVAL_SHARE = 0.75
 """Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
 
 
+PROFILE = 10
+"""Values of an effect of a control at which everything else is estimated: neighbours differ by less than twice."""
+
+REACH_OF_PROFILE = 3.0
+"""Times the largest trial value up to which they go."""
+
 NEARLY_ALL = 0.02
 """Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
 
@@ -144,6 +150,7 @@ class StructureSearch:
             rounds.append(scores)
             shortlist = self.shortlist(scores)
             trials = self.tried(current, shortlist, further=self.afresh(current, shortlist))
+            trials = self.lightened(current, trials, min(map(self.price, trials), default=np.inf))
             trials = [trial for trial in trials if self.price(trial) < self.price(current)]
             improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
             if improved is None:
@@ -345,7 +352,21 @@ class StructureSearch:
         Those are not followed to the end that stay more than `margin` above the best, or above the price `level`.
         """
         starts = [*(self.start(current, score) for score in scores), *further]
-        return contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level, margin)
+        fares = [self.fare(start) - self.spare(start, current) for start in starts]
+        return contest(starts, self.manoeuvres, TRIAL, fares, level, margin)
+
+    def spare(self, trial: Refinement | Start, current: Refinement) -> float:
+        """What a trial may save: coefficients jump all at once at first, though one of them may be all that does."""
+        new = len([a for a in trial.effects if a.effect.kind == "step_change"])
+        new -= len([a for a in current.effects if a.effect.kind == "step_change"])
+        return self.settings.price * 2 * max(new - 1, 0)
+
+    def lightened(self, current: Refinement, trials: Sequence[Refinement], level: float) -> list[Refinement]:
+        """The trials, without their idle jumps those that could then cost less than `level`."""
+        return [
+            self.pruned(trial) if 0.0 < self.price(trial) - level < self.spare(trial, current) else trial
+            for trial in trials
+        ]
 
     def start(self, current: Refinement, score: Score) -> Start:
         """Where the fit of one more hypothesis begins."""
@@ -386,14 +407,9 @@ class StructureSearch:
         for entry, value in numbers.items():
             values[current.model.index(entry)] = value
         untouched = replace(current, model=current.model.with_values(values))
-        asked = [(score.hypothesis, score.trial) for score in shortlist]
-        known = {hypothesis.label for hypothesis, _ in asked}
-        for hypothesis in self.open_hypotheses(current):
-            if hypothesis.kind in FILTERS:
-                trials = len(hypothesis.effects[0].effect.parameters[0].trials)
-                if hypothesis.label not in known:
-                    asked.append((hypothesis, trials // 2))
-        starts = []
+        asked = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in FILTERS]
+        filters = [h for h in self.open_hypotheses(current) if h.kind in FILTERS]
+        starts = self.profiled(untouched, filters)
         for hypothesis, trial in asked:
             effects = tuple(
                 replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
@@ -402,6 +418,33 @@ class StructureSearch:
             score = Score(replace(hypothesis, effects=effects), 0.0, (0.0,) * hypothesis.parameters, 0.0, trial)
             starts.append(replace(self.start(untouched, score), states=None))
         return starts
+
+    def profiled(self, untouched: Refinement, hypotheses: Sequence[Hypothesis]) -> list[Start]:
+        """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
+
+        A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
+        lag near the true one does the likelihood lead there.
+        """
+        starts, owners = [], []
+        for hypothesis in hypotheses:
+            (active,) = hypothesis.effects
+            parameter = active.effect.parameters[0]
+            last = min(REACH_OF_PROFILE * parameter.trials[-1], 0.99 * parameter.highest)
+            for value in np.geomspace(parameter.trials[0], last, PROFILE):
+                tried = replace(active, values=(float(value),))
+                effects = (*untouched.effects, frozen(tried))
+                starts.append(Start(untouched.model, untouched.free, effects, None, untouched.variance))
+                owners.append(tried)
+        if not starts:
+            return []
+        fits = contest(starts, self.manoeuvres, TRIAL, [0.0] * len(starts))
+        found = []
+        for hypothesis in hypotheses:
+            own = [n for n, tried in enumerate(owners) if tried.name == (hypothesis.kind, hypothesis.where)]
+            n = min(own, key=lambda place: fits[place].cost)
+            effects = (*untouched.effects, owners[n])
+            found.append(Start(fits[n].model, untouched.free, effects, fits[n].states, fits[n].variance))
+        return found
 
     def is_gross(self, current: Refinement) -> bool:
         """Whether some channel's residual is many times its noise."""
@@ -479,29 +522,59 @@ class StructureSearch:
         """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
         while True:
             spread = deviations(completed, self.manoeuvres)
-            parts = [
-                part
-                for part in self.parts(completed, spread)
-                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
-            ]
-            weakest = min(parts, key=lambda part: part.ratio, default=None)
-            if weakest is None or weakest.ratio >= self.critical:
+            reduced = self.without_the_weakest(completed, spread)
+            if reduced is None:
                 return completed, spread
-            completed = refine_on(self.without(completed, [weakest]), self.manoeuvres)
+            completed = refine_on(reduced, self.manoeuvres)
 
     def pruned(self, current: Refinement) -> Refinement:
         """The estimate without those added parts that corrected deviations cannot tell from none."""
-        while True:
-            # A disturbance is judged by the likelihood alone, where it came from.
-            parts = [
-                part
-                for part in self.parts(current, self.rough_deviations(current))
-                if part.active is None or not isinstance(part.active.effect, NoiseEffect)
-            ]
-            weakest = min(parts, key=lambda part: part.ratio, default=None)
-            if weakest is None or weakest.ratio >= self.critical:
-                return current
-            current = self.without(current, [weakest])
+        while (reduced := self.without_the_weakest(current, self.rough_deviations(current))) is not None:
+            current = reduced
+        return current
+
+    def without_the_weakest(self, current: Refinement, spread: Deviations) -> Refinement | None:
+        """The estimate without the part that is most in doubt; None where none is."""
+        # A disturbance is judged by the likelihood alone, where it came from.
+        parts = [
+            part
+            for part in self.parts(current, spread)
+            if part.active is None or not isinstance(part.active.effect, NoiseEffect)
+        ]
+        for part in sorted(parts, key=lambda part: part.ratio):
+            if part.ratio >= self.critical:
+                break
+            reduced = self.without(current, [part])
+            if not self.is_shown_as_a_whole(
+                part, reduced.cost - current.cost, self.inflation(current, spread, {part.label})
+            ):
+                return reduced
+        return None
+
+    def is_shown_as_a_whole(self, part: Part, loss: float, inflation: float) -> bool:
+        """Whether an effect that one deviation cannot judge is shown by what striking it out costs.
+
+        The deviation of a gain counts that its reach is unknown, though without a gain there is no reach: where the two
+        go together, neither is certain and their effect is. And where an effect is far from linear, the likelihood
+        between none and its number is no parabola. Wilks' ratio, less what coloured residuals pretend, judges both.
+        """
+        if part.active is None or part.ratio == 0.0 or is_sudden(part.active):
+            return False
+        count = len(part.active.values)
+        if count < 2 and part.active.effect.kind not in UNLIKE_THEIR_SCORE:
+            return False
+        return loss / inflation > chdtri(count, self.settings.false_alarm / max(len(self.hypotheses), 1))
+
+    def inflation(self, current: Refinement, spread: Deviations, labels: set[tuple[str, str, str]]) -> float:
+        """By how much coloured residuals widen the variance of some parts at most, at least 1."""
+        white = self.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
+        corrected = self.parts(current, spread)
+        ratios = [
+            (part.std_error / plain.std_error) ** 2
+            for part, plain in zip(corrected, white, strict=True)
+            if part.label in labels and plain.std_error > 0.0
+        ]
+        return max(1.0, *ratios, 1.0)
 
     def exchange(self, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
         """Try others in the place of each found part: take a better one, list those within reach."""
@@ -539,7 +612,8 @@ class StructureSearch:
         reduced = self.without(current, group)
         rivals = {score.hypothesis.label: score for score in self.stand_ins(current, group)}
         rivals |= {score.hypothesis.label: score for score in self.rivals(reduced, group)}
-        return reduced, self.tried(reduced, list(rivals.values()), self.price(current), margin)
+        trials = self.tried(reduced, list(rivals.values()), self.price(current), margin)
+        return reduced, self.lightened(reduced, trials, self.price(current) + margin)
 
     def stands(self, trial: Refinement, reduced: Refinement) -> bool:
         """Whether an estimate needs all its parts, none of them a filter alone."""
@@ -628,15 +702,7 @@ class StructureSearch:
 
     def margin(self, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
         """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
-        spread = self.rough_deviations(current)
-        corrected = self.parts(current, spread)
-        white = self.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
-        inflation = [
-            (part.std_error / plain.std_error) ** 2
-            for part, plain in zip(corrected, white, strict=True)
-            if part.label in labels and plain.std_error > 0.0
-        ]
-        return self.settings.reach * max(1.0, *inflation, 1.0)
+        return self.settings.reach * self.inflation(current, self.rough_deviations(current), labels)
 
     def rough_deviations(self, current: Refinement) -> Deviations:
         """Deviations good enough for a search; those of the last estimate are kept."""
@@ -670,10 +736,13 @@ class StructureSearch:
         for part in self.parts(completed, spread):
             gain = self.without(completed, [part]).cost - completed.cost
             row = self.finding(part, gain)
-            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+            disturbance = part.active is not None and isinstance(part.active.effect, NoiseEffect)
+            inflation = 1.0 if disturbance else self.inflation(completed, spread, {part.label})
+            if disturbance or (part.active is not None and self.is_shown_as_a_whole(part, gain, inflation)):
                 # A spread has no sign to be tested against zero: the likelihood ratio speaks.
-                p_value = float(min(1.0, chdtrc(1, max(gain, 0.0)) * len(self.hypotheses)))
-                row = replace(row, p_value=p_value)
+                count = 1 if disturbance else len(part.active.values)
+                p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(self.hypotheses)))
+                row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))
             rows.append(row)
         return tuple(sorted(rows, key=lambda row: -row.gain))
 

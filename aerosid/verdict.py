@@ -7,16 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.attribution import Attribution
-from aerosid.errors import EstimationError
 from aerosid.evidence import unexplained_channels
 from aerosid.findings import named
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.open_loop import on_log
-from aerosid.refinement import Refinement, RefinementSettings, refine
+from aerosid.refutation import cannot_follow
 from aerosid.results import Effect, ErrorRow, Verdict
-
-ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
-"""A few units of -2 ln L do not decide whether a residual is noise."""
 
 
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
@@ -36,26 +31,12 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
     if values.size and not found.findings and not np.any(spread.corrected[moving] < 0.3 * values):
         return Verdict.NOT_EXCITED
-    left = unexplained_channels(found.completed, manoeuvres) or any(_fails_on(completed, each) for each in validation)
+    left = unexplained_channels(found.completed, manoeuvres) or any(
+        cannot_follow(completed, each) for each in validation
+    )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
     return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
-
-
-def _fails_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
-    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
-    try:
-        own = refine(
-            completed.model,
-            [manoeuvre],
-            completed.free,
-            effects=on_log(completed, manoeuvre),
-            variance=completed.variance,
-            settings=ANOTHER_FLIGHT,
-        )
-    except EstimationError:
-        return True
-    return bool(unexplained_channels(own, [manoeuvre]))
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:

@@ -201,7 +201,7 @@ STEP = ActiveEffect(step_change("C_m", 2.51, 0.05), (-0.015, 2.51), "flight")
 SETS: dict[str, list[ActiveEffect]] = {
     "control_lag": [ActiveEffect(control_lag("delta_e"), (0.15,))],
     "control_delay": [ActiveEffect(control_delay("delta_e"), (0.12,))],
-    "control_rate_limit": [ActiveEffect(control_rate_limit("delta_e", 2.4), (0.1,))],
+    "control_rate_limit": [ActiveEffect(control_rate_limit("delta_e", 2.4, 0.2), (0.1,))],
     "control_deadband": [ActiveEffect(control_deadband("delta_e", 0.06), (0.02,))],
     "sensor_bias": [ActiveEffect(sensor_bias("alpha", "rad", 0.0015), (0.02,))],
     "sensor_scale": [ActiveEffect(sensor_scale("q"), (1.08,))],

@@ -40,8 +40,17 @@ def control_delay(channel: str) -> InputEffect:
     )
 
 
-def control_rate_limit(channel: str, fastest: float) -> InputEffect:
-    """The surface moves no faster than a limit; `fastest` [1/s] is the greatest rate in the record."""
+SLOWEST = 5.0
+"""s; a surface that takes longer for its largest excursion follows no manoeuvre."""
+
+
+def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffect:
+    """The surface moves no faster than a limit.
+
+    `fastest` [rad/s] is the greatest rate in the record, `widest` [rad] the greatest excursion. A step's rate depends
+    on the sampling alone: what limit shows itself is known from the time that the excursion takes.
+    """
+    highest, lowest = 0.5 * fastest, min(0.05 * fastest, widest / SLOWEST)
     return InputEffect(
         "control_rate_limit",
         channel,
@@ -49,8 +58,8 @@ def control_rate_limit(channel: str, fastest: float) -> InputEffect:
             EffectParameter(
                 "limit",
                 "rad/s",
-                trials=(0.02 * fastest, 0.1 * fastest, 0.4 * fastest),
-                lowest=1e-3 * fastest,
+                trials=tuple(np.geomspace(lowest, highest, 4).tolist()),
+                lowest=0.1 * lowest,
                 highest=fastest,
                 step=1e-4 * fastest,
                 null=fastest,
@@ -100,7 +109,7 @@ def control_effects(channel: str, time: Signal, values: Signal) -> tuple[InputEf
     return (
         control_lag(channel),
         control_delay(channel),
-        control_rate_limit(channel, fastest),
+        control_rate_limit(channel, fastest, widest),
         control_deadband(channel, widest, float(estimate_noise(time, values))),
     )
 
@@ -151,7 +160,7 @@ FAMILY = Family(
             "control_rate_limit",
             "input",
             "{where} is limited in rate",
-            lambda where, numbers, _interval: control_rate_limit(where, 10.0 * numbers["limit"]),
+            lambda where, numbers, _interval: control_rate_limit(where, 10.0 * numbers["limit"], numbers["limit"]),
             (Planted("delta_e", {"limit": 0.15}),),
             negative=False,
             follows_its_score=False,

@@ -1,0 +1,48 @@
+"""Flights of benchmarks/wide_detection.py on which a wrong name lay nearer than the right one, each with its reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aerosid.results import ClosedLoop
+from benchmarks.wide_detection import closed, written
+
+
+def loop(seed: int, number: int, folder: Path) -> ClosedLoop:
+    """The loop on one pair of flights with one thing wrong."""
+    written(folder, "one", [seed, number], number)
+    return closed(folder)
+
+
+def names(result: ClosedLoop) -> list[tuple[str, str]]:
+    return [(effect.kind, effect.where) for effect in result.effects]
+
+
+def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_path: Path) -> None:
+    """On a short flight neither number is certain, and what both do together is."""
+    result = loop(901, 16, tmp_path)
+    assert names(result) == [("ground_effect", "C_Z")]
+    (effect,) = result.effects
+    assert abs(effect.value) < 4.0 * effect.std_error
+    assert effect.evidence.p_value < 1e-6
+
+
+def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: Path) -> None:
+    """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
+    assert names(loop(901, 8, tmp_path)) == [("step_change", "C_m")]
+
+
+@pytest.mark.slow
+def test_a_surface_seconds_behind_its_record_is_found_from_many_limits(tmp_path: Path) -> None:
+    result = loop(901, 23, tmp_path)
+    assert names(result) == [("control_rate_limit", "delta_e")]
+    assert result.effects[0].value == pytest.approx(0.039, rel=0.02)
+
+
+@pytest.mark.slow
+def test_separation_is_looked_for_where_only_the_other_flight_shows_that_terms_do_not_explain_it(
+    tmp_path: Path,
+) -> None:
+    assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
