@@ -563,7 +563,7 @@ class StructureSearch:
         count = len(part.active.values)
         if count < 2 and part.active.effect.kind not in UNLIKE_THEIR_SCORE:
             return False
-        return loss / inflation > chdtri(count, self.settings.false_alarm / max(len(self.hypotheses), 1))
+        return loss / inflation > float(chdtri(count, self.settings.false_alarm / max(len(self.hypotheses), 1)))
 
     def inflation(self, current: Refinement, spread: Deviations, labels: set[tuple[str, str, str]]) -> float:
         """By how much coloured residuals widen the variance of some parts at most, at least 1."""
@@ -736,13 +736,14 @@ class StructureSearch:
         for part in self.parts(completed, spread):
             gain = self.without(completed, [part]).cost - completed.cost
             row = self.finding(part, gain)
-            disturbance = part.active is not None and isinstance(part.active.effect, NoiseEffect)
-            inflation = 1.0 if disturbance else self.inflation(completed, spread, {part.label})
-            if disturbance or (part.active is not None and self.is_shown_as_a_whole(part, gain, inflation)):
-                # A spread has no sign to be tested against zero: the likelihood ratio speaks.
-                count = 1 if disturbance else len(part.active.values)
-                p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(self.hypotheses)))
-                row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))
+            if part.active is not None:
+                disturbance = isinstance(part.active.effect, NoiseEffect)
+                inflation = 1.0 if disturbance else self.inflation(completed, spread, {part.label})
+                if disturbance or self.is_shown_as_a_whole(part, gain, inflation):
+                    # A spread has no sign to be tested against zero: the likelihood ratio speaks.
+                    count = 1 if disturbance else len(part.active.values)
+                    p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(self.hypotheses)))
+                    row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))
             rows.append(row)
         return tuple(sorted(rows, key=lambda row: -row.gain))
 
