@@ -11,9 +11,10 @@ from aerosid import prefilter
 from aerosid.aerodynamics import AerodynamicModel
 from aerosid.aircraft_error import measured_motion
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
-from aerosid.effects_in_flight import acting_flight, motion_of
+from aerosid.effects_in_flight import acting_flight
 from aerosid.longitudinal import OUTPUTS, Constants
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.motion_loop import added_along
 from aerosid.paper_chain import ChainSettings, Fed, feed
 from aerosid.prediction import Flight, coefficients_along
 from aerosid.results import CoefficientRow
@@ -79,8 +80,8 @@ def _pair(
     states = _states(acting)
     for active in effects:
         if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
-            motion = motion_of(active.effect, model, acting, model.values, states, manoeuvre.ground)
-            for column, change in active.effect.offsets(motion, active.numbers).items():
+            added = added_along(active, model, acting, model.values, states, manoeuvre.ground)
+            for column, change in added.items():
                 inputs[:, model.columns.index(column)] += change
     modelled = _modelled(model, acting, states)
     if not _has_q_dot(acting):

@@ -1,4 +1,4 @@
-"""What effects do to a flight: the inputs that act, the motion that some depend on, and what the sensors record."""
+"""What effects do to a flight: the inputs that act, and what the sensors record."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel
-from aerosid.effects import ActiveEffect, InputEffect, Motion, NoiseEffect, OutputEffect, StateEffect
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.prediction import Flight, coefficients_along, simulate_outputs
+from aerosid.prediction import Flight, simulate_outputs
 from aerosid.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
-from aerosid.terms import COEFFICIENTS
 
 
 class OutOfRangeError(Exception):
@@ -72,68 +71,6 @@ def transformed(
     if not effect.driven_by:
         return effect.transform(time, own, numbers)
     return np.asarray(own + effect.transform(time, inputs[:, model.columns.index(effect.driven_by)], numbers))
-
-
-def self_consistent(
-    model: AerodynamicModel,
-    flight: Flight,
-    values: NDArray[np.float64],
-    state: NDArray[np.float64],
-    effects: Sequence[ActiveEffect],
-    states: NDArray[np.float64] | None = None,
-    ground: float = 0.0,
-) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with what its own motion adds to the inputs, and that motion's states (N, 5).
-
-    Simulation and addition follow each other until they agree; `states` is where to begin, `ground` [m] the altitude of
-    the ground.
-
-    Raises
-    ------
-    OutOfRangeError
-        Where the simulation leaves the model's range.
-    """
-    moving = [(active.effect, active.values) for active in effects if isinstance(active.effect, StateEffect)]
-    rounds = PICARD_ROUNDS if states is None else max((effect.rounds for effect, _ in moving), default=0)
-    if states is None:
-        states = simulated_states(model, flight, values, state)
-    acting = flight
-    for _ in range(rounds):
-        inputs = flight.inputs.copy()
-        for effect, numbers in moving:
-            motion = motion_of(effect, model, flight, values, states, ground)
-            for column, change in effect.offsets(motion, numbers).items():
-                inputs[:, model.columns.index(column)] += change
-        acting = flight._replace(inputs=inputs)
-        states = simulated_states(model, acting, values, state)
-    return acting, states
-
-
-def motion_of(
-    effect: StateEffect,
-    model: AerodynamicModel,
-    flight: Flight,
-    values: NDArray[np.float64],
-    states: NDArray[np.float64],
-    ground: float,
-) -> Motion:
-    """Simulated states (N, 5) as an effect sees them; the flight is that without the effect."""
-    slope = sum(
-        float(value)
-        for (coefficient, term), value in zip(model.entries, values, strict=True)
-        if coefficient == effect.lift and str(term) == "alpha"
-    )
-
-    def coefficient(name: str) -> NDArray[np.float64]:
-        found = coefficients_along(states, flight, np.array(values), model.table, model.constants)
-        return found[:, COEFFICIENTS.index(name)]
-
-    alpha = np.asarray(np.arctan2(states[:, 1], states[:, 0]))
-    return Motion(flight.time, alpha, states[:, 4] - ground, slope, coefficient)
-
-
-PICARD_ROUNDS = 8
-"""Rounds of simulation and separation: each gains half a digit or more, the lift lost being a part of the whole."""
 
 
 def simulated_states(

@@ -18,16 +18,15 @@ from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
 from aerosid.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
-    motion_of,
     recording_sensors,
-    self_consistent,
     simulated_states,
     transformed,
 )
 from aerosid.likelihood_point import Point
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.prediction import Flight, no_directions, predict_stretch, simulate_outputs, start_carry
+from aerosid.motion_loop import MotionLoop, added_along, motion_loop
+from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
 from aerosid.response import Directions, Trace, make_trace, make_trace_carry, trace_stretch
 from aerosid.sensor_dynamics import SensorStates
 from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
@@ -193,14 +192,15 @@ class Likelihood:
         """
         manoeuvre = self.manoeuvres[log]
         flight, memory = acting_flight(self.model, manoeuvre, effects)
-        exact: NDArray[np.float64] | None = None
-        if any(isinstance(active.effect, StateEffect) for active in effects):
-            flight, states = self_consistent(self.model, flight, values, state, effects, ground=manoeuvre.ground)
-            exact = self._differences(manoeuvre, values, state, effects, flight, states)
         noise = self.input_noise(flight, memory)
         sensors = recording_sensors(manoeuvre, effects)
         own = self.free.size + 5
         width = 1 + own + sum(active.slopes for active in (*effects, *tested))
+        loop: MotionLoop | None = None
+        if any(isinstance(active.effect, StateEffect) for active in effects):
+            ground = manoeuvre.ground
+            loop = motion_loop(self.model, flight, values, state, effects, ground, self.free, width - 1)
+            flight = loop.flight
         moves = self._directions(manoeuvre, values, state, effects, flight, tested)
         directions = Directions(moves, _direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
@@ -213,63 +213,16 @@ class Likelihood:
             stop = min(begin + reach, samples)
             trace = make_trace(stop - begin, extra, width)
             arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
-            if not trace_stretch(begin, stop, carry, flight, *arguments):
+            traced = flight if loop is None else loop.traced_flight
+            if not trace_stretch(begin, stop, carry, traced, *arguments):
                 raise OutOfRangeError
+            if loop is not None:
+                loop.close(begin, stop, self.model, values, self.free, directions, trace)
             block = trace.block
-            if exact is not None:
-                block[:, :, 1 : 1 + exact.shape[2]] = exact[begin:stop]
             self._sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
-
-    def _differences(
-        self,
-        manoeuvre: Manoeuvre,
-        values: NDArray[np.float64],
-        state: NDArray[np.float64],
-        effects: Sequence[ActiveEffect],
-        flight: Flight,
-        motion: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
-        """Derivatives of the outputs before the sensors' effects, by differences of whole simulations.
-
-        (N, 8, free + 5 + the effects' numbers). What depends on the motion feeds back on it: the variational equations
-        of the kernel do not hold that path.
-        """
-
-        def outputs(
-            values: NDArray[np.float64], state: NDArray[np.float64], effects: Sequence[ActiveEffect]
-        ) -> NDArray[np.float64]:
-            acting, _ = acting_flight(self.model, manoeuvre, effects)
-            acting, _ = self_consistent(self.model, acting, values, state, effects, motion, manoeuvre.ground)
-            response, _ = simulate_outputs(state, acting, values, self.model.table, self.model.constants)
-            return response
-
-        base, _ = simulate_outputs(state, flight, values, self.model.table, self.model.constants)
-        columns = []
-        for place in self.free:
-            step = 1e-4 * max(abs(float(values[place])), 0.05)
-            moved = values.copy()
-            moved[place] += step
-            columns.append((outputs(moved, state, effects) - base) / step)
-        for place, step in enumerate((1e-2, 1e-3, 1e-5, 1e-5, 1e-2)):
-            beside = state.copy()
-            beside[place] += step
-            columns.append((outputs(values, beside, effects) - base) / step)
-        for active in effects:
-            for n in range(active.slopes):
-                if isinstance(active.effect, OutputEffect):
-                    columns.append(np.zeros_like(base))
-                    continue
-                other = active.beside(n, active.effect.parameters[n].step)
-                if other.values[n] == active.values[n]:
-                    other = active.beside(n, -active.effect.parameters[n].step)
-                moved_effects = [other if each is active else each for each in effects]
-                change = outputs(values, state, moved_effects) - base
-                columns.append(change / (other.values[n] - active.values[n]))
-        recorded = np.array([np.isfinite(channel).any() for channel in flight.measured.T])
-        return np.where(recorded[None, :, None], np.stack(columns, axis=2), 0.0)
 
     def _directions(
         self,
@@ -307,8 +260,7 @@ class Likelihood:
             width = sides[0].values[n] - sides[1].values[n]
             if isinstance(effect, StateEffect) and states is not None:
                 # At no strength the effect moves the motion that it sees only through the inputs that it fills.
-                motion = motion_of(effect, self.model, flight, values, states, manoeuvre.ground)
-                more, less = (effect.offsets(motion, side.values) for side in sides)
+                more, less = (added_along(side, self.model, flight, values, states, manoeuvre.ground) for side in sides)
                 for column in effect.columns:
                     move[:, self.model.columns.index(column) - 8] = (more[column] - less[column]) / width
             elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.effects import ActiveEffect, StateEffect, frozen
 from aerosid.effects.sudden import at_moment, is_sudden, moment
-from aerosid.effects_in_flight import OutOfRangeError, acting_flight, recorded, self_consistent
+from aerosid.effects_in_flight import OutOfRangeError, acting_flight, recorded
 from aerosid.errors import EstimationError
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.motion_loop import self_consistent
 from aerosid.prediction import simulate_outputs
 from aerosid.refinement import Refinement, RefinementSettings, refine
 
@@ -115,7 +116,7 @@ def simulate(
     flight, _ = acting_flight(model, manoeuvre, effects)
     if any(isinstance(active.effect, StateEffect) for active in effects):
         try:
-            flight, _ = self_consistent(model, flight, model.values, state, effects, ground=manoeuvre.ground)
+            flight, _ = self_consistent(model, flight, model.values, state, effects, manoeuvre.ground)
         except OutOfRangeError:
             return np.full((flight.time.size, len(OUTPUTS)), np.nan), np.full((flight.time.size, 5), np.nan)
     outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)

@@ -14,7 +14,7 @@ from problems import LIGHT, NOISE, Problem, with_channels
 from aerosid.aerodynamics import AerodynamicModel
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.closed_loop import close_loop
-from aerosid.effects import KINDS, ActiveEffect, Planted, StateEffect, frozen
+from aerosid.effects import KINDS, ActiveEffect, Planted, frozen
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import with_columns_of
 from aerosid.likelihood import Likelihood
@@ -82,11 +82,10 @@ def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> N
         size = effect.effect.parameters[n].step
         wanted.append(slope(lambda s, n=n: answered(model, manoeuvre, effect.beside(n, s), state), size))
     assert part.columns.shape[2] == len(wanted)
-    loose = 0.02 if isinstance(effect.effect, StateEffect) else 2e-3  # separation and motion agree to that
     for n, column in enumerate(wanted):
         size = np.abs(column).max()
         assert size > 0.0
-        assert_allclose(part.columns[:, :, n], column, rtol=0.0, atol=loose * size, err_msg=str(n))
+        assert_allclose(part.columns[:, :, n], column, rtol=0.0, atol=2e-3 * size, err_msg=str(n))
 
 
 @pytest.mark.parametrize(("name", "planted"), EXAMPLES)

@@ -22,11 +22,11 @@ from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.operators import deadbanded, delayed, delayed_linear, lagged, rate_limited
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
 from aerosid.effects.step_change import step_change
-from aerosid.effects_in_flight import self_consistent
 from aerosid.hypotheses import with_gust, with_offsets
 from aerosid.likelihood import Likelihood, Whitened
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.motion_loop import self_consistent
 from aerosid.prediction import Flight, simulate_outputs
 
 Array = NDArray[np.float64]

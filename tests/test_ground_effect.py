@@ -17,9 +17,10 @@ from problems import LIGHT, Problem, with_channels
 from aerosid.aerodynamics import values_by_name
 from aerosid.effects import ActiveEffect
 from aerosid.effects.ground_effect import ground_effect, influence
-from aerosid.effects_in_flight import acting_flight, self_consistent
+from aerosid.effects_in_flight import acting_flight
 from aerosid.hypotheses import effect_hypotheses, with_columns_of
 from aerosid.manoeuvre import initial_state
+from aerosid.motion_loop import self_consistent
 from aerosid.prediction import simulate_outputs
 
 Array = NDArray[np.float64]

@@ -16,12 +16,17 @@ to 0.02 from h/b = 0.1 on.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from aerosid.compiled import njit
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
-from aerosid.effects.kinds import EffectParameter, Motion, Signal, StateEffect
+from aerosid.effects.kinds import EffectParameter, Law, Signal, StateEffect
 from aerosid.effects.step_change import offset_column
+
+_Height = TypeVar("_Height", float, Signal)
 
 PROPORTIONAL = ("C_Z", "C_L", "C_D")
 LEAST_SHARE = 0.02
@@ -31,20 +36,15 @@ REACHES = (0.5, 1.0, 2.0)
 """Reaches that are tried, over wing area by mean chord."""
 
 
-def influence(height: Signal, reach: float) -> Signal:
-    """Sigma (N,), 1 on the ground and 0 far from it, for a height (N,) and a span in m."""
-    return np.asarray(np.exp(-2.48 * (2.0 * np.maximum(height, 0.0) / reach) ** 0.768))
+@njit
+def influence(height: _Height, reach: float) -> _Height:
+    """Sigma, 1 on the ground and 0 far from it, for a height, one or (N,), and a span in m."""
+    sigma: _Height = np.exp(-2.48 * (2.0 * np.maximum(height, 0.0) / reach) ** 0.768)
+    return sigma
 
 
 def ground_effect(coefficient: str, reach: float) -> StateEffect:
     """A coefficient changes near the ground; `reach` [m] is where the estimate of the span starts."""
-
-    def offsets(motion: Motion, p: tuple[float, ...]) -> dict[str, Signal]:
-        change = p[0] * influence(motion.height, p[1])
-        if coefficient in PROPORTIONAL:
-            change = change * motion.coefficient(coefficient)
-        return {offset_column(coefficient): change}
-
     return StateEffect(
         "ground_effect",
         coefficient,
@@ -52,25 +52,20 @@ def ground_effect(coefficient: str, reach: float) -> StateEffect:
             EffectParameter("gain", "1", trials=(0.0,), lowest=-3.0, highest=3.0, step=1e-3),
             EffectParameter("reach", "m", trials=(reach,), lowest=0.1 * reach, highest=10.0 * reach, step=2e-3 * reach),
         ),
-        offsets,
+        Law.GROUND,
+        (0.0, reach),
+        (0, 1),
         coefficient,
         (offset_column(coefficient),),
         "Phillips & Hunsaker, AIAA 2013-2917",
-        rounds=3,
+        proportional=coefficient in PROPORTIONAL,
     )
 
 
 def at_given_reach(whole: StateEffect, reach: float) -> StateEffect:
     """The effect with its reach given: what is tested before anything is known of it."""
-    return StateEffect(
-        whole.kind,
-        whole.where,
-        whole.parameters[:1],
-        lambda motion, p: whole.offsets(motion, (p[0], reach)),
-        whole.lift,
-        whole.columns,
-        whole.source,
-        whole=ground_effect(whole.where, reach),
+    return replace(
+        whole, parameters=whole.parameters[:1], given=(0.0, reach), places=(0,), whole=ground_effect(whole.where, reach)
     )
 
 

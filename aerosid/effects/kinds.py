@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,39 +115,41 @@ class NoiseEffect:
     source: str
 
 
-@dataclass(frozen=True)
-class Motion:
-    """A simulated motion, as effects see it that depend on it.
+class Law(IntEnum):
+    """How an effect follows from the motion: what `aerosid.effects.motion_laws` computes."""
 
-    `time`, `alpha`, `height` (N,) s, rad, m above the ground; `slope` the alpha derivative of the effect's coefficient;
-    `coefficient(name)` (N,) a coefficient along the motion without the effect.
-    """
-
-    time: Signal
-    alpha: Signal
-    height: Signal
-    slope: float
-    coefficient: Callable[[str], Signal]
+    SEPARATION = 0
+    GROUND = 1
 
 
 @dataclass(frozen=True)
 class StateEffect:
     """An effect that depends on the motion itself, and may remember it.
 
-    `offsets(motion, parameters)` gives what it adds to the input `columns`, (N,) each; `lift` is the coefficient whose
-    slope it takes. `rounds`: of simulation and addition until they agree again after a small change. `whole` is the
-    effect that is fitted where this one, with fewer numbers, has shown itself.
+    `law` says how what it adds to the input `columns` follows from the motion, `given` are the law's numbers and
+    `places` those of them that the parameters stand for. `lift` is the coefficient whose alpha derivative the law
+    takes; where it is `proportional`, the coefficient itself. `whole` is the effect that is fitted where this one, with
+    fewer numbers, has shown itself.
     """
 
     kind: str
     where: str
     parameters: tuple[EffectParameter, ...]
-    offsets: Callable[[Motion, tuple[float, ...]], dict[str, Signal]]
+    law: Law
+    given: tuple[float, ...]
+    places: tuple[int, ...]
     lift: str
     columns: tuple[str, ...]
     source: str
+    proportional: bool = False
     whole: StateEffect | None = None
-    rounds: int = 4
+
+    def law_numbers(self, values: Sequence[float]) -> tuple[float, ...]:
+        """The law's numbers where the parameters have these values."""
+        numbers = list(self.given)
+        for place, value in zip(self.places, values, strict=True):
+            numbers[place] = value
+        return tuple(numbers)
 
 
 Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
@@ -226,11 +229,7 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
         )
         return ActiveEffect(still, (), active.log, values)
     if isinstance(effect, StateEffect):
-        held = replace(
-            effect,
-            parameters=(),
-            offsets=lambda motion, _p: effect.offsets(motion, values),
-        )
+        held = replace(effect, parameters=(), given=effect.law_numbers(values), places=())
         return ActiveEffect(held, (), active.log, values)
     fixed = replace(
         effect,

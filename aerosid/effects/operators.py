@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 
 
 def delayed(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
@@ -47,6 +47,27 @@ def delayed_linear(time: NDArray[np.float64], values: NDArray[np.float64], delay
     return np.asarray(np.interp(time - delay, time, values))
 
 
+@njit_inline
+def lag_weights(interval: float, constant: float) -> tuple[float, float, float]:
+    """Weights of the last result, the last value and this one in a first-order lag, exact for values linear between."""
+    if constant <= 0.0:
+        return 0.0, 0.0, 1.0
+    decay = np.exp(-interval / constant)
+    ramp = constant * (1.0 - decay) / interval
+    return decay, ramp - decay, 1.0 - ramp
+
+
+@njit_inline
+def lag_slopes(interval: float, constant: float) -> tuple[float, float, float]:
+    """How `lag_weights` move with the time constant, 1/s; at zero the limit from above."""
+    if constant <= 1e-3 * interval:
+        return 0.0, 1.0 / interval, -1.0 / interval
+    decay = np.exp(-interval / constant)
+    decaying = decay * interval / constant**2
+    ramping = (1.0 - decay - constant * decaying) / interval
+    return decaying, ramping - decaying, -ramping
+
+
 @njit
 def lagged(time: NDArray[np.float64], values: NDArray[np.float64], constant: float) -> NDArray[np.float64]:
     """The signal through a first-order lag, y' = (x - y)/constant, (N, C), exact for x linear between samples.
@@ -57,11 +78,9 @@ def lagged(time: NDArray[np.float64], values: NDArray[np.float64], constant: flo
     if constant <= 0.0:
         return result
     for k in range(1, time.shape[0]):
-        interval = time[k] - time[k - 1]
-        decay = np.exp(-interval / constant)
-        ramp = constant * (1.0 - decay) / interval
+        decay, before, here = lag_weights(time[k] - time[k - 1], constant)
         for c in range(values.shape[1]):
-            result[k, c] = decay * result[k - 1, c] + (ramp - decay) * values[k - 1, c] + (1.0 - ramp) * values[k, c]
+            result[k, c] = decay * result[k - 1, c] + before * values[k - 1, c] + here * values[k, c]
     return result
 
 
