@@ -61,7 +61,8 @@ class AerodynamicModel:
 
     def extended(self, entries: Iterable[Entry]) -> AerodynamicModel:
         """The model with further entries at zero value; those that it holds already are left as they are."""
-        added = [entry for entry in dict.fromkeys(entries) if entry not in self.entries]
+        held = set(self.entries)
+        added = [entry for entry in dict.fromkeys(entries) if entry not in held]
         if not added:
             return self
         return replace(

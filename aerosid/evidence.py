@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from aerosid.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
+from aerosid.effects_in_flight import OutOfRangeError
 from aerosid.fit_statistics import noise_memories, whiteness
 from aerosid.hypotheses import Hypothesis
+from aerosid.likelihood import Likelihood
 from aerosid.likelihood_point import Point
 from aerosid.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
@@ -212,35 +214,13 @@ def _extended_point(
     tested: Sequence[ActiveEffect],
 ) -> Point:
     """The likelihood at an estimate, with the derivatives of its parameters and of all that is tested."""
-    columns = (*refinement.free, *entries)
-    size = len(columns) + 5 * len(manoeuvres)
-    size += sum(active.slopes for active in (*refinement.effects, *tested))
-    normals, gradients = np.zeros((OUTPUT_COUNT, size, size)), np.zeros((OUTPUT_COUNT, size))
-    squares, counts, log_sum = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT), 0.0
     model = refinement.model.extended(entries)
-    for part in whiten(refinement, manoeuvres, model=model, columns=columns, tested=tested):
-        log_sum += part.log_sum
-        for i in range(OUTPUT_COUNT):
-            held = np.isfinite(part.residual[:, i])
-            if held.any():
-                slopes, residual = part.columns[:, i], np.nan_to_num(part.residual[:, i])
-                normals[i] += slopes.T @ slopes
-                gradients[i] += residual @ slopes
-                squares[i] += residual @ residual
-                counts[i] += np.count_nonzero(held)
-    return Point(
-        values=np.array(refinement.model.values),
-        states=refinement.states,
-        effects=refinement.effects,
-        variance=refinement.variance,
-        cost=log_sum + float(squares.sum()),
-        normals=normals,
-        gradients=gradients,
-        squares=squares,
-        counts=counts,
-        prior_normal=np.zeros((size, size)),
-        prior_gradient=np.zeros(size),
-    )
+    likelihood = Likelihood(model, tuple(manoeuvres), (*refinement.free, *entries))
+    likelihood.held_to_data = refinement.held_to_data
+    point = likelihood.evaluate(model.values, refinement.states, refinement.effects, refinement.variance, tested)
+    if point is None:
+        raise OutOfRangeError
+    return replace(point, values=np.array(refinement.model.values))
 
 
 def _part(point: Point, places: NDArray[np.int64]) -> Point:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,16 @@ class Whitened:
     log: int
     residual: NDArray[np.float64]
     columns: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    log_sum: float
+
+
+class _Block(NamedTuple):
+    """As `Whitened`, of one manoeuvre's own parameters; `held` (n, 8) where `block` (n, 8, 1 + C) is not zero."""
+
+    log: int
+    held: NDArray[np.bool_]
+    block: NDArray[np.float64]
     predicted: NDArray[np.float64]
     log_sum: float
 
@@ -98,7 +109,7 @@ class Likelihood:
         self.filtering = filtering
         self.held_to_data = 0.0
         """Factor on the inputs' noise in the filter form; 0: open loop."""
-        spread = np.array([[_spread_of(column) for column in m.flight.measured.T] for m in manoeuvres])
+        spread = np.array([manoeuvre.spread for manoeuvre in manoeuvres])
         # Numbers of seven digits carry noise of this size even where the simulation that made them had none.
         self.variance_floor = (1e-6 * spread.max(axis=0)) ** 2 + 1e-24
         self.priors = [(int(model.index(entry)), value, sigma) for entry, value, sigma in priors]
@@ -143,6 +154,20 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
+        for part in self._whitened(values, states, effects, variance, tested):
+            residual = np.where(part.held, part.block[:, :, 0], np.nan)
+            columns = self._spread(part.block[:, :, 1:], part.log)
+            yield Whitened(part.log, residual, columns, part.predicted, part.log_sum)
+
+    def _whitened(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
+    ) -> Iterator[_Block]:
+        """As `stretches`, of each manoeuvre its own columns alone."""
         values = np.array(values)  # a model's own values may not be written, and kernels would compile anew for them
         if values.size != self.model.values.size:
             raise ValueError(f"{values.size} values were given for {self.model.values.size} terms")
@@ -160,7 +185,7 @@ class Likelihood:
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
         tested: Sequence[ActiveEffect],
-    ) -> Iterator[Whitened]:
+    ) -> Iterator[_Block]:
         """Open loop, whitened."""
         whitening: WhiteningCarry | None = None
         for part in self.traced(log, values, state, effects, tested):
@@ -168,8 +193,7 @@ class Likelihood:
             if whitening is None:
                 whitening = make_whitening_carry(part.noise, block.shape[2], part.trace, part.sensors)
             log_sum = whiten_stretch(part.held, block, part.trace, variance, part.noise, part.sensors, whitening)
-            residual = np.where(part.held, block[:, :, 0], np.nan)
-            yield Whitened(log, residual, self._spread(block[:, :, 1:], log), part.trace.outputs, float(log_sum))
+            yield _Block(log, part.held, block, part.trace.outputs, float(log_sum))
 
     def traced(
         self,
@@ -309,7 +333,7 @@ class Likelihood:
         state: NDArray[np.float64],
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
-    ) -> Iterator[Whitened]:
+    ) -> Iterator[_Block]:
         """One step ahead, the filter's gain holding the prediction to the data; effects are not free here."""
         flight, _ = acting_flight(self.model, self.manoeuvres[log], effects)
         if self.filtering:
@@ -328,20 +352,25 @@ class Likelihood:
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError
-            wide = np.concatenate([columns, np.zeros((stop - begin, OUTPUT_COUNT, parameters))], axis=2)
-            yield Whitened(log, white, self._spread(wide, log), predicted, float(log_sum))
+            still = np.zeros((stop - begin, OUTPUT_COUNT, parameters))
+            block = np.concatenate([np.nan_to_num(white)[:, :, None], columns, still], axis=2)
+            yield _Block(log, np.isfinite(white), block, predicted, float(log_sum))
 
     def _spread(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
         """The columns of one manoeuvre in the places of the joint parameter vector."""
         logs = len(self.manoeuvres)
         if logs == 1:
             return columns
-        free = self.free.size
-        wide = np.zeros((*columns.shape[:2], columns.shape[2] + 5 * (logs - 1)))
-        wide[:, :, :free] = columns[:, :, :free]
-        wide[:, :, free + 5 * log : free + 5 * log + 5] = columns[:, :, free : free + 5]
-        wide[:, :, free + 5 * logs :] = columns[:, :, free + 5 :]
+        count = columns.shape[2] + 5 * (logs - 1)
+        wide = np.zeros((*columns.shape[:2], count))
+        wide[:, :, self._places(log, count)] = columns
         return wide
+
+    def _places(self, log: int, count: int) -> NDArray[np.int64]:
+        """The places of one manoeuvre's own columns among the `count` joint parameters."""
+        first, last = self.free.size + 5 * log, self.free.size + 5 * len(self.manoeuvres)
+        places = np.arange(count)
+        return np.concatenate([places[: self.free.size], places[first : first + 5], places[last:]])
 
     def evaluate(
         self,
@@ -349,22 +378,30 @@ class Likelihood:
         states: Sequence[NDArray[np.float64]],
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect] = (),
     ) -> Point | None:
-        """Likelihood, gradient and information; None where the simulation leaves the model's range."""
-        count = self.parameter_count(effects)
+        """Likelihood, gradient and information; None where the simulation leaves the model's range.
+
+        `tested` effects do not act: their derivatives are wanted, which come last.
+        """
+        count = self.parameter_count((*effects, *tested))
         normals, gradients = np.zeros((OUTPUT_COUNT, count, count)), np.zeros((OUTPUT_COUNT, count))
         squares, counts = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT)
         cost = 0.0
         try:
-            for part in self.stretches(values, states, effects, variance):
-                held = np.isfinite(part.residual)
-                residual = np.where(held, part.residual, 0.0)
-                for i in np.flatnonzero(held.any(axis=0)):
-                    columns = part.columns[:, i, :]
-                    normals[i] += columns.T @ columns
-                    gradients[i] += residual[:, i] @ columns
-                squares += np.sum(residual**2, axis=0)
-                counts += held.sum(axis=0)
+            for part in self._whitened(values, states, effects, variance, tested):
+                held = np.count_nonzero(part.held, axis=0)
+                places = self._places(part.log, count)
+                for i in np.flatnonzero(held):
+                    block = part.block[:, i, :]  # zero where nothing was measured
+                    products = block.T @ block
+                    squares[i] += products[0, 0]
+                    gradients[i, places] += products[0, 1:]
+                    if len(self.manoeuvres) == 1:
+                        normals[i] += products[1:, 1:]
+                    else:
+                        normals[i][np.ix_(places, places)] += products[1:, 1:]
+                counts += held
                 cost += part.log_sum
         except OutOfRangeError:
             return None
@@ -424,8 +461,3 @@ def _parameters(effects: Sequence[ActiveEffect], *kinds: type) -> Iterator[tuple
         if isinstance(active.effect, kinds):
             for n in range(len(active.values)):
                 yield active, n
-
-
-def _spread_of(values: NDArray[np.float64]) -> float:
-    held = values[np.isfinite(values)]
-    return float(held.std()) if held.size else 1.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.damped_step import Quadratic
 from aerosid.effects import ActiveEffect
 
 
@@ -33,20 +34,29 @@ class Point:
     prior_normal: NDArray[np.float64]
     prior_gradient: NDArray[np.float64]
 
+    @property
+    def quadratic(self) -> Quadratic:
+        """The likelihood to second order, as compiled code takes it."""
+        arrays = (self.normals, self.gradients, self.squares, self.counts, self.variance)
+        return Quadratic(*map(np.ascontiguousarray, (*arrays, self.prior_normal, self.prior_gradient)))
+
+    @property
+    def information(self) -> NDArray[np.float64]:
+        """Fisher information (M, M), the a-priori knowledge with it."""
+        return np.asarray(self.normals.sum(axis=0) + self.prior_normal)
+
     def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
         """The noise variances (8,) that make these residuals most likely, at least `floor`."""
         share = np.where(self.counts > 0.0, self.squares / np.maximum(self.counts, 1.0), 1.0)
         return np.asarray(np.maximum(self.variance * share, floor))
 
-    def at_variance(self, variance: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-        """-2 ln L, information (M, M) and gradient (M,) at other noise variances (8,).
+    def cost_at(self, variance: NDArray[np.float64]) -> float:
+        """-2 ln L at other noise variances (8,).
 
         Exact where the inputs are free of noise; else good for small changes, since their share moves little.
         """
         ratio = self.variance / variance
-        change = np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio))
-        normal = (ratio @ self.normals.reshape(ratio.size, -1)).reshape(self.prior_normal.shape) + self.prior_normal
-        return self.cost + float(change), normal, ratio @ self.gradients + self.prior_gradient
+        return self.cost + float(np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio)))
 
     def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
         """What `squares` (8,) become after a step in the parameters (M,), to second order."""
@@ -63,14 +73,13 @@ class Point:
     ) -> Point:
         """The point after a step so small that the linearisation stays; `fall` of -2 ln L, noise at `variance` (8,)."""
         ratio = self.variance / variance
-        cost, _, _ = self.at_variance(variance)
         return replace(
             self,
             values=values,
             states=tuple(states),
             effects=tuple(effects),
             variance=variance,
-            cost=cost - fall,
+            cost=self.cost_at(variance) - fall,
             normals=ratio[:, None, None] * self.normals,
             gradients=ratio[:, None] * self.gradients,
             squares=ratio * self.squares,

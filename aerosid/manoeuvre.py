@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,12 @@ class Manoeuvre:
     def name(self) -> str:
         """The log's name."""
         return self.log.name
+
+    @cached_property
+    def spread(self) -> NDArray[np.float64]:
+        """Standard deviation of each output's samples, (8,), SI; 1 where nothing was measured."""
+        held = [column[np.isfinite(column)] for column in self.flight.measured.T]
+        return np.array([values.std() if values.size else 1.0 for values in held])
 
 
 def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:

@@ -231,17 +231,26 @@ def _trimmed_scale(differences: FloatArray) -> float:
     Started from the 80 % quantile and not from the median: a channel that dwells on its quantisation levels has
     mostly tiny differences, and trimming started among them would never see the jumps that are its noise.
     """
-    magnitude = np.abs(differences)
-    scale = float(np.quantile(magnitude, 0.8)) / _QUANTILE_80 if magnitude.size else 0.0
+    magnitude = np.sort(np.abs(differences))
+    scale = _quantile(magnitude, 0.8) / _QUANTILE_80 if magnitude.size else 0.0
+    squares = np.concatenate([[0.0], np.cumsum(magnitude**2)])
     for _ in range(50):
-        kept = magnitude[magnitude <= _TRIM * scale]
-        if kept.size == 0 or scale == 0.0:
+        kept = int(np.searchsorted(magnitude, _TRIM * scale, side="right"))
+        if kept == 0 or scale == 0.0:
             break
-        updated = math.sqrt(float(np.mean(kept**2)) / _TRIMMED_VARIANCE)
+        updated = math.sqrt(float(squares[kept]) / kept / _TRIMMED_VARIANCE)
         if abs(updated - scale) <= 1e-6 * scale:
             return updated
         scale = updated
     return scale
+
+
+def _quantile(ordered: FloatArray, share: float) -> float:
+    """The quantile of sorted values, between two of them in proportion."""
+    place = share * (ordered.size - 1)
+    below = int(place)
+    above = min(below + 1, ordered.size - 1)
+    return float(ordered[below] + (ordered[above] - ordered[below]) * (place - below))
 
 
 def _lowest_sufficient(scales: list[float], scatters: list[float]) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid import damped_step
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
@@ -252,20 +253,7 @@ MOST_OF_PROMISE = 3.0
 
 def promised_fall(likelihood: Likelihood, point: Point) -> float:
     """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
-    active = likelihood.active(point.effects)
-    variance = point.likeliest_variance(likelihood.variance_floor)
-    cost, normal, gradient = point.at_variance(variance)
-    normal, gradient = normal[np.ix_(active, active)], gradient[active]
-    scale = np.sqrt(np.diag(normal))
-    scale[scale == 0.0] = 1.0
-    inner = np.linalg.solve(normal / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale)
-    step = np.zeros(active.size)
-    step[active] = inner / scale
-    squares = point.squares - 2.0 * point.gradients @ step + np.einsum("a,iab,b->i", step, point.normals, step)
-    least = point.counts * likelihood.variance_floor / point.variance
-    held = point.counts > 0.0
-    ratio = np.maximum(squares, np.maximum(least, 1e-12 * point.squares))[held] / point.squares[held]
-    return point.cost - cost - float(point.counts[held] @ np.log(ratio))
+    return damped_step.promised_fall(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
 
 
 def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
@@ -293,7 +281,7 @@ def _refinement(
         effects=point.effects,
         variance=point.variance,
         cost=point.cost,
-        information=point.at_variance(point.variance)[1],
+        information=point.information,
         converged=converged,
         held_to_data=likelihood.held_to_data,
     )
@@ -455,38 +443,17 @@ def _aim(
     others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
     are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
     """
-    variance = point.variance
-    if floor is not None:
-        variance = point.variance * (point.likeliest_variance(floor) / point.variance) ** share
-    cost, normal, gradient = point.at_variance(variance)
-    scale = np.sqrt(np.diag(normal))[active]
-    scale[scale == 0.0] = 1.0
-    inside = np.ix_(active, active)
-    step = np.zeros(active.size)
-    for n in range(rounds):
-        # The scale stays that of the first round: damping then holds back the same directions in all of them.
-        matrix = normal[inside] / np.outer(scale, scale)
-        scaled = np.linalg.solve(matrix + damping * np.eye(scale.size), gradient[active] / scale)
-        step[active] = scaled / scale
-        if floor is None or n + 1 == rounds:
-            break
-        left = point.squares_after(step) / np.maximum(point.counts, 1.0)
-        nearer = np.where(point.counts > 0.0, np.maximum(point.variance * left, floor), variance)
-        change = float(np.max(np.abs(np.log(nearer / variance))))
-        variance = nearer
-        _, normal, gradient = point.at_variance(variance)
-        if change < SETTLED:
-            break
-    now, normal, gradient = point.at_variance(variance)
-    end = now - 2.0 * float(gradient @ step) + float(step @ normal @ step)
+    least = np.zeros_like(point.variance) if floor is None else floor
+    step, variance, size, begun, between, ended = damped_step.likeliest_step(
+        point.quadratic, active, damping, least, floor is None, rounds, share, SETTLED
+    )
     level = float(np.max(np.abs(np.log(variance / point.variance))))
-    size = float(np.max(np.abs(scaled), initial=0.0))
-    return _Aim(step, size, variance, cost, cost - end, cost - now, level)
+    return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
 
 
 def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
     """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
-    return point.cost if floor is None else point.at_variance(point.likeliest_variance(floor))[0]
+    return point.cost if floor is None else point.cost_at(point.likeliest_variance(floor))
 
 
 LEADING_STEPS = 20

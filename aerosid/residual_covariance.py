@@ -107,8 +107,10 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
     measured = [autocovariance(r, r.size - 1) for r in residuals]
     published = _sandwich(inverse, rows, weights, measured)
     orders = [_order(r, int(mask.sum())) for r, mask in zip(measured, masks, strict=True)]
-    white_noise = _noise_autocovariances(rows, weights, masks, inverse, measured, [0] * len(rows))
     noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
+    white_noise = noise
+    if any(orders):
+        white_noise = _noise_autocovariances(rows, weights, masks, inverse, measured, [0] * len(rows))
     units = np.outer(scale, scale)
     return ResidualCovariance(
         white=_sandwich(inverse, rows, weights, white_noise) / units,
@@ -197,9 +199,22 @@ def _sandwich(
     """A^-1 (sum w^2 X' T X) A^-1."""
     middle = np.zeros_like(inverse)
     for x, w, gamma in zip(rows, weights, gammas, strict=True):
-        middle += w**2 * (x.T @ _toeplitz_times(gamma, x))
+        middle += w**2 * _toeplitz_form(gamma, x)
     middle = 0.5 * (middle + middle.T)
     return np.asarray(inverse @ middle @ inverse)
+
+
+def _toeplitz_form(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
+    """X' T X with T_ij = gamma_|i-j|, (m, m): in the frequencies of `_toeplitz_times`, which need not be gone back."""
+    count = matrix.shape[0]
+    if not np.any(gamma[1:]):
+        return np.asarray(gamma[0] * (matrix.T @ matrix))
+    length, spectrum = _circle(gamma, count)
+    # Of a real series the negative frequencies are those above zero again, but for the one in the middle.
+    spectrum[1 : (length + 1) // 2] *= 2.0
+    waves = scipy.fft.rfft(matrix, length, axis=0)
+    parts = np.concatenate([waves.real, waves.imag])
+    return np.asarray(parts.T @ (np.concatenate([spectrum, spectrum])[:, None] * parts) / length)
 
 
 def _toeplitz_times(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
@@ -207,13 +222,18 @@ def _toeplitz_times(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
     count = matrix.shape[0]
     if not np.any(gamma[1:]):
         return np.asarray(gamma[0] * matrix)
+    length, spectrum = _circle(gamma, count)
+    product = scipy.fft.irfft(spectrum[:, None] * scipy.fft.rfft(matrix, length, axis=0), length, axis=0)
+    return np.asarray(product[:count])
+
+
+def _circle(gamma: FloatArray, count: int) -> tuple[int, FloatArray]:
+    """Length of a circle that a Toeplitz matrix of `count` rows fits in, and the spectrum of its first column there."""
     length = scipy.fft.next_fast_len(2 * count, real=True)
     circle = np.zeros(length)
     circle[:count] = gamma[:count]
     circle[length - count + 1 :] = gamma[count - 1 : 0 : -1]
-    spectrum = scipy.fft.rfft(circle).real
-    product = scipy.fft.irfft(spectrum[:, None] * scipy.fft.rfft(matrix, length, axis=0), length, axis=0)
-    return np.asarray(product[:count])
+    return length, scipy.fft.rfft(circle).real.copy()
 
 
 def _noise_autocovariances(
@@ -272,16 +292,17 @@ def _order(measured: FloatArray, count: int) -> int:
     if measured[0] <= 0.0:
         return 0
     criteria = []
-    for order in range(highest + 1):
-        _, innovation, _ = _levinson(measured, order)
+    for order, innovation in enumerate(_levinson(measured, highest)[1]):
         parameters = order + 1
         penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
         criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
     return int(np.argmin(criteria))
 
 
-def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, float, FloatArray]:
+def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], FloatArray]:
     """Coefficients a of e_n = x_n - sum a_k x_(n-k), the variance of e, and the autocovariances of that process.
+
+    The variance is given of every order from 0 on.
 
     Reflections are held inside 0.995, so that the process is stationary whatever the given autocovariances are; the
     returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
@@ -289,17 +310,20 @@ def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, float, FloatAr
     coefficients = np.zeros(order)
     consistent = np.zeros(order + 1)
     consistent[0] = innovation = max(float(gamma[0]), 0.0)
+    innovations = [innovation]
     for k in range(1, order + 1):
         if innovation <= 0.0:
+            innovations += [innovation] * (order + 1 - k)
             break
         known = coefficients[: k - 1]
         predicted = float(known @ consistent[k - 1 : 0 : -1])
         reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
-        reflection = float(np.clip(reflection, -_MOST_REFLECTION, _MOST_REFLECTION))
+        reflection = min(max(reflection, -_MOST_REFLECTION), _MOST_REFLECTION)
         consistent[k] = predicted + reflection * innovation
         coefficients[:k] = np.append(known - reflection * known[::-1], reflection)
         innovation *= 1.0 - reflection**2
-    return coefficients, innovation, consistent
+        innovations.append(innovation)
+    return coefficients, innovations, consistent
 
 
 def _extend(model: FloatArray, leading: FloatArray, count: int) -> FloatArray:

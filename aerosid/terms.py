@@ -17,6 +17,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -116,6 +117,17 @@ class Term:
     """
 
     factors: tuple[Factor, ...]
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Computed once: searches look terms up by the thousand."""
+        return hash(self.factors)
+
+    def __reduce__(self) -> tuple[type[Term], tuple[tuple[Factor, ...]]]:
+        return Term, (self.factors,)  # another process hashes texts otherwise
 
     @property
     def variables(self) -> frozenset[str]:

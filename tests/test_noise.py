@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
+from scipy.stats import norm, truncnorm
 
-from aerosid.noise import autocovariance, estimate_noise, fourier_noise
+from aerosid.noise import _trimmed_scale, autocovariance, estimate_noise, fourier_noise
 
 
 def short_period(
@@ -94,6 +95,22 @@ def test_a_channel_that_dwells_on_its_levels_keeps_the_noise_of_its_jumps() -> N
     rng = np.random.default_rng(4)
     values = 0.1 * (rng.random(600) < 0.3) + 0.001 * rng.standard_normal(600)
     assert estimate_noise(np.arange(600) * 0.1, values) == pytest.approx(values.std(), rel=0.5)
+
+
+@given(st.integers(1, 80), st.integers(0, 3), st.integers(0, 2**32 - 1))
+def test_the_scale_of_differences_is_that_of_trimming_them_again_and_again(count: int, ties: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    differences = rng.standard_normal(count) * np.where(rng.random(count) < 0.1, 20.0, 1.0)
+    differences = np.round(differences, ties) if ties else differences
+    size = np.abs(differences)
+    scale = np.quantile(size, 0.8) / norm.ppf(0.9)
+    for _ in range(50):
+        if scale == 0.0:
+            break
+        before, scale = scale, np.sqrt(np.mean(size[size <= 3.0 * scale] ** 2) / truncnorm.var(-3.0, 3.0))
+        if abs(scale - before) <= 1e-6 * before:
+            break
+    assert _trimmed_scale(differences) == pytest.approx(scale, rel=1e-9)
 
 
 def test_two_independent_estimates_agree_on_a_smooth_record() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -231,3 +233,11 @@ def test_any_text_of_the_grammars_own_characters_is_a_term_or_a_sentence(text: s
     except AircraftError:
         return
     assert parse_term(str(term)) == term
+
+
+def test_a_term_that_went_to_another_process_is_found_there() -> None:
+    """Hashes of texts differ between processes: what was kept of one must not travel."""
+    term = parse_term("alpha^2*delta_e")
+    assert hash(term) == hash(parse_term("delta_e*alpha^2"))
+    term.__dict__["_hash"] = hash(term) + 1  # as another process would have it
+    assert pickle.loads(pickle.dumps(term)) in {parse_term("alpha^2*delta_e")}
