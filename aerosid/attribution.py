@@ -15,7 +15,7 @@ from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
-from aerosid.structure_search import AttributionSettings, StructureSearch
+from aerosid.structure_search import AttributionSettings, Searched, StructureSearch
 
 USUAL = AttributionSettings()
 """The settings of a loop unless told otherwise."""
@@ -65,6 +65,8 @@ def attribute(
     settings: AttributionSettings = USUAL,
     given: AerodynamicModel | None = None,
     validation: Sequence[Manoeuvre] = (),
+    *,
+    moving_air: bool = False,
 ) -> Attribution:
     """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
 
@@ -82,30 +84,25 @@ def attribute(
         The declared structure with its declared values: where a search begins again if what is missing is gross.
     validation : sequence of Manoeuvre
         Flights that are not fitted; what predicts them worse is not named.
+    moving_air : bool
+        Whether the instruments show gusts by kinematics alone: what is missing is then looked for beside them at first.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    current, rounds = search.forward(before)
-    current, others = search.exchange(current)
-    # What separates in another flight may look like a term here: the verdict will say that it does not explain it.
-    wrong_elsewhere = current is not before and any(cannot_follow(current, other) for other in validation)
-    if coefficients and (search.is_doubtful(current) or wrong_elsewhere):
-        separated = search.separated(current)
-        if search.price(separated) < search.price(current):
-            current, others = separated, ()
-    found, beside = current, others
-    if settings.disturbances and search.is_doubtful(found):
-        # What was found so far may be the disturbance's work, or be real beside it.
-        held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
-        for base in (before,) if held_still else (before, found):
-            disturbed, around = search.disturbed(base)
-            if search.price(disturbed) < search.price(current):
-                current, others = disturbed, around
+    gusty = None
+    if moving_air and coefficients and settings.disturbances and search.is_doubtful(before):
+        gusty = _beside_gusts(search, before)
+    if gusty is not None and _is_explained_by_gusts(search, gusty.estimate):
+        plain = reached = gusty
+    else:
+        plain = _plainly(search, before, validation, gusty)
+        reached = _against_disturbances(search, before, plain, gusty) if settings.disturbances else plain
+    current, others = reached.estimate, reached.others
     completed, spread = search.certain(refine_on(_unforced(current, before), manoeuvres))
     if _is_forced(current):
         samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
-        if search.price(completed) - search.price(found) > NO_IMITATION * samples:
-            current, others = found, beside
-            completed, spread = search.certain(refine_on(found, manoeuvres))
+        if search.price(completed) - search.price(plain.estimate) > NO_IMITATION * samples:
+            current, others = plain.estimate, plain.others
+            completed, spread = search.certain(refine_on(current, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
         completed, spread = search.certain(refine_on(held, manoeuvres))
@@ -114,7 +111,60 @@ def attribute(
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
-    return Attribution(before, completed, spread, findings, others, tuple(rounds), tuple(p.label for p in refuted))
+    return Attribution(before, completed, spread, findings, others, plain.rounds, tuple(p.label for p in refuted))
+
+
+BESIDE_GUSTS = 2
+"""How many may enter beside gusts that kinematics show, before flow separation is asked and all else without them."""
+
+
+def _beside_gusts(search: StructureSearch, before: Refinement) -> Searched:
+    """The search beside a gust, with flow separation where something is left."""
+    gusty = search.through_air(search.in_moving_air(before), BESIDE_GUSTS)
+    if search.is_doubtful(gusty.estimate):
+        separated = search.settled(search.separated(gusty.estimate))
+        if search.price(separated) < search.price(gusty.estimate):
+            gusty = Searched(separated, (), gusty.rounds)
+    return gusty
+
+
+def _is_explained_by_gusts(search: StructureSearch, gusty: Refinement) -> bool:
+    """Whether a gust, with what was found beside it, leaves nothing wrong, and is more than forces of any shape."""
+    return not search.is_doubtful(gusty) and search.is_gust(gusty)
+
+
+def _plainly(
+    search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], gusty: Searched | None
+) -> Searched:
+    """The search without disturbances, and flow separation where something is left that gusts do not say better."""
+    current, rounds = search.forward(before)
+    current, others = search.exchange(current)
+    if search.stepping and (gusty is None or search.price(current) < search.price(gusty.estimate)):
+        # What separates in another flight may look like a term here, which then cannot follow that flight.
+        elsewhere = current is not before and any(cannot_follow(current, other) for other in validation)
+        if elsewhere or search.is_doubtful(current):
+            separated = search.separated(current)
+            if search.price(separated) < search.price(current):
+                current, others = separated, ()
+    return Searched(current, others, tuple(rounds))
+
+
+def _against_disturbances(
+    search: StructureSearch, before: Refinement, plain: Searched, gusty: Searched | None
+) -> Searched:
+    """The search against gusts or forces of any shape where something is left and they say it better."""
+    found = plain.estimate
+    if not search.is_doubtful(found):
+        return plain
+    best = plain
+    # What was found so far may be the disturbance's work, or be real beside it.
+    held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
+    held_still |= gusty is not None and search.price(gusty.estimate) < search.price(found)
+    for base in (before,) if held_still else (before, found):
+        disturbed = search.disturbed(base, gusty if base is before else None)
+        if search.price(disturbed.estimate) < search.price(best.estimate):
+            best = disturbed
+    return best
 
 
 NO_IMITATION = 1.8

@@ -159,7 +159,16 @@ def close_loop(
     hypotheses = term_hypotheses(candidates)
     if settings.catalogue == "all":
         hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
-        found = attribute(before, manoeuvres, hypotheses, aircraft.coefficients, settings.attribution, declared, others)
+        found = attribute(
+            before,
+            manoeuvres,
+            hypotheses,
+            aircraft.coefficients,
+            settings.attribution,
+            declared,
+            others,
+            moving_air=agreement is not None and agreement.is_gusty,
+        )
     else:
         found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
 

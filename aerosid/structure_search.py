@@ -109,6 +109,15 @@ SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
 
+@dataclass(frozen=True)
+class Searched:
+    """Where a search ended: the estimate, what could stand in place of its parts, the scores of each round."""
+
+    estimate: Refinement
+    others: tuple[Finding, ...] = ()
+    rounds: tuple[tuple[Score, ...], ...] = ()
+
+
 def with_plain_noise(active: ActiveEffect) -> ActiveEffect:
     """The effect on a control without what it does to the noise of its record."""
     if active.effect.kind not in FILTERS or not isinstance(active.effect, InputEffect):
@@ -176,21 +185,40 @@ class StructureSearch:
             return current
         return refine_on(current, self.manoeuvres, BACKGROUND)
 
-    def disturbed(self, start: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+    def in_moving_air(self, start: Refinement) -> Refinement:
+        """The estimate with a gust beside it."""
+        room = self.with_room(start)
+        return self.with_noise(replace(room, model=with_gust(room.model)), gust())
+
+    def through_air(self, start: Refinement, most: int | None = None) -> Searched:
+        """The search beside a disturbance; `most`: how many may enter."""
+        current, rounds = self.forward(self.pruned(start), most)
+        current, others = self.exchange(current)
+        return Searched(current, others, tuple(rounds))
+
+    def is_gust(self, current: Refinement) -> bool:
+        """Whether a gust explains more than forces of any shape do, which follow whatever the model lacks."""
+        return self.price(current) < self.price(self.in_forces(current)) - self.critical**2
+
+    def in_forces(self, start: Refinement) -> Refinement:
+        """The estimate with forces of any shape, in place of a gust that it may hold."""
+        effects = tuple(active for active in start.effects if not isinstance(active.effect, NoiseEffect))
+        return self.with_noise(self.with_room(replace(start, effects=effects)), unmodelled_forces(self.stepping))
+
+    def disturbed(self, start: Refinement, gusty: Searched | None = None) -> Searched:
         """The search against a background of disturbances: a gust, or forces of any shape.
 
         Against it a term must bring more than what any force could: deviations and likelihoods then mean what they say
         although the model is still wrong somewhere. A gust is named only where it explains more than forces of any
-        shape do, which follow whatever the model lacks and explain nothing.
+        shape do, which follow whatever the model lacks and explain nothing. `gusty`: the search beside a gust, where
+        that is known.
         """
-        room = self.with_room(start)
-        background = self.with_noise(replace(room, model=with_gust(room.model)), gust())
+        background = self.in_moving_air(start) if gusty is None else gusty.estimate
         if self.stepping:
-            forced = self.with_noise(room, unmodelled_forces(self.stepping))
+            forced = self.in_forces(start)
             if self.price(forced) < self.price(background) + self.critical**2:
-                background = forced
-        current, _ = self.forward(self.pruned(background))
-        return self.exchange(current)
+                return self.through_air(forced)
+        return self.through_air(background) if gusty is None else gusty
 
     def separated(self, found: Refinement) -> Refinement:
         """The search with flow separation in place of what was found of its likeness.

@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from aerosid.kinematics import check_kinematics
+from aerosid.readers import read_log
 from aerosid.results import ClosedLoop
 from benchmarks.wide_detection import closed, written
 
 
-def loop(seed: int, number: int, folder: Path) -> ClosedLoop:
-    """The loop on one pair of flights with one thing wrong."""
-    written(folder, "one", [seed, number], number)
+def loop(seed: int, number: int, folder: Path, plant: str = "one") -> ClosedLoop:
+    """The loop on one pair of flights with one thing wrong, or two."""
+    written(folder, plant, [seed, number], number)
     return closed(folder)
 
 
@@ -46,3 +48,26 @@ def test_separation_is_looked_for_where_only_the_other_flight_shows_that_terms_d
     tmp_path: Path,
 ) -> None:
     assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
+
+
+def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tmp_path: Path) -> None:
+    """Which is a first guess alone: what the forces say of it decides."""
+    seen = {}
+    for plant, number in (("one", 10), ("one", 31), ("two", 13)):
+        folder = tmp_path / f"{plant}{number}"
+        written(folder, plant, [901, number], number)
+        agreement = check_kinematics([read_log(folder / "identification.csv")])
+        assert agreement is not None
+        assert agreement.air
+        seen[plant, number] = agreement.is_gusty
+    assert seen == {("one", 10): True, ("one", 31): False, ("two", 13): True}
+
+
+@pytest.mark.slow
+def test_a_gust_and_a_wrong_scale_are_found_together(tmp_path: Path) -> None:
+    assert set(names(loop(901, 9, tmp_path, "two"))) == {("gust", ""), ("sensor_scale", "a_z")}
+
+
+@pytest.mark.slow
+def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
+    assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}

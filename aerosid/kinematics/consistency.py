@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from aerosid.fit_statistics import whiteness
+from aerosid.fit_statistics import LONGEST_MEMORY, whiteness
 from aerosid.flight_log import FlightLog
 from aerosid.kinematics.contradiction import Contradiction, contradictions
 from aerosid.kinematics.estimate import Fit
@@ -112,6 +112,8 @@ class KinematicConsistency:
         What was left out.
     contradictions : tuple of Contradiction
         What no fault of an instrument reconciles; where there is one nothing else is judged.
+    is_gusty : bool
+        Whether the air moves along w, further and longer than a vane's own noise could pretend.
     """
 
     logs: tuple[str, ...]
@@ -123,6 +125,7 @@ class KinematicConsistency:
     sentence: str
     notes: tuple[str, ...] = ()
     contradictions: tuple[Contradiction, ...] = ()
+    is_gusty: bool = False
 
 
 def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAULT) -> KinematicConsistency | None:
@@ -174,6 +177,7 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
         _channels(recordings, found),
         _sentence(findings, groups, air),
         notes,
+        is_gusty=_is_gusty(recordings, air),
     )
 
 
@@ -194,6 +198,18 @@ def _air(at: Fit) -> tuple[MovingAir, ...]:
     gust = at.structure.gust
     pairs = (("w", gust.sigma_w, gust.length_w), ("u", gust.sigma_u, gust.length_u))
     return tuple(MovingAir(*pair) for pair in pairs if pair[1] > 0.0)
+
+
+ABOVE_THE_VANE = 1.5
+"""Times the vane's noise that gusts must be."""
+
+
+def _is_gusty(recordings: Sequence[Recording], air: Sequence[MovingAir]) -> bool:
+    speed = max(recording.airspeed for recording in recordings)
+    vane = max(recording.noise["alpha"] * recording.airspeed for recording in recordings)
+    return any(
+        gust.axis == "w" and gust.sigma > ABOVE_THE_VANE * vane and gust.length > LONGEST_MEMORY * speed for gust in air
+    )
 
 
 def _channels(recordings: Sequence[Recording], found: Searched) -> tuple[ChannelAgreement, ...]:
