@@ -15,6 +15,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.attribution import Attribution, attribute
 from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
+from aerosid.coefficient_rivals import coefficient_rivals, told_of_rivals, with_rivals
 from aerosid.completed_aircraft import complete_aircraft
 from aerosid.contradicted_loop import contradicted_loop
 from aerosid.declared_effects import declared_effects
@@ -169,7 +170,10 @@ def close_loop(
             others,
             moving_air=agreement is not None and agreement.is_gusty,
         )
+        rivals = coefficient_rivals(found, manoeuvres, hypotheses)
+        found = with_rivals(found, rivals)
     else:
+        rivals = []
         found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
 
     seen = None
@@ -218,6 +222,7 @@ def close_loop(
         notes=(
             *_notes(manoeuvres, others, chain, settings),
             *told_of_refuted(found.refuted),
+            *told_of_rivals(rivals),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
             *unlinearised,
             *_not_shown(rows),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,48 +60,81 @@ def _pair(
     model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """C_X, C_Z, C_m (N, 3) as measured and as the model gives them, where it is right about sensors and controls."""
-    time = manoeuvre.flight.time
+    corrected = Corrected.of(model, effects, manoeuvre, fed)
+    return corrected.measured, corrected.modelled(model.values)
 
-    def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        if fed.butterworth is None or not np.ptp(values) > 0.0:
-            return values
-        return prefilter.apply(fed.butterworth, time, values)
 
-    measured = fed.flight.measured.copy()
-    for i in range(4, 7):  # the accelerations, which do not enter the chain
-        if np.isfinite(measured[:, i]).any():
-            measured[:, i] = smooth(measured[:, i])
-    for active in reversed(effects):
-        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
-            i = OUTPUTS.index(active.effect.where)
-            measured[:, i] = active.effect.corrected(time, measured[:, i], active.numbers)
-    flight, _ = acting_flight(model, manoeuvre, effects)
-    inputs = np.column_stack([smooth(column) for column in flight.inputs.T])
-    acting = flight._replace(measured=measured, inputs=inputs)
-    states = _states(acting)
-    for active in effects:
-        if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
-            added = added_along(active, model, acting, model.values, states, manoeuvre.ground)
-            for column, change in added.items():
-                inputs[:, model.columns.index(column)] += change
-    modelled = _modelled(model, acting, states)
-    if not _has_q_dot(acting):
-        # The difference of q over two intervals is the mean of q_dot between: the model's moment is averaged alike.
-        middles = 0.5 * (modelled[1:, 2] + modelled[:-1, 2])
-        modelled[:, 2] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
-    return _measured(acting, model.constants), modelled
+@dataclass(frozen=True)
+class Corrected:
+    """A log as it would be read where a model is right about sensors and controls.
+
+    Attributes
+    ----------
+    model : AerodynamicModel
+    flight : Flight
+        The smooth channels, corrected for the sensors' faults, and the inputs that act.
+    states : ndarray, shape (N, 5)
+        u, w, q, theta, h.
+    """
+
+    model: AerodynamicModel
+    flight: Flight
+    states: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed) -> Corrected:
+        """A log, `fed` to the chain, as it is with a model's effects."""
+        time = manoeuvre.flight.time
+
+        def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
+            if fed.butterworth is None or not np.ptp(values) > 0.0:
+                return values
+            return prefilter.apply(fed.butterworth, time, values)
+
+        measured = fed.flight.measured.copy()
+        for i in range(4, 7):  # the accelerations, which do not enter the chain
+            if np.isfinite(measured[:, i]).any():
+                measured[:, i] = smooth(measured[:, i])
+        for active in reversed(effects):
+            if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
+                i = OUTPUTS.index(active.effect.where)
+                measured[:, i] = active.effect.corrected(time, measured[:, i], active.numbers)
+        flight, _ = acting_flight(model, manoeuvre, effects)
+        inputs = np.column_stack([smooth(column) for column in flight.inputs.T])
+        acting = flight._replace(measured=measured, inputs=inputs)
+        states = _states(acting)
+        for active in effects:
+            if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
+                added = added_along(active, model, acting, model.values, states, manoeuvre.ground)
+                for column, change in added.items():
+                    inputs[:, model.columns.index(column)] += change
+        return cls(model, acting, states)
+
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """C_X, C_Z, C_m (N, 3) of the accelerometers and the pitch acceleration; NaN where one is missing."""
+        return _measured(self.flight, self.model.constants)
+
+    def modelled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """C_X, C_Z, C_m (N, 3) with these values of the model's entries."""
+        found = _modelled(self.model, values, self.flight, self.states)
+        if not _has_q_dot(self.flight):
+            # The difference of q over two intervals is the mean of q_dot between: the model's moment is averaged alike.
+            middles = 0.5 * (found[1:, 2] + found[:-1, 2])
+            found[:, 2] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
+        return found
 
 
 def _has_q_dot(flight: Flight) -> bool:
     return bool(np.isfinite(flight.measured[:, 6]).any())
 
 
-def _modelled(model: AerodynamicModel, flight: Flight, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _modelled(
+    model: AerodynamicModel, values: NDArray[np.float64], flight: Flight, states: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
     known = np.isfinite(states[:, :4].sum(axis=1))
-    found = coefficients_along(
-        np.where(np.isnan(states), 1.0, states), flight, np.array(model.values), model.table, model.constants
-    )
+    found = coefficients_along(np.where(np.isnan(states), 1.0, states), flight, values, model.table, model.constants)
     alpha = np.arctan2(states[:, 1], states[:, 0])
     lift, drag = found[:, COEFFICIENTS.index("C_L")], found[:, COEFFICIENTS.index("C_D")]
     c_x = found[:, 0] + lift * np.sin(alpha) - drag * np.cos(alpha)

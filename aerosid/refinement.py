@@ -196,7 +196,7 @@ def contest(
     manoeuvres: Sequence[Manoeuvre],
     settings: RefinementSettings,
     allowance: Sequence[float],
-    level: float = np.inf,
+    level: float | None = None,
     margin: float = 0.0,
 ) -> list[Refinement]:
     """The estimates from several starts, those that cannot win given up on the way.
@@ -207,10 +207,10 @@ def contest(
         The contestants: different structures on the same manoeuvres.
     allowance : sequence of float
         What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
-    level : float
-        -2 ln L with handicap that is reached already outside the contest.
+    level : float, optional
+        -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
     margin : float
-        By how much more than the least of all a contestant may have at the end and still be of interest.
+        By how much more than that a contestant may have at the end and still be of interest.
 
     Returns
     -------
@@ -220,7 +220,7 @@ def contest(
     Notes
     -----
     All move one step in turn. After two, or after one from a known likelihood, one is given up where even several
-    times the fall that its linearisation promises would leave it above what another has reached already.
+    times the fall that its linearisation promises would leave it above.
     """
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
     points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
@@ -236,7 +236,9 @@ def contest(
         judged = [n for n in paths if turn > 0 or starts[n].point is not None]
         if not judged:
             continue
-        reached = min(level, *(point.cost + more for point, more in zip(points, allowance, strict=True)))
+        reached = level
+        if reached is None:
+            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
         for n in judged:
             promise = MOST_OF_PROMISE * promised_fall(likelihoods[n], points[n])
             if points[n].cost + allowance[n] - promise > reached + margin:

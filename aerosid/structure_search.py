@@ -105,6 +105,9 @@ BESIDE_SEPARATION = 1
 LIKENESS = 0.9
 """Share of what its likeness brings that separation brings too, from which others are looked for beside it."""
 
+OTHERWISE_GOOD = 0.5
+"""Share of what a hypothesis brings in the place of a part, from which, brought beside it, it says something else."""
+
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
@@ -371,13 +374,13 @@ class StructureSearch:
         self,
         current: Refinement,
         scores: Sequence[Score],
-        level: float = np.inf,
+        level: float | None = None,
         margin: float = 0.0,
         further: Sequence[Start] = (),
     ) -> list[Refinement]:
         """The estimate with one more hypothesis, for each of several, and from `further` starts.
 
-        Those are not followed to the end that stay more than `margin` above the best, or above the price `level`.
+        Those are not followed to the end that stay more than `margin` above the price `level`, or above the best.
         """
         starts = [*(self.start(current, score) for score in scores), *further]
         fares = [self.fare(start) - self.spare(start, current) for start in starts]
@@ -484,22 +487,30 @@ class StructureSearch:
         interval = float(np.median(np.diff(manoeuvre.flight.time)))
         return at_moment(active, time, active.log, interval)
 
-    def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
-        """The estimate with parts struck out."""
+    def struck_out(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The structure without some parts, the other numbers as they were."""
         entries = [part.entry for part in parts if part.entry is not None]
         effects = [part.active for part in parts if part.active is not None]
-        model = current.model.without(entries)
-        free = tuple(entry for entry in current.free if entry not in entries)
-        acting = tuple(active for active in current.effects if active not in effects)
+        return replace(
+            current,
+            model=current.model.without(entries),
+            free=tuple(entry for entry in current.free if entry not in entries),
+            effects=tuple(active for active in current.effects if active not in effects),
+        )
+
+    def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The estimate with parts struck out."""
+        struck = self.struck_out(current, parts)
+        entries = [part.entry for part in parts if part.entry is not None]
 
         def fitted(point: Point | None) -> Refinement:
             return refine(
-                model,
+                struck.model,
                 self.manoeuvres,
-                free,
-                effects=acting,
-                states=current.states,
-                variance=current.variance,
+                struck.free,
+                effects=struck.effects,
+                states=struck.states,
+                variance=struck.variance,
                 point=point,
                 settings=TRIAL,
             )
@@ -507,12 +518,12 @@ class StructureSearch:
         if current.effects or current.held_to_data > 0.0:
             return fitted(None)
         # Terms alone have one likeliest set of numbers, wherever the search for it begins.
-        known = self.struck.get((free, model.columns))
+        known = self.struck.get((struck.free, struck.model.columns))
         if known is None:
             near = self.near(current).without_terms(entries)
-            known = fitted(replace(near, values=np.array(model.values)))
+            known = fitted(replace(near, values=np.array(struck.model.values)))
             known = known if known.converged else fitted(None)
-            self.struck[free, model.columns] = known
+            self.struck[struck.free, struck.model.columns] = known
         return known
 
     def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
@@ -629,18 +640,35 @@ class StructureSearch:
         """What could stand in the place of each found part, the estimate kept as it is."""
         found: list[Finding] = []
         for group in self.groups(current):
-            found.extend(self.within_reach(current, *self.in_its_place(current, group)))
+            found.extend(self.within_reach(current, *self.in_its_place(current, group, alike=True)))
         return tuple(found)
 
-    def in_its_place(self, current: Refinement, group: Sequence[Part]) -> tuple[Refinement, list[Refinement]]:
-        """The estimate without a group of parts, and with each rival that could take its place."""
+    def in_its_place(
+        self, current: Refinement, group: Sequence[Part], *, alike: bool = False
+    ) -> tuple[Refinement, list[Refinement]]:
+        """The estimate without a group of parts, and with each rival that could take its place.
+
+        `alike`: none of those that bring much the same beside the group as in its place, which are about another thing.
+        """
         margin = self.margin(current, {part.label for part in group})
         if not self.has_rivals(current, group, margin):
             return current, []
         reduced = self.without(current, group)
-        rivals = {score.hypothesis.label: score for score in self.stand_ins(current, group)}
-        rivals |= {score.hypothesis.label: score for score in self.rivals(reduced, group)}
-        trials = self.tried(reduced, list(rivals.values()), self.price(current), margin)
+        rivals = {score.hypothesis.label: score for score in self.rivals(reduced, group)}
+        stand_ins = {score.hypothesis.label: score for score in self.stand_ins(current, group)}
+        if alike:
+            beside = {id(score.hypothesis): score.gain for score in self.scores(current)}
+            alone = {id(score.hypothesis): score.gain for score in self.scores(reduced)}
+            rivals = {
+                label: score
+                for label, score in rivals.items()
+                if beside.get(id(score.hypothesis), 0.0) < OTHERWISE_GOOD * alone.get(id(score.hypothesis), np.inf)
+            }
+        # What does the same to the motion is found from where that motion is, not from the fit without it.
+        struck = self.struck_out(current, group)
+        further = [self.start(struck, score) for score in stand_ins.values()]
+        rest = [score for label, score in rivals.items() if label not in stand_ins]
+        trials = self.tried(reduced, rest, self.price(current), margin, further)
         return reduced, self.lightened(reduced, trials, self.price(current) + margin)
 
     def stands(self, trial: Refinement, reduced: Refinement) -> bool:
