@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.bounds import FilterError, filter_error, widened
 from aerosid.effects import StateEffect
 from aerosid.evidence import Deviations, Score
 from aerosid.findings import Finding, labels, named
@@ -41,6 +42,9 @@ class Attribution:
         The score of every hypothesis in each round, before one of that round entered.
     refuted : tuple of (kind, where, term)
         What the flights that were fitted showed and others refuted.
+    filter_error : FilterError or None
+        The completed structure's terms among forces of any shape, where those say better what is left; then
+        `completed_deviations` are no smaller than theirs.
     """
 
     before: Refinement
@@ -50,6 +54,7 @@ class Attribution:
     alternatives: tuple[Finding, ...]
     rounds: tuple[tuple[Score, ...], ...]
     refuted: tuple[tuple[str, str, str], ...] = ()
+    filter_error: FilterError | None = None
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -106,12 +111,16 @@ def attribute(
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
         completed, spread = search.certain(refine_on(held, manoeuvres))
+    forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
+    beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
+    spread = widened(spread, beside_forces)
     findings = search.findings(completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
-    return Attribution(before, completed, spread, findings, others, plain.rounds, tuple(p.label for p in refuted))
+    told = tuple(part.label for part in refuted)
+    return Attribution(before, completed, spread, findings, others, plain.rounds, told, beside_forces)
 
 
 BESIDE_GUSTS = 2

@@ -402,7 +402,7 @@ def _derivative_rows(
     """One row for each declared or found term, coefficient by coefficient."""
     declared = {(d.coefficient, d.term): d for d in aircraft.derivatives}
     completed, spread = found.completed, found.completed_deviations
-    inflation = variance_inflation(completed)
+    inflation, beside = variance_inflation(completed), found.filter_error
     rows = []
     order = sorted(dict.fromkeys([*declared, *completed.free]), key=lambda entry: aircraft.coefficients.index(entry[0]))
     for entry in order:
@@ -432,6 +432,8 @@ def _derivative_rows(
                 shown=is_shown(value, given, error),
                 variance_inflation=_finite(float(inflation[n])),
                 scatter=scattered.get(entry),
+                filter_error=_finite(float(beside.values[n])) if beside else None,
+                filter_error_std_error=_finite(float(beside.deviations[n])) if beside else None,
             )
         )
     return tuple(rows)

@@ -96,6 +96,10 @@ class DerivativeRow:
     """By how much the other parameters widen its variance: what it would be if all others were known is 1."""
     scatter: float | None = None
     """Standard deviation of the estimates from each identification log alone, where there are several."""
+    filter_error: float | None = None
+    """The estimate among forces of any shape, where the flight shows more than the structure explains."""
+    filter_error_std_error: float | None = None
+    """Its standard deviation; `std_error` is no smaller."""
 
 
 SHOWN = 0.3

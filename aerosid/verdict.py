@@ -29,7 +29,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     # Constants are known from any level flight; what depends on the motion needs one.
     moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
-    if values.size and not found.findings and not np.any(spread.corrected[moving] < 0.3 * values):
+    if values.size and not found.findings and not np.any(spread.published[moving] < 0.3 * values):
         return Verdict.NOT_EXCITED
     left = unexplained_channels(found.completed, manoeuvres) or any(
         cannot_follow(completed, each) for each in validation

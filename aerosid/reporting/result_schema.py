@@ -106,6 +106,8 @@ class DerivativeEntry(_Row):
     shown: bool
     variance_inflation: Number = None
     scatter: Number = None
+    filter_error: Number = None
+    filter_error_std_error: Number = None
 
 
 class CoefficientEntry(_Row):

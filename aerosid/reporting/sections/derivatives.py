@@ -20,5 +20,6 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "groups": groups,
         "hidden": any(not row.shown for row in result.derivatives),
         "scattered": any(row.scatter is not None for row in result.derivatives),
+        "forced": any(row.filter_error is not None for row in result.derivatives),
         "correlation": result.correlation,
     }
