@@ -173,7 +173,7 @@ class Likelihood:
             raise ValueError(f"{values.size} values were given for {self.model.values.size} terms")
         for log in range(len(self.manoeuvres)):
             if self.held_to_data > 0.0:
-                yield from self._predicted(log, values, states[log], effects, variance)
+                yield from self._predicted(log, values, states[log], effects, variance, tested)
             else:
                 yield from self._simulated(log, values, states[log], effects, variance, tested)
 
@@ -333,8 +333,9 @@ class Likelihood:
         state: NDArray[np.float64],
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
     ) -> Iterator[_Block]:
-        """One step ahead, the filter's gain holding the prediction to the data; effects are not free here."""
+        """One step ahead, the filter's gain holding the prediction to the data; no effect is free, tested or not."""
         flight, _ = acting_flight(self.model, self.manoeuvres[log], effects)
         if self.filtering:
             flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
@@ -343,7 +344,7 @@ class Likelihood:
         samples, extra, free = flight.time.size, flight.input_variance.size, self.free.size
         directions = no_directions(samples, extra)
         carry = start_carry(state, flight, free, directions)
-        parameters = sum(active.slopes for active in effects)
+        parameters = sum(active.slopes for active in (*effects, *tested))
         for begin in range(0, samples, STRETCH):
             stop = min(begin + STRETCH, samples)
             predicted, white = np.empty((stop - begin, OUTPUT_COUNT)), np.empty((stop - begin, OUTPUT_COUNT))

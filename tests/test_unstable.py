@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from problems import UNSTABLE, Problem, with_thrust
+from problems import UNSTABLE, Problem, entry, with_thrust
 
-from aerosid.evidence import deviations
+from aerosid.evidence import deviations, score_hypotheses
 from aerosid.flight_log import FlightLog
+from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.prediction import Flight, simulate_outputs
 from aerosid.refinement import refine
 from aerosid.simulation import fly, input_row, trim
@@ -62,3 +63,14 @@ def test_derivatives_are_within_three_bounds_with_a_fed_back_elevator(seed: int)
     log = flown_by_feedback(problem, seed)
     assert np.abs(log["alpha"] - log["alpha"][0]).max() < 0.2
     assert np.abs(ratios(problem, log)).max() < 3.0
+
+
+def test_hypotheses_beside_an_estimate_that_is_held_to_the_data_are_scored() -> None:
+    """Terms by their sensitivities; effects, which are not free there, count as nothing."""
+    problem = Problem(UNSTABLE, amplitude=0.008, duration=5.0)
+    model, manoeuvre = problem.prepared(problem.fly(1))
+    found = replace(refine(model, [manoeuvre], model.entries), held_to_data=1.0)
+    asked = (*term_hypotheses([entry("C_m", "alpha^2")]), *effect_hypotheses(model, [manoeuvre]))
+    scores = {score.hypothesis.kind: score.gain for score in score_hypotheses(found, [manoeuvre], asked)}
+    assert scores.pop("aero_term") > 0.0
+    assert set(scores.values()) == {0.0}
