@@ -80,6 +80,10 @@ def score_hypotheses(
     return Linearised(refinement, manoeuvres, hypotheses).scores() if hypotheses else ()
 
 
+ROOM = 16_000_000
+"""Numbers that the sensitivities of hypotheses may fill at once: of a long record they are asked in several turns."""
+
+
 class Linearised:
     """An estimate's likelihood, to second order in its parameters and in those of hypotheses beside it.
 
@@ -90,11 +94,17 @@ class Linearised:
     manoeuvres : sequence of Manoeuvre
         Those of the estimate.
     hypotheses : sequence of Hypothesis
-        None of them in the model.
+        None of them in the model. Nothing is known of two of them together.
+    room : int
+        Numbers that sensitivities may fill at once.
     """
 
     def __init__(
-        self, refinement: Refinement, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
+        self,
+        refinement: Refinement,
+        manoeuvres: Sequence[Manoeuvre],
+        hypotheses: Sequence[Hypothesis],
+        room: int = ROOM,
     ) -> None:
         self.refinement = refinement
         asked = [
@@ -103,13 +113,9 @@ class Linearised:
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-        tested = [active for _, chord, _ in asked for active in chord.effects]
-        self.point = _extended_point(refinement, manoeuvres, entries, tested)
-        self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
         free, states = len(refinement.free), 5 * len(manoeuvres)
         own = sum(active.slopes for active in refinement.effects)
         self.own = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
-        self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
         self.place = place = {entry: free + n for n, entry in enumerate(entries)}
         column = free + len(entries) + states
         self.effect_columns: list[tuple[ActiveEffect, list[int]]] = []
@@ -122,12 +128,53 @@ class Linearised:
             columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
             self.asked.append((hypothesis, columns, trial))
             column += count
+        samples = max(manoeuvre.flight.time.size for manoeuvre in manoeuvres)
+        most = max(room // (OUTPUT_COUNT * samples) - self.own.size, 1)
+        self.point = self._beside(manoeuvres, [chord for _, chord, _ in asked], column, most)
+        self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
+        self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
+
+    def _beside(self, manoeuvres: Sequence[Manoeuvre], chords: Sequence[Hypothesis], count: int, most: int) -> Point:
+        """The likelihood in all `count` parameters, from simulations with at most `most` columns of hypotheses each."""
+        batches: list[list[int]] = [[]]
+        held = 0
+        for n, (_, columns, _) in enumerate(self.asked):
+            if batches[-1] and held + len(columns) > most:
+                batches.append([])
+                held = 0
+            batches[-1].append(n)
+            held += len(columns)
+        whole: Point | None = None
+        for batch in batches:
+            entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
+            tested = [active for n in batch for active in chords[n].effects]
+            free = len(self.refinement.free)
+            added = [self.place[entry] for entry in entries]
+            columns = [c for n in batch for c in self.asked[n][1] if c > self.own[-1]]
+            places = np.array([*self.own[:free], *added, *self.own[free:], *columns], dtype=np.int64)
+            here = {int(place): n for n, place in enumerate(places)}
+            groups = [[here[c] for c in self.asked[n][1]] for n in batch]
+            part = _extended_point(self.refinement, manoeuvres, entries, tested, groups)
+            if whole is None:
+                whole = replace(
+                    part,
+                    normals=np.zeros((OUTPUT_COUNT, count, count)),
+                    gradients=np.zeros((OUTPUT_COUNT, count)),
+                    prior_normal=np.zeros((count, count)),
+                    prior_gradient=np.zeros(count),
+                )
+            inside = places[:, None], places
+            for known, found in zip(whole.normals, part.normals, strict=True):
+                known[inside] = np.where(known[inside] != 0.0, known[inside], found)
+            whole.gradients[:, places] = part.gradients
+        assert whole is not None
+        return whole
 
     def with_terms(self, entries: Sequence[Entry]) -> Point:
         """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.
 
-        The terms, which come after the free ones of the estimate, are of the hypotheses. The values are left to the
-        caller, who knows the order of the model's terms.
+        The terms, which come after the free ones of the estimate, are of one of the hypotheses. The values are left to
+        the caller, who knows the order of the model's terms.
         """
         free = len(self.refinement.free)
         added = np.array([self.place[entry] for entry in entries], dtype=np.int64)
@@ -212,12 +259,14 @@ def _extended_point(
     manoeuvres: Sequence[Manoeuvre],
     entries: Sequence[Entry],
     tested: Sequence[ActiveEffect],
+    groups: Sequence[Sequence[int]],
 ) -> Point:
-    """The likelihood at an estimate, with the derivatives of its parameters and of all that is tested."""
+    """The likelihood at an estimate, with the derivatives of its parameters and of all that is tested, in groups."""
     model = refinement.model.extended(entries)
     likelihood = Likelihood(model, tuple(manoeuvres), (*refinement.free, *entries))
     likelihood.held_to_data = refinement.held_to_data
-    point = likelihood.evaluate(model.values, refinement.states, refinement.effects, refinement.variance, tested)
+    at = refinement.states, refinement.effects, refinement.variance
+    point = likelihood.evaluate(model.values, *at, tested, groups)
     if point is None:
         raise OutOfRangeError
     return replace(point, values=np.array(refinement.model.values))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.column_products import column_products
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
 from aerosid.effects_in_flight import (
     OutOfRangeError,
@@ -380,10 +381,12 @@ class Likelihood:
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
         tested: Sequence[ActiveEffect] = (),
+        apart: Sequence[Sequence[int]] = (),
     ) -> Point | None:
         """Likelihood, gradient and information; None where the simulation leaves the model's range.
 
-        `tested` effects do not act: their derivatives are wanted, which come last.
+        `tested` effects do not act: their derivatives are wanted, which come last. `apart` are groups of parameters
+        that are asked one group at a time: between two of them the information is left zero.
         """
         count = self.parameter_count((*effects, *tested))
         normals, gradients = np.zeros((OUTPUT_COUNT, count, count)), np.zeros((OUTPUT_COUNT, count))
@@ -393,9 +396,11 @@ class Likelihood:
             for part in self._whitened(values, states, effects, variance, tested):
                 held = np.count_nonzero(part.held, axis=0)
                 places = self._places(part.log, count)
+                columns = np.full(count, -1)
+                columns[places] = 1 + np.arange(places.size)
+                groups = [columns[list(group)].tolist() for group in apart]
                 for i in np.flatnonzero(held):
-                    block = part.block[:, i, :]  # zero where nothing was measured
-                    products = block.T @ block
+                    products = column_products(part.block[:, i, :], groups)  # zero where nothing was measured
                     squares[i] += products[0, 0]
                     gradients[i, places] += products[0, 1:]
                     if len(self.manoeuvres) == 1:

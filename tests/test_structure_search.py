@@ -72,3 +72,33 @@ def test_values_of_another_model_are_refused(search: tuple[StructureSearch, Refi
     likelihood = Likelihood(found.declared.model, found.manoeuvres, ())
     with pytest.raises(ValueError, match="values were given for"):
         likelihood.evaluate(current.model.values, current.states, (), current.variance)
+
+
+def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[StructureSearch, Refinement]) -> None:
+    """The own parameters are simulated anew in each turn; what stands between two hypotheses is never asked."""
+    found, current = search
+    asked = found.open_hypotheses(current)
+    at = found.asking(current, asked)
+    whole = Linearised(at, found.manoeuvres, asked)
+    samples = found.manoeuvres[0].flight.time.size
+    parts = Linearised(at, found.manoeuvres, asked, room=8 * samples * (whole.own.size + 20))
+    effects = [active for hypothesis in asked for active in hypothesis.effects]
+    assert len(effects) > 100  # several turns
+    for one, other in zip(whole.scores(), parts.scores(), strict=True):
+        assert one.hypothesis == other.hypothesis
+        assert other.gain == pytest.approx(one.gain, rel=1e-9, abs=1e-9)
+    np.testing.assert_allclose(parts.normal, whole.normal, rtol=1e-9, atol=1e-9 * np.abs(whole.normal).max())
+    # And with the information between all of them, which no score uses.
+    model = at.model.extended([entry for hypothesis in asked for entry in hypothesis.entries])
+    chords = [chord for hypothesis, _, trial in whole.asked for chord in (hypothesis.by_chord(trial),)]
+    free = (*at.free, *(entry for entry in whole.place))
+    dense = Likelihood(model, found.manoeuvres, free).evaluate(
+        model.values, at.states, at.effects, at.variance, [active for chord in chords for active in chord.effects]
+    )
+    assert dense is not None
+    together = dense.normals.sum(axis=0)
+    np.testing.assert_allclose(whole.normal[whole.own], together[whole.own], rtol=1e-9, atol=1e-6)
+    for _, columns, _ in whole.asked:
+        inside = np.ix_(columns, columns)
+        np.testing.assert_allclose(whole.normal[inside], together[inside], rtol=1e-9)
+    np.testing.assert_allclose(whole.gradient, dense.gradients.sum(axis=0), rtol=1e-9, atol=1e-6)
