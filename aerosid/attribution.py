@@ -17,6 +17,7 @@ from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
 from aerosid.structure_search import AttributionSettings, Searched, StructureSearch
+from aerosid.unproven import Unproven, unproven_terms
 
 USUAL = AttributionSettings()
 """The settings of a loop unless told otherwise."""
@@ -45,6 +46,8 @@ class Attribution:
     filter_error : FilterError or None
         The completed structure's terms among forces of any shape, where those say better what is left; then
         `completed_deviations` are no smaller than theirs.
+    unproven : tuple of Unproven
+        Terms that stand out where something is left, and not far enough.
     """
 
     before: Refinement
@@ -55,6 +58,7 @@ class Attribution:
     rounds: tuple[tuple[Score, ...], ...]
     refuted: tuple[tuple[str, str, str], ...] = ()
     filter_error: FilterError | None = None
+    unproven: tuple[Unproven, ...] = ()
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -120,7 +124,8 @@ def attribute(
         others = _once((*others, *search.alternatives(completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     told = tuple(part.label for part in refuted)
-    return Attribution(before, completed, spread, findings, others, plain.rounds, told, beside_forces)
+    unproven = unproven_terms(search, completed, told)
+    return Attribution(before, completed, spread, findings, others, plain.rounds, told, beside_forces, unproven)
 
 
 BESIDE_GUSTS = 2

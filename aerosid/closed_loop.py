@@ -53,6 +53,7 @@ from aerosid.results import (
 )
 from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
 from aerosid.structure_search import AttributionSettings
+from aerosid.unproven import told_of_unproven
 from aerosid.verdict import judge, summarise, told_of_colour, told_of_refuted
 
 Progress = Callable[[str], None]
@@ -223,6 +224,7 @@ def close_loop(
             *_notes(manoeuvres, others, chain, settings),
             *told_of_refuted(found.refuted),
             *told_of_rivals(rivals),
+            *told_of_unproven(found.unproven),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
             *unlinearised,
             *_not_shown(rows),

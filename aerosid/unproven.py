@@ -1,0 +1,67 @@
+"""Terms that the flight suggests and does not prove: what an engineer would ask for next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.findings import Finding
+from aerosid.refinement import Refinement
+from aerosid.structure_search import StructureSearch
+
+SUGGESTED = 3.0
+"""Corrected deviations from zero from which one candidate, asked for alone, would be believed."""
+
+MOST = 3
+"""How many are told."""
+
+
+@dataclass(frozen=True)
+class Unproven:
+    """A term that stands out, and by how many deviations it would have to: among so many candidates chance does too."""
+
+    finding: Finding
+    ratio: float
+    asked: float
+
+
+def unproven_terms(
+    search: StructureSearch, completed: Refinement, refuted: Sequence[tuple[str, str, str]] = ()
+) -> tuple[Unproven, ...]:
+    """The terms that stand out most beside what was found, where something is left to explain.
+
+    Each is fitted beside the estimate; its deviation counts the residuals' colour. `refuted` are not asked for again.
+    """
+    if not search.is_doubtful(completed):
+        return ()
+    scores = [
+        score
+        for score in search.scores(completed)
+        if score.hypothesis.kind == "aero_term" and not score.hypothesis.searched
+    ]
+    scores = [score for score in scores if score.hypothesis.label not in refuted]
+    found = []
+    level = search.price(completed)
+    for trial in search.tried(completed, scores[: search.settings.shortlist], level, margin=np.inf):
+        part = next(p for p in search.parts(trial, search.rough_deviations(trial)) if p.entry not in completed.free)
+        if part.ratio > SUGGESTED:
+            row = search.finding(part, completed.cost - trial.cost)
+            found.append(Unproven(row, part.ratio, search.critical))
+    return tuple(sorted(found, key=lambda each: -each.ratio)[:MOST])
+
+
+def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
+    """A sentence for each, for the notes."""
+    return [
+        f"Not proven: {each.finding.where} {each.finding.term}, {each.finding.value:.3g} with a deviation of "
+        f"{each.finding.std_error:.2g}: {_why(each)}. Another flight, or declaring it, would decide."
+        for each in unproven
+    ]
+
+
+def _why(each: Unproven) -> str:
+    if each.ratio < each.asked:
+        return f"{each.ratio:.1f} deviations from zero, where {each.asked:.1f} are asked for among so many candidates"
+    return f"{each.ratio:.1f} deviations from zero, but unknown forces would leave as much, and more is missing"

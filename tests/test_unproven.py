@@ -1,0 +1,51 @@
+"""What stands out and is not proven is told with its number, and only where something is left to explain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import LIGHT, Problem, entry, with_channels
+from scipy.signal import lfilter
+
+from aerosid.attribution import USUAL
+from aerosid.closed_loop import BEFORE
+from aerosid.flight_log import FlightLog
+from aerosid.hypotheses import term_hypotheses
+from aerosid.refinement import Refinement, refine
+from aerosid.structure_search import StructureSearch
+from aerosid.unproven import told_of_unproven, unproven_terms
+
+DRAG = ("C_X", "alpha^2")
+
+
+def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinement]:
+    model, manoeuvre = problem.prepared(log)
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
+    return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
+
+
+def shaken(log: FlightLog) -> FlightLog:
+    """The log with noise in a_z that follows itself: something is left, whatever is found."""
+    white = np.random.default_rng(5).normal(0.0, 1.0, log.time.size)
+    slow = lfilter([0.06], [1.0, -0.98], white)
+    return with_channels(log, theta=log["theta"] + 0.004 * slow, a_z=log["a_z"] + 0.3 * slow)
+
+
+def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
+    problem = Problem(undeclared={DRAG: 3.6})
+    search, before = searched(problem, shaken(problem.fly()))
+    first, *_ = unproven_terms(search, before)
+    assert (first.finding.where, first.finding.term) == DRAG
+    assert first.finding.value == pytest.approx(3.6, rel=0.2)
+    assert first.ratio == pytest.approx(first.finding.value / first.finding.std_error)
+    (sentence, *_) = told_of_unproven([first])
+    assert "C_X alpha^2" in sentence
+    assert "deviations from zero" in sentence
+    assert not [each for each in unproven_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
+
+
+def test_nothing_is_unproven_where_nothing_is_left() -> None:
+    problem = Problem()
+    search, before = searched(problem, problem.fly())
+    assert unproven_terms(search, before) == ()
