@@ -94,6 +94,10 @@ def added_along(
     return dict(zip(effect.columns, found.T, strict=True))
 
 
+RUNAWAY = 1e50
+"""Sensitivity, SI, from which a flight says nothing any more of what it began with: its square is no longer sure."""
+
+
 @dataclass(frozen=True)
 class MotionLoop:
     """A flight with what its motion adds to its inputs, and the way of the sensitivities around that loop.
@@ -132,11 +136,19 @@ class MotionLoop:
         directions: Directions,
         trace: Trace,
     ) -> None:
-        """Add to the trace of samples `begin` to `stop` - 1 what the loop adds to the sensitivities, in place."""
+        """Add to the trace of samples `begin` to `stop` - 1 what the loop adds to the sensitivities, in place.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where they grow beyond all bounds: the motion runs away, and only the stalled flow holds it.
+        """
         arguments = (free, model.table, model.constants, self.feedback, self.places, directions, trace)
         feed_back(begin, stop, self.carry, self.plain, self.states, values, *arguments)
         unrecorded = [not np.isfinite(channel).any() for channel in self.flight.measured.T]
         trace.block[:, unrecorded] = 0.0
+        if not np.abs(trace.block[:, :, 1:]).max(initial=0.0) < RUNAWAY:
+            raise OutOfRangeError
 
 
 def motion_loop(

@@ -100,7 +100,7 @@ GROSS = 3.0
 
 
 BESIDE_SEPARATION = 1
-"""How many may enter beside flow separation: its fits difference whole simulations, a minute each on a long stall."""
+"""How many may enter beside flow separation: each is searched for among as many rivals as all that entered before."""
 
 LIKENESS = 0.9
 """Share of what its likeness brings that separation brings too, from which others are looked for beside it."""

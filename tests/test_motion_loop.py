@@ -134,3 +134,13 @@ def test_stretches_join(monkeypatch: pytest.MonkeyPatch) -> None:
     parts = list(likelihood.stretches(model.values, start, (SEPARATING, LIFTED), SPREAD**2))
     assert len(parts) == 6
     assert_allclose(np.concatenate([part.columns for part in parts]), whole.columns, rtol=1e-12, atol=1e-12)
+
+
+def test_sensitivities_beyond_all_bounds_are_none_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stalled flow can hold a motion that runs away below the limit of alpha: no square of its columns is taken."""
+    model, manoeuvre = flown((SEPARATING,))
+    likelihood = Likelihood(model, (manoeuvre,), model.entries[:10], False)
+    start, values = [initial_state(manoeuvre.flight)], np.array(model.values)
+    assert likelihood.evaluate(values, start, (SEPARATING,), SPREAD**2) is not None
+    monkeypatch.setattr("aerosid.motion_loop.RUNAWAY", 10.0)
+    assert likelihood.evaluate(values, start, (SEPARATING,), SPREAD**2) is None
