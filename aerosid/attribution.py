@@ -99,7 +99,7 @@ def attribute(
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     gusty = None
     if moving_air and coefficients and settings.disturbances and search.is_doubtful(before):
-        gusty = _beside_gusts(search, before)
+        gusty = _beside_gusts(search, before, validation)
     if gusty is not None and _is_explained_by_gusts(search, gusty.estimate):
         plain = reached = gusty
     else:
@@ -132,14 +132,19 @@ BESIDE_GUSTS = 2
 """How many may enter beside gusts that kinematics show, before flow separation is asked and all else without them."""
 
 
-def _beside_gusts(search: StructureSearch, before: Refinement) -> Searched:
+def _beside_gusts(search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre]) -> Searched:
     """The search beside a gust, with flow separation where something is left."""
     gusty = search.through_air(search.in_moving_air(before), BESIDE_GUSTS)
-    if search.is_doubtful(gusty.estimate):
+    if search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, validation):
         separated = search.settled(search.separated(gusty.estimate))
         if search.price(separated) < search.price(gusty.estimate):
             gusty = Searched(separated, (), gusty.rounds)
     return gusty
+
+
+def _fails_elsewhere(search: StructureSearch, current: Refinement, validation: Sequence[Manoeuvre]) -> bool:
+    """Whether what was found cannot follow another flight: what separates there may look like a term here."""
+    return bool(search.parts(current, None)) and any(cannot_follow(current, other) for other in validation)
 
 
 def _is_explained_by_gusts(search: StructureSearch, gusty: Refinement) -> bool:
@@ -153,13 +158,12 @@ def _plainly(
     """The search without disturbances, and flow separation where something is left that gusts do not say better."""
     current, rounds = search.forward(before)
     current, others = search.exchange(current)
-    if search.stepping and (gusty is None or search.price(current) < search.price(gusty.estimate)):
-        # What separates in another flight may look like a term here, which then cannot follow that flight.
-        elsewhere = current is not before and any(cannot_follow(current, other) for other in validation)
-        if elsewhere or search.is_doubtful(current):
-            separated = search.separated(current)
-            if search.price(separated) < search.price(current):
-                current, others = separated, ()
+    if not search.stepping or (gusty is not None and search.price(gusty.estimate) < search.price(current)):
+        return Searched(current, others, tuple(rounds))
+    if search.is_patchwork(current) or search.is_doubtful(current) or _fails_elsewhere(search, current, validation):
+        separated = search.separated(current)
+        if search.price(separated) < search.price(current):
+            current, others = separated, ()
     return Searched(current, others, tuple(rounds))
 
 

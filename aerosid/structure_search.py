@@ -102,6 +102,9 @@ GROSS = 3.0
 BESIDE_SEPARATION = 1
 """How many may enter beside flow separation: each is searched for among as many rivals as all that entered before."""
 
+PATCHES = 3
+"""Terms that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
+
 LIKENESS = 0.9
 """Share of what its likeness brings that separation brings too, from which others are looked for beside it."""
 
@@ -235,14 +238,19 @@ class StructureSearch:
         rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
         alike = [part for part in self.parts(found, None) if part.time is not None or is_curve(part)]
         base = self.without(found, alike) if alike else found
+        bases = [base]
+        if jump := self.greatest_jump(found):
+            # One event may be real beside it.
+            bases.append(self.without(found, [part for part in alike if part not in jump]))
         starts = [
             Start(
-                self.with_room(base).model,
-                base.free,
-                (*base.effects, ActiveEffect(effect, (first, *rest))),
-                base.states,
-                base.variance,
+                self.with_room(each).model,
+                each.free,
+                (*each.effects, ActiveEffect(effect, (first, *rest))),
+                each.states,
+                each.variance,
             )
+            for each in bases
             for first in effect.parameters[0].trials
         ]
         handicaps = [self.fare(each) for each in starts]
@@ -251,6 +259,20 @@ class StructureSearch:
         if won > max(LIKENESS * asked, 0.0) and self.is_doubtful(best):
             best, _ = self.forward(self.pruned(best), BESIDE_SEPARATION)
         return best
+
+    def greatest_jump(self, found: Refinement) -> list[Part]:
+        """Of several sudden changes the parts of the most certain; none where there are not several."""
+        spread = self.rough_deviations(found)
+        certainty = {(part.label, part.time): part.ratio for part in self.parts(found, spread)}
+        jumps = [group for group in self.groups(found) if group[0].time is not None]
+        if len(jumps) < 2:
+            return []
+        return max(jumps, key=lambda group: max(certainty[part.label, part.time] for part in group))
+
+    def is_patchwork(self, current: Refinement) -> bool:
+        """Whether terms are so many, bent in alpha some of them, that one cause with a memory may say them all."""
+        terms = [part for part in self.parts(current, None) if part.entry is not None]
+        return len(terms) >= PATCHES and any(map(is_curve, terms))
 
     def with_noise(self, start: Refinement, effect: NoiseEffect) -> Refinement:
         """The estimate with a disturbance, from the most likely of its trial values."""

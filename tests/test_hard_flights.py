@@ -71,3 +71,12 @@ def test_a_gust_and_a_wrong_scale_are_found_together(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
     assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
+
+
+def test_one_of_several_jumps_stays_beside_the_separation_that_the_others_were(tmp_path: Path) -> None:
+    assert set(names(loop(902, 2, tmp_path, "two"))) == {("cg_shift", "x"), ("flow_separation", "C_Z")}
+
+
+@pytest.mark.slow
+def test_separation_is_looked_for_in_place_of_many_terms_that_explain_a_flight_together(tmp_path: Path) -> None:
+    assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
