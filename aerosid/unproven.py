@@ -14,8 +14,8 @@ from aerosid.structure_search import StructureSearch
 SUGGESTED = 3.0
 """Corrected deviations from zero from which one candidate, asked for alone, would be believed."""
 
-MOST = 3
-"""How many are told."""
+TRIED = 2
+"""How many are fitted in each coefficient; the best is told, as powers of one variable say much the same."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Unproven:
 def unproven_terms(
     search: StructureSearch, completed: Refinement, refuted: Sequence[tuple[str, str, str]] = ()
 ) -> tuple[Unproven, ...]:
-    """The terms that stand out most beside what was found, where something is left to explain.
+    """The term that stands out most in each coefficient beside what was found, where something is left to explain.
 
     Each is fitted beside the estimate; its deviation counts the residuals' colour. `refuted` are not asked for again.
     """
@@ -42,14 +42,17 @@ def unproven_terms(
         if score.hypothesis.kind == "aero_term" and not score.hypothesis.searched
     ]
     scores = [score for score in scores if score.hypothesis.label not in refuted]
-    found = []
+    coefficients = dict.fromkeys(score.hypothesis.where for score in scores)
+    best = [s for where in coefficients for s in [s for s in scores if s.hypothesis.where == where][:TRIED]]
+    found: dict[str, Unproven] = {}
     level = search.price(completed)
-    for trial in search.tried(completed, scores[: search.settings.shortlist], level, margin=np.inf):
+    for trial in search.tried(completed, best, level, margin=np.inf):
         part = next(p for p in search.parts(trial, search.rough_deviations(trial)) if p.entry not in completed.free)
         if part.ratio > SUGGESTED:
             row = search.finding(part, completed.cost - trial.cost)
-            found.append(Unproven(row, part.ratio, search.critical))
-    return tuple(sorted(found, key=lambda each: -each.ratio)[:MOST])
+            if row.where not in found or part.ratio > found[row.where].ratio:
+                found[row.where] = Unproven(row, part.ratio, search.critical)
+    return tuple(sorted(found.values(), key=lambda each: -each.ratio))
 
 
 def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
