@@ -75,6 +75,8 @@ class Hypothesis:
 
     def by_chord(self, trial: int) -> Hypothesis:
         """The hypothesis with its derivatives taken over the distance of a trial: a delay is not linear."""
+        if not self.effects:
+            return self
         return replace(self, effects=tuple(_chord(active, trial) for active in self.effects))
 
 

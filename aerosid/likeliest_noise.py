@@ -18,6 +18,7 @@ from aerosid.factor_search import search_in_logarithms
 from aerosid.likelihood import Likelihood, Traced
 from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.response import among_inputs
 from aerosid.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
 WIDEST = 1e5
@@ -106,13 +107,7 @@ def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -
     plain = Likelihood(likelihood.model, likelihood.manoeuvres, (), likelihood.filtering)
     effects = [active if isinstance(active.effect, NoiseEffect) else frozen(active) for active in point.effects]
 
-    def cut(part: Traced) -> Traced:
-        trace = part.trace
-        inputs = {
-            name: np.ascontiguousarray(getattr(trace, name)[:, :, noisy]) for name in ("start", "end", "outputs_u")
-        }
-        return replace(part, trace=trace._replace(**inputs))
-
     return [
-        [cut(part) for part in plain.traced(n, point.values, state, effects)] for n, state in enumerate(point.states)
+        [replace(part, trace=among_inputs(part.trace, noisy)) for part in plain.traced(n, point.values, state, effects)]
+        for n, state in enumerate(point.states)
     ]

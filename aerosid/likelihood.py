@@ -31,7 +31,7 @@ from aerosid.motion_loop import MotionLoop, added_along, motion_loop
 from aerosid.prediction import Flight, no_directions, predict_stretch, start_carry
 from aerosid.response import Directions, Trace, make_trace, make_trace_carry, trace_stretch
 from aerosid.sensor_dynamics import SensorStates
-from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, whiten_stretch
+from aerosid.whitening import InputNoise, WhiteningCarry, make_whitening_carry, noisy_inputs_alone, whiten_stretch
 
 STRETCH = 20_000
 """Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
@@ -191,9 +191,10 @@ class Likelihood:
         whitening: WhiteningCarry | None = None
         for part in self.traced(log, values, state, effects, tested):
             block = part.block
+            noise, trace = noisy_inputs_alone(part.noise, part.trace)
             if whitening is None:
-                whitening = make_whitening_carry(part.noise, block.shape[2], part.trace, part.sensors)
-            log_sum = whiten_stretch(part.held, block, part.trace, variance, part.noise, part.sensors, whitening)
+                whitening = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
+            log_sum = whiten_stretch(part.held, block, trace, variance, noise, part.sensors, whitening)
             yield _Block(log, part.held, block, part.trace.outputs, float(log_sum))
 
     def traced(

@@ -32,6 +32,12 @@ class Trace(NamedTuple):
     outputs_u: NDArray[np.float64]
 
 
+def among_inputs(trace: Trace, places: NDArray[np.int64]) -> Trace:
+    """The trace with the slopes by some of the extra inputs alone."""
+    start, end, outputs_u = (np.ascontiguousarray(a[:, :, places]) for a in (trace.start, trace.end, trace.outputs_u))
+    return trace._replace(start=start, end=end, outputs_u=outputs_u)
+
+
 class TraceCarry(NamedTuple):
     """State (5) and its sensitivities (5, M) where the next stretch begins; changed in place."""
 

@@ -194,15 +194,25 @@ def pass_on(
     for back in range(4):
         n = 3 - back
         F = rates_x[n]
+        # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h. Read once: what is written in
+        # between could be the same array for all that the compiler knows.
+        uu, uw, uq, ut = F[0, 0], F[0, 1], F[0, 2], F[0, 3]
+        wu, ww, wq, wt = F[1, 0], F[1, 1], F[1, 2], F[1, 3]
+        qu, qw, qq, qt = F[2, 0], F[2, 1], F[2, 2], F[2, 3]
+        theta_q, height_u, height_w, height_theta = F[3, 2], F[4, 0], F[4, 1], F[4, 3]
         reach = h if n == 3 else 0.5 * h
         weight = h / 6.0 if n == 1 else h / 3.0
         for i in range(5):
-            u, w, q, theta, height = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3], passed[n, i, 4]
-            # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h.
-            by_u = u * F[0, 0] + w * F[1, 0] + q * F[2, 0] + height * F[4, 0]
-            by_w = u * F[0, 1] + w * F[1, 1] + q * F[2, 1] + height * F[4, 1]
-            by_q = u * F[0, 2] + w * F[1, 2] + q * F[2, 2] + theta * F[3, 2]
-            by_theta = u * F[0, 3] + w * F[1, 3] + q * F[2, 3] + height * F[4, 3]
+            u, w, q, theta = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3]
+            by_u = u * uu + w * wu + q * qu
+            by_w = u * uw + w * ww + q * qw
+            by_q = u * uq + w * wq + q * qq + theta * theta_q
+            by_theta = u * ut + w * wt + q * qt
+            if i == 4:
+                height = passed[n, i, 4]
+                by_u += height * height_u
+                by_w += height * height_w
+                by_theta += height * height_theta
             transition[i, 0] += by_u
             transition[i, 1] += by_w
             transition[i, 2] += by_q

@@ -111,7 +111,7 @@ def smooth_inputs(
         for j in range(extra):
             for c in range(width):
                 x[5 + j, c] *= noise.memory[j]
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, noise.variance.shape[0])
     costate, information = np.zeros((size, width)), np.zeros((size, size))
     for back in range(samples):
         k = samples - 1 - back

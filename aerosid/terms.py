@@ -17,7 +17,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -186,6 +186,7 @@ class TermTable(NamedTuple):
     uses_alpha_dot: int
 
 
+@lru_cache(maxsize=4096)  # a catalogue names the same terms for every flight
 def parse_term(text: str) -> Term:
     """The term that `text` says, in canonical form: `delta_e * alpha*alpha` becomes `alpha^2*delta_e`.
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.response import Trace
+from aerosid.response import Trace, among_inputs
 from aerosid.sensor_dynamics import SensorStates, read_row
 from aerosid.variation import carry_columns
 
@@ -27,6 +27,17 @@ class InputNoise(NamedTuple):
 
     variance: NDArray[np.float64]
     memory: NDArray[np.float64]
+
+
+def noisy_inputs_alone(noise: InputNoise, trace: Trace) -> tuple[InputNoise, Trace]:
+    """The noise, and the linearisation along a stretch, without the inputs that are free of noise.
+
+    They change nothing, and the work of whitening grows with the square of how many there are.
+    """
+    noisy = np.flatnonzero(noise.variance > 0.0)
+    if noisy.size == noise.variance.size:
+        return noise, trace
+    return InputNoise(noise.variance[noisy], noise.memory[noisy]), among_inputs(trace, noisy)
 
 
 class WhiteningCarry(NamedTuple):
@@ -93,13 +104,16 @@ def whiten_stretch(
     room = Room(
         np.zeros(size),
         np.zeros(size),
+        np.zeros(size),
         np.zeros((size, width)),
         np.zeros((5, 5 + extra)),
         np.zeros((size, size)),
         np.zeros((size, size)),
         np.zeros((size, extra)),
     )
-    return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room)
+    if extra == 1 and size == 6:  # one measured surface and sensors at once: loops of known length are unrolled
+        return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, 1, 6)
+    return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, extra, size)
 
 
 class Room(NamedTuple):
@@ -107,6 +121,7 @@ class Room(NamedTuple):
 
     row: NDArray[np.float64]
     gain: NDArray[np.float64]
+    kept: NDArray[np.float64]
     moved: NDArray[np.float64]
     propagated: NDArray[np.float64]
     half: NDArray[np.float64]
@@ -124,17 +139,20 @@ def _whiten(
     sensors: SensorStates,
     carry: WhiteningCarry,
     room: Room,
+    extra: int,
+    size: int,
 ) -> float:
-    """As `whiten_stretch`, in work arrays that are given."""
+    """As `whiten_stretch`, in work arrays that are given; `extra` inputs, `size` states in all."""
     deviation, cov = carry
-    row, gain, moved, propagated, half, transition, entry = room
-    extra, size, width = noise.variance.shape[0], cov.shape[0], columns.shape[2]
+    row, gain, kept, moved, propagated, half, transition, entry = room
+    width = columns.shape[2]
     active = False
     for j in range(extra):
         if noise.variance[j] > 0.0:
             active = True
     log_sum = 0.0
     for k in range(columns.shape[0]):
+        volume = 1.0  # eight variances at most: their product is far from the ends of what a number holds
         for i in range(8):
             if not held[k, i]:
                 for c in range(width):
@@ -144,23 +162,28 @@ def _whiten(
             if active:
                 read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
                 for a in range(size):
-                    gain[a] = 0.0
+                    kept[a] = 0.0
                 for b in range(size):
-                    if row[b] != 0.0:
+                    slope = row[b]
+                    if slope != 0.0:
                         for a in range(size):
-                            gain[a] += cov[b, a] * row[b]
+                            kept[a] += cov[b, a] * slope
                 for a in range(size):
-                    spread += row[a] * gain[a]
+                    spread += row[a] * kept[a]
+                inverse = 1.0 / spread
                 for a in range(size):
-                    gain[a] /= spread
+                    gain[a] = kept[a] * inverse
                 for a in range(size):
-                    for b in range(size):
-                        cov[a, b] -= gain[a] * gain[b] * spread
-                _take_in(columns[k, i], deviation, row, gain)
+                    for b in range(a + 1):
+                        left = cov[a, b] - gain[a] * kept[b]
+                        cov[a, b] = left
+                        cov[b, a] = left
+                _take_in(columns[k, i], deviation, row, gain, size)
             scale = 1.0 / np.sqrt(spread)
-            log_sum += np.log(spread)
+            volume *= spread
             for c in range(width):
                 columns[k, i, c] *= scale
+        log_sum += np.log(volume)
         if not active:
             continue
         if size > 5 + extra:
@@ -168,8 +191,8 @@ def _whiten(
             _carry_with_sensors(deviation, transition, moved)
             propagate_with_sensors(cov, transition, entry, noise, half)
             continue
-        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved)
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated)
+        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved, extra)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra)
     return log_sum
 
 
@@ -179,6 +202,7 @@ def _take_in(
     deviation: NDArray[np.float64],
     row: NDArray[np.float64],
     gain: NDArray[np.float64],
+    size: int,
 ) -> None:
     """Take out of one output's columns (C,) what is known of them, and learn from the rest."""
     width = column.shape[0]
@@ -187,12 +211,12 @@ def _take_in(
         column[c] -= (by_u * deviation[0, c] + by_w * deviation[1, c]) + (
             by_q * deviation[2, c] + by_theta * deviation[3, c]
         )
-    for a in range(4, row.shape[0]):
+    for a in range(4, size):
         slope = row[a]
         if slope != 0.0:
             for c in range(width):
                 column[c] -= slope * deviation[a, c]
-    for a in range(row.shape[0]):
+    for a in range(size):
         learnt = gain[a]
         if learnt != 0.0:
             for c in range(width):
@@ -207,9 +231,10 @@ def _carry_on(
     end: NDArray[np.float64],
     noise: InputNoise,
     moved: NDArray[np.float64],
+    extra: int,
 ) -> None:
     """The estimated errors at the next sample, in place; `moved` is room to work."""
-    width, extra = deviation.shape[1], noise.memory.shape[0]
+    width = deviation.shape[1]
     carry_columns(transition, deviation, moved)
     for a in range(5):
         for j in range(extra):
@@ -297,12 +322,12 @@ def propagate(
     end: NDArray[np.float64],
     noise: InputNoise,
     propagated: NDArray[np.float64],
+    extra: int,
 ) -> None:
-    """Covariance of state and input error at the next sample: eq. (11), the inputs' noise being the model error.
+    """Covariance of state and input error at the next sample: eq. (11), `extra` inputs' noise being the model error.
 
     With w+ = m w + v the state moves as Phi x + (start + m end) w + end v; v has the variance (1 - m^2) of w's own.
     """
-    extra = noise.variance.shape[0]
     size = 5 + extra
     for a in range(5):
         for b in range(size):
