@@ -9,10 +9,11 @@ import numpy as np
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.bounds import FilterError, filter_error, widened
-from aerosid.effects import StateEffect
-from aerosid.evidence import Deviations, Score
-from aerosid.findings import Finding, labels, named
+from aerosid.effects import OutputEffect, StateEffect
+from aerosid.evidence import Deviations, Score, unexplained_channels
+from aerosid.findings import Finding, Part, labels, named
 from aerosid.hypotheses import Hypothesis
+from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
@@ -107,17 +108,23 @@ def attribute(
         reached = _against_disturbances(search, before, plain, gusty) if settings.disturbances else plain
     current, others = reached.estimate, reached.others
     completed, spread = search.certain(refine_on(_unforced(current, before), manoeuvres))
-    if _is_forced(current):
-        samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
-        if search.price(completed) - search.price(plain.estimate) > NO_IMITATION * samples:
-            current, others = plain.estimate, plain.others
-            completed, spread = search.certain(refine_on(current, manoeuvres))
+    samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
+    if _is_forced(current) and search.price(completed) - search.price(plain.estimate) > NO_IMITATION * samples:
+        current, others = plain.estimate, plain.others
+        completed, spread = search.certain(refine_on(current, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
         completed, spread = search.certain(refine_on(held, manoeuvres))
+        gain = search.price(before) - search.price(completed)
+        if settings.disturbances and search.is_doubtful(completed) and gain < NO_IMITATION * samples:
+            # What is left of a sum that was refuted was not found as such.
+            standing = search.pruned(search.in_forces(completed))
+            completed, spread = search.certain(refine_on(_unforced(standing, before), manoeuvres))
     forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
     beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
     spread = widened(spread, beside_forces)
+    if odd := _odd_sensors(search, completed):
+        completed, spread = search.certain(refine_on(search.without(completed, odd), manoeuvres))
     findings = search.findings(completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
@@ -183,6 +190,26 @@ def _against_disturbances(
         if search.price(disturbed.estimate) < search.price(best.estimate):
             best = disturbed
     return best
+
+
+ODD = 2.0
+"""Times its noise that the one channel with anything left must be for the fault named of its sensor to be no such."""
+
+
+def _odd_sensors(search: StructureSearch, completed: Refinement) -> list[Part]:
+    """Faults of the one sensor whose channel alone is left wrong: it errs in a way that they are not."""
+    wrong = unexplained_channels(completed, search.manoeuvres)
+    if len(wrong) != 1:
+        return []
+    place = OUTPUTS.index(wrong[0])
+    noise = max(float(manoeuvre.noise[place]) for manoeuvre in search.manoeuvres)
+    if np.sqrt(completed.variance[place]) < ODD * noise:
+        return []
+    return [
+        part
+        for part in search.parts(completed, None)
+        if part.active is not None and isinstance(part.active.effect, OutputEffect) and part.label[1] == wrong[0]
+    ]
 
 
 NO_IMITATION = 1.8

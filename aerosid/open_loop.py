@@ -139,9 +139,14 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, .
     interval = float(np.median(np.diff(time)))
     span = float(np.ptp(time))
 
+    state: NDArray[np.float64] | None = None
+
     def misfit(start: float | None) -> float:
         placed = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
-        rms = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed)).rms
+        # Neighbouring moments hardly move the initial state: each search of it begins at the last one.
+        nonlocal state
+        response = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed), state=state)
+        rms, state = response.rms, response.states[0]
         weights = np.sqrt(completed.variance)
         ratios = [np.inf if value is None else value / weights[OUTPUTS.index(name)] for name, value in rms.items()]
         return float(np.sum(np.square(ratios)))

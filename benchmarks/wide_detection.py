@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time as clock
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +75,8 @@ def main() -> None:
             except AerosidError as error:
                 outcome, said = ["crashed"], str(error)
             else:
-                outcome, said = judged(plants, result), told(result)
+                noise = {channel: size * at.noise for channel, size in NOISE.items()}
+                outcome, said = judged(plants, result, noise), told(result)
             counts.update(outcome)
             for plant in plants:
                 by_kind[" ".join(plant.label.split()[:2])].update(outcome)
@@ -197,8 +198,8 @@ def matches(got: tuple[str, str, str], wanted: tuple[str, str, str]) -> bool:
     return got[0] == wanted[0] and (not wanted[1] or got[1] == wanted[1]) and same_term
 
 
-def judged(plants: Sequence[Plant], result: ClosedLoop) -> list[str]:
-    """What became of a flight, in words that are counted."""
+def judged(plants: Sequence[Plant], result: ClosedLoop, noise: Mapping[str, float]) -> list[str]:
+    """What became of a flight, in words that are counted; `noise` the standard deviations that were planted."""
     names = [(e.kind, e.where, e.term) for e in result.effects]
     others = [(e.kind, e.where, e.term) for e in result.alternatives]
     known = [w for p in plants for w in (*p.accept, *p.near)]
@@ -209,7 +210,7 @@ def judged(plants: Sequence[Plant], result: ClosedLoop) -> list[str]:
     if names and gain(result) < 0.98:
         outcome.append("worse")
     if not plants[0].accept:
-        left = remaining(result) > 1.15
+        left = remaining(result, noise) > 1.15
         confident = result.verdict.name in ("EXPLAINED", "NOTHING_MISSING") and left
         named = "named" if names else "quiet"
         return [f"{'dishonest' if 'worse' in outcome or confident else 'honest'}", named, *outcome]
@@ -236,9 +237,9 @@ def gain(result: ClosedLoop) -> float:
     return float(np.median([b / a for b, a in pairs if b is not None and a]))
 
 
-def remaining(result: ClosedLoop) -> float:
-    """Largest of after/noise on the flight that was fitted."""
-    return max(r.after / r.noise for r in result.errors if r.role == "identification" and r.after and r.noise)
+def remaining(result: ClosedLoop, noise: Mapping[str, float]) -> float:
+    """Largest of after over the noise that was planted, which coloured or not is known here, on the fitted flight."""
+    return max(r.after / noise[r.channel] for r in result.errors if r.role == "identification" and r.after)
 
 
 def told(result: ClosedLoop) -> str:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from problems import NOISE, SILENT, Problem, with_channels
+from scipy.signal import lfilter
 
+from aerosid.evidence import unexplained_channels
+from aerosid.flight_log import FlightLog
 from aerosid.kinematics import check_kinematics
 from aerosid.readers import read_log
-from aerosid.results import ClosedLoop
+from aerosid.refinement import refine
+from aerosid.results import ClosedLoop, Verdict
 from benchmarks.wide_detection import closed, written
 
 
@@ -80,3 +86,33 @@ def test_one_of_several_jumps_stays_beside_the_separation_that_the_others_were(t
 @pytest.mark.slow
 def test_separation_is_looked_for_in_place_of_many_terms_that_explain_a_flight_together(tmp_path: Path) -> None:
     assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
+
+
+def left_wrong(log: FlightLog) -> tuple[str, ...]:
+    """The channels that the true structure, re-estimated, does not explain."""
+    model, manoeuvre = Problem().prepared(log)
+    return unexplained_channels(refine(model, [manoeuvre], model.entries), [manoeuvre])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    log, quiet = Problem().fly(seed), Problem(noise=SILENT).fly(seed)
+    hanging = log["q"].copy()
+    for start in generator.integers(40, hanging.size - 20, 6):
+        hanging[start : start + 8] = hanging[start]
+    shocks = NOISE["q"] * np.sqrt(1.0 - 0.7**2) * generator.standard_normal(log.time.size + 50)
+    remembering = quiet["q"] + lfilter([1.0], [1.0, -0.7], shocks)[50:]
+    assert left_wrong(with_channels(log, q=hanging)) == ("q",)
+    assert left_wrong(with_channels(log, q=remembering)) == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [1, 4, 12])
+def test_what_no_catalogue_holds_gets_no_name_from_a_part_of_what_was_refuted_nor_from_its_sensor(
+    number: int, tmp_path: Path
+) -> None:
+    """A surface that floats, a rate gyro with a dead band, and a slow drift of the pitching moment."""
+    result = loop(901, number, tmp_path, "outside")
+    assert names(result) == []
+    assert result.verdict is Verdict.UNEXPLAINED
