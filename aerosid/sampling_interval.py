@@ -187,43 +187,68 @@ def pass_on(
     in the number of forcings, where carrying each through the stages costs the Jacobians' product for every one of
     them.
     """
+    pass_on_through(rates_x[0], rates_x[1], rates_x[2], rates_x[3], h, passed, transition)
+
+
+@njit_inline
+def pass_on_through(
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    third: NDArray[np.float64],
+    fourth: NDArray[np.float64],
+    h: float,
+    passed: NDArray[np.float64],
+    transition: NDArray[np.float64],
+) -> None:
+    """As `pass_on`, from the Jacobian (5, 5) of each stage."""
     for i in range(5):
         for k in range(5):
             transition[i, k] = 1.0 if i == k else 0.0
             passed[3, i, k] = h / 6.0 if i == k else 0.0
-    for back in range(4):
-        n = 3 - back
-        F = rates_x[n]
-        # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h. Read once: what is written in
-        # between could be the same array for all that the compiler knows.
-        uu, uw, uq, ut = F[0, 0], F[0, 1], F[0, 2], F[0, 3]
-        wu, ww, wq, wt = F[1, 0], F[1, 1], F[1, 2], F[1, 3]
-        qu, qw, qq, qt = F[2, 0], F[2, 1], F[2, 2], F[2, 3]
-        theta_q, height_u, height_w, height_theta = F[3, 2], F[4, 0], F[4, 1], F[4, 3]
-        reach = h if n == 3 else 0.5 * h
-        weight = h / 6.0 if n == 1 else h / 3.0
-        for i in range(5):
-            u, w, q, theta = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3]
-            by_u = u * uu + w * wu + q * qu
-            by_w = u * uw + w * ww + q * qw
-            by_q = u * uq + w * wq + q * qq + theta * theta_q
-            by_theta = u * ut + w * wt + q * qt
-            if i == 4:
-                height = passed[n, i, 4]
-                by_u += height * height_u
-                by_w += height * height_w
-                by_theta += height * height_theta
-            transition[i, 0] += by_u
-            transition[i, 1] += by_w
-            transition[i, 2] += by_q
-            transition[i, 3] += by_theta
-            if n > 0:
-                passed[n - 1, i, 0] = reach * by_u
-                passed[n - 1, i, 1] = reach * by_w
-                passed[n - 1, i, 2] = reach * by_q
-                passed[n - 1, i, 3] = reach * by_theta
-                passed[n - 1, i, 4] = 0.0
-                passed[n - 1, i, i] += weight
+    _pass_back(fourth, 3, h, h / 3.0, passed, transition)
+    _pass_back(third, 2, 0.5 * h, h / 3.0, passed, transition)
+    _pass_back(second, 1, 0.5 * h, h / 6.0, passed, transition)
+    _pass_back(first, 0, 0.0, 0.0, passed, transition)
+
+
+@njit_inline
+def _pass_back(
+    F: NDArray[np.float64],
+    n: int,
+    reach: float,
+    weight: float,
+    passed: NDArray[np.float64],
+    transition: NDArray[np.float64],
+) -> None:
+    """Take stage `n` into the transition, and from it to the stage before, which has a `weight` of its own."""
+    # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h. Read once: for all that the compiler
+    # knows, what is written below could be the same array.
+    uu, uw, uq, ut = F[0, 0], F[0, 1], F[0, 2], F[0, 3]
+    wu, ww, wq, wt = F[1, 0], F[1, 1], F[1, 2], F[1, 3]
+    qu, qw, qq, qt = F[2, 0], F[2, 1], F[2, 2], F[2, 3]
+    theta_q, height_u, height_w, height_theta = F[3, 2], F[4, 0], F[4, 1], F[4, 3]
+    for i in range(5):
+        u, w, q, theta = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3]
+        by_u = u * uu + w * wu + q * qu
+        by_w = u * uw + w * ww + q * qw
+        by_q = u * uq + w * wq + q * qq + theta * theta_q
+        by_theta = u * ut + w * wt + q * qt
+        if i == 4:
+            height = passed[n, i, 4]
+            by_u += height * height_u
+            by_w += height * height_w
+            by_theta += height * height_theta
+        transition[i, 0] += by_u
+        transition[i, 1] += by_w
+        transition[i, 2] += by_q
+        transition[i, 3] += by_theta
+        if n > 0:
+            passed[n - 1, i, 0] = reach * by_u
+            passed[n - 1, i, 1] = reach * by_w
+            passed[n - 1, i, 2] = reach * by_q
+            passed[n - 1, i, 3] = reach * by_theta
+            passed[n - 1, i, 4] = 0.0
+            passed[n - 1, i, i] += weight
 
 
 @njit_inline

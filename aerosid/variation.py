@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
 from aerosid.longitudinal import Workspace
-from aerosid.sampling_interval import pass_on
+from aerosid.sampling_interval import pass_on_through
 
 
 class Span(NamedTuple):
@@ -31,7 +31,7 @@ class Span(NamedTuple):
     rates_p: NDArray[np.float64]
     transition: NDArray[np.float64]
     passed: NDArray[np.float64]
-    halves_x: NDArray[np.float64]
+    quarters: NDArray[np.float64]
     halves_passed: NDArray[np.float64]
     halves: NDArray[np.float64]
     by_node: NDArray[np.float64]
@@ -46,7 +46,7 @@ def make_span(extra_inputs: int, free: int) -> Span:
         np.zeros((3, 3, free)),
         np.zeros((5, 5)),
         np.zeros((5, 5, 3)),
-        np.zeros((2, 4, 5, 5)),
+        np.zeros((2, 5, 5)),
         np.zeros((2, 4, 5, 5)),
         np.zeros((2, 5, 5)),
         np.zeros((3, 3, 5)),
@@ -69,35 +69,34 @@ def note(work: Workspace, free: NDArray[np.int64], node: int, span: Span) -> Non
 @njit_inline
 def cross(span: Span, length: float) -> None:
     """Work out `transition` and `passed` of a span of `length` s from what was noted at its three nodes."""
-    x, halves_x = span.rates_x, span.halves_x
+    x, quarters = span.rates_x, span.quarters
     for i in range(5):
-        for k in range(5):
+        for k in range(4):  # nothing depends on h
             begin, middle, end = x[0, i, k], x[1, i, k], x[2, i, k]
-            quarter = 0.375 * begin + 0.75 * middle - 0.125 * end
-            further = 0.375 * end + 0.75 * middle - 0.125 * begin
-            halves_x[0, 0, i, k], halves_x[0, 3, i, k] = begin, middle
-            halves_x[0, 1, i, k], halves_x[0, 2, i, k] = quarter, quarter
-            halves_x[1, 0, i, k], halves_x[1, 3, i, k] = middle, end
-            halves_x[1, 1, i, k], halves_x[1, 2, i, k] = further, further
-    for half in range(2):
-        pass_on(halves_x[half], 0.5 * length, span.halves_passed[half], span.halves[half])
+            quarters[0, i, k] = 0.375 * begin + 0.75 * middle - 0.125 * end
+            quarters[1, i, k] = 0.375 * end + 0.75 * middle - 0.125 * begin
+    h = 0.5 * length
     first, second = span.halves_passed[0], span.halves_passed[1]
     onward, before = span.halves[1], span.halves[0]
+    pass_on_through(x[0], quarters[0], quarters[0], x[1], h, first, before)
+    pass_on_through(x[1], quarters[1], quarters[1], x[2], h, second, onward)
     for i in range(5):
-        for k in range(5):
-            total = 0.0
-            for m in range(5):
-                total += onward[i, m] * before[m, k]
-            span.transition[i, k] = total
         for r in range(3):
-            start, quarter, middle = 0.0, 0.0, 0.0
-            for m in range(5):
-                start += onward[i, m] * first[0, m, r]
-                quarter += onward[i, m] * (first[1, m, r] + first[2, m, r])
-                middle += onward[i, m] * first[3, m, r]
-            span.passed[0, i, r] = start
-            span.passed[1, i, r] = quarter
-            span.passed[2, i, r] = middle + second[0, i, r]
+            first[1, i, r] += first[2, i, r]  # both middle stages stand at the same quarter
+    for i in range(5):
+        by_u, by_w, by_q, by_theta = onward[i, 0], onward[i, 1], onward[i, 2], onward[i, 3]
+        for k in range(4):
+            total = (by_u * before[0, k] + by_w * before[1, k]) + (by_q * before[2, k] + by_theta * before[3, k])
+            span.transition[i, k] = total + before[4, k] if i == 4 else total
+        span.transition[i, 4] = 1.0 if i == 4 else 0.0
+        for r in range(3):
+            for n in range(3):
+                m = n if n < 2 else 3
+                moved = (by_u * first[m, 0, r] + by_w * first[m, 1, r]) + (
+                    by_q * first[m, 2, r] + by_theta * first[m, 3, r]
+                )
+                span.passed[n, i, r] = moved + first[m, 4, r] if i == 4 else moved
+            span.passed[2, i, r] += second[0, i, r]
             span.passed[3, i, r] = second[1, i, r] + second[2, i, r]
             span.passed[4, i, r] = second[3, i, r]
 
