@@ -95,6 +95,22 @@ def backlash(_time: Array, values: Array, play: float) -> Array:
     return np.array(out)
 
 
+def sticking(values: Array, play: float) -> Array:
+    """A surface that rests until it is wanted further off than `play`, and then goes there at once."""
+    out = [float(values[0])]
+    for aim in values[1:]:
+        out.append(float(aim) if abs(aim - out[-1]) > play else out[-1])
+    return np.array(out)
+
+
+def overshooting(time: Array, values: Array, frequency: float, damping: float) -> Array:
+    """What follows as a second-order system of that frequency, rad/s, on a fine uniform grid."""
+    step = float(time[1] - time[0])
+    root = np.exp(step * frequency * complex(-damping, np.sqrt(1.0 - damping**2)))
+    a = [1.0, -2.0 * root.real, abs(root) ** 2]
+    return np.asarray(lfilter([sum(a)], a, values - values[0]) + values[0])
+
+
 TERMS = (
     ("C_m", "alpha^2", ("alpha^3", "pos")),
     ("C_m", "alpha^3", ("alpha^2", "alpha^4", "pos")),
@@ -278,7 +294,7 @@ def in_catalogue(n: int, s: Scale, generator: np.random.Generator) -> Plant:
 
 
 KINDS = 20
-OUTSIDE = 20
+OUTSIDE = 24
 
 
 def outside(n: int, s: Scale, generator: np.random.Generator) -> Plant:
@@ -364,6 +380,15 @@ def outside(n: int, s: Scale, generator: np.random.Generator) -> Plant:
         lambda: Plant(
             "unseen surface oscillates",
             driven=(("C_m", lambda t: 0.004 * size * np.sign(np.sin(2.0 * np.pi * slow * t))),),
+        ),
+        lambda: Plant("elevator sticks", control=lambda _t, x: sticking(x, 0.3 * size * e)),
+        lambda: Plant("elevator at its stop", control=lambda _t, x: np.minimum(x, x.max() - 0.2 * size * np.ptp(x))),
+        lambda: Plant("actuator that overshoots", control=lambda t, x: overshooting(t, x, 9.0 / size, 0.35)),
+        lambda: Plant(
+            "clock of alpha and V runs slow",
+            sensors=tuple(
+                (channel, lambda t, y, _o: np.interp(t - 0.012 * size * (t - t[0]), t, y)) for channel in ("alpha", "V")
+            ),
         ),
     )
     return kinds[n % len(kinds)]()

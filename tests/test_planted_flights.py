@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lti
 
 from aerosid.aerodynamics import declared_model
 from aerosid.aircraft import load_aircraft
@@ -14,6 +15,7 @@ from aerosid.readers import read_log
 from aerosid.simulation import fly, trim
 from benchmarks.planted_aircraft import BODIES, Body
 from benchmarks.planted_flights import NOISE, aircraft_text, csv_text, drawn, recorded, shape, simulated
+from benchmarks.plants import overshooting, sticking
 
 
 @pytest.mark.parametrize("body", [BODIES[1], BODIES[6]], ids=lambda body: body.name)
@@ -34,3 +36,13 @@ def test_two_simulations_agree_on_a_flight_without_anything_wrong(body: Body, tm
     for name, size in NOISE.items():
         # Seven digits in the log, five in the aircraft file; a thousandth of the noise but for the altitude's digits.
         assert np.abs(log[name] - wanted[name]).max() < max(0.02 * size, 2e-4 if name == "h" else 0.0), name
+
+
+def test_a_sticking_surface_and_one_that_overshoots_do_what_their_equations_say() -> None:
+    time = np.arange(4001) * 0.001
+    step = 0.1 * (time > 0.0)
+    _, wanted = lti([81.0], [1.0, 2.0 * 0.35 * 9.0, 81.0]).step(T=time)
+    # Two poles without the zeros that a sampled step has: a sample's worth of time.
+    assert np.abs(overshooting(time, step, 9.0, 0.35) - 0.1 * wanted).max() < 0.1 * 9.0 * 0.001
+    stuck = sticking(np.array([0.0, 0.01, 0.02, 0.031, 0.04, 0.0, 0.02]), 0.03)
+    np.testing.assert_array_equal(stuck, [0.0, 0.0, 0.0, 0.031, 0.031, 0.0, 0.0])
