@@ -89,11 +89,14 @@ def shape(name: str, time: Array, unit: float, generator: np.random.Generator) -
     inside = (time >= start) & (time <= start + length)
     at = time[inside] - start
     if name == "sweep":
-        values[inside] = chirp(at, 0.15 / unit, length, 1.2 / unit, phi=-90.0) * np.sin(np.pi * at / length) ** 0.3
+        values[inside] = (
+            chirp(at, 0.15 / unit, length, 1.2 / unit, phi=-90.0)
+            * np.sin(np.pi * np.minimum(at / length, 1.0 - 1e-12)) ** 0.3
+        )
     else:
         phases = generator.uniform(0.0, 2.0 * np.pi, 5)
         sine = sum(np.sin(2.0 * np.pi * (n + 1) * at / length + p) for n, p in enumerate(phases))
-        values[inside] = 0.4 * sine * np.sin(np.pi * at / length) ** 0.3
+        values[inside] = 0.4 * sine * np.sin(np.pi * np.minimum(at / length, 1.0 - 1e-12)) ** 0.3
     return values
 
 
