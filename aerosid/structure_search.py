@@ -26,6 +26,7 @@ from aerosid.hypotheses import Hypothesis, with_columns_of, with_gust, with_offs
 from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre, with_calm_inputs
 from aerosid.refinement import Refinement, RefinementSettings, Start, contest, refine, refine_on
+from aerosid.terms import Term
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,9 @@ LIKENESS = 0.9
 
 OTHERWISE_GOOD = 0.5
 """Share of what a hypothesis brings in the place of a part, from which, brought beside it, it says something else."""
+
+RAREST = max(kind.rarity for kind in KINDS.values())
+"""What a rival may lose by its rareness alone and still be listed."""
 
 SURELY_APART = 20.0
 """Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
@@ -269,6 +273,23 @@ class StructureSearch:
             return []
         return max(jumps, key=lambda group: max(certainty[part.label, part.time] for part in group))
 
+    def jumps_alike(self, group: Sequence[Part]) -> list[Score]:
+        """Other kinds of sudden change at the moment of one that was found.
+
+        Where a jump was struck out the fit has moved so far that scores no longer show its moment.
+        """
+        time, found = group[0].time, group[0].active
+        if time is None or found is None:
+            return []
+        nearest = {
+            hypothesis.kind: replace(hypothesis, time=time)
+            for hypothesis in self.hypotheses
+            if hypothesis.time is not None
+            and hypothesis.kind not in (group[0].label[0], "step_change")
+            and hypothesis.effects[0].log == found.log
+        }
+        return [Score(each, 0.0, (0.0,) * each.parameters, 0.0) for each in nearest.values()]
+
     def is_patchwork(self, current: Refinement) -> bool:
         """Whether terms are so many, bent in alpha some of them, that one cause with a memory may say them all."""
         terms = [part for part in self.parts(current, None) if part.entry is not None]
@@ -330,11 +351,18 @@ class StructureSearch:
 
     def fare(self, trial: Refinement | Start) -> float:
         """What the numbers of an estimate cost."""
-        added = [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
-        rare = sum(rarity(term) for term in added)
-        rare += sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
-        count = len(trial.free) + sum(map(searched_numbers, added))
-        return rare + self.settings.price * (count + sum(len(active.values) for active in trial.effects))
+        count = len(trial.free) + sum(map(searched_numbers, self.added_terms(trial)))
+        count += sum(len(active.values) for active in trial.effects)
+        return self.rareness(trial) + self.settings.price * count
+
+    def rareness(self, trial: Refinement | Start) -> float:
+        """What an estimate must bring beyond a commoner one that does the same."""
+        rare = sum(map(rarity, self.added_terms(trial)))
+        return rare + sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+
+    def added_terms(self, trial: Refinement | Start) -> list[Term]:
+        """The terms that are not declared."""
+        return [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
         """Scores of all that the estimate does not hold yet, nor `without` names."""
@@ -688,7 +716,8 @@ class StructureSearch:
             }
         # What does the same to the motion is found from where that motion is, not from the fit without it.
         struck = self.struck_out(current, group)
-        further = [self.start(struck, score) for score in stand_ins.values()]
+        further = [self.start(struck, score) for score in (*stand_ins.values(), *self.jumps_alike(group))]
+        margin += RAREST
         rest = [score for label, score in rivals.items() if label not in stand_ins]
         trials = self.tried(reduced, rest, self.price(current), margin, further)
         return reduced, self.lightened(reduced, trials, self.price(current) + margin)
@@ -770,7 +799,8 @@ class StructureSearch:
         base.update(chosen)
         found: list[Finding] = []
         for trial in trials:
-            loss = self.price(trial) - self.price(current)
+            # What is rarer loses a tie, and is as much within reach as before.
+            loss = self.price(trial) - self.rareness(trial) - self.price(current) + self.rareness(current)
             if loss < margin:
                 spread = self.rough_deviations(trial)
                 others = [part for part in self.parts(trial, spread) if part.label not in base and part.ratio > 2.0]

@@ -204,7 +204,7 @@ ABOVE_THE_VANE = 1.5
 """Times the vane's noise that gusts must be."""
 
 GUSTS_LAST = 0.5
-"""s; a vane whose noise keeps 0.8 of each sample looks, at a few samples in a tenth of a second, like gusts of 0.4 s."""
+"""s; a vane whose noise keeps 0.8 of each sample looks, sampled at 40 Hz, like gusts of 0.4 s."""
 
 
 def _is_gusty(recordings: Sequence[Recording], air: Sequence[MovingAir]) -> bool:
