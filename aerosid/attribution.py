@@ -124,7 +124,13 @@ def attribute(
     beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
     spread = widened(spread, beside_forces)
     if odd := _odd_sensors(search, completed):
-        completed, spread = search.certain(refine_on(search.without(completed, odd), manoeuvres))
+        completed = search.without(completed, odd)
+        # A gust that was found beside such a fault may have been its work.
+        gusts = [part for part in search.parts(completed, None) if part.label[0] == "gust"]
+        calm = search.without(completed, gusts) if gusts else completed
+        if search.price(calm) < search.price(completed) + search.critical**2:
+            completed = calm
+        completed, spread = search.certain(refine_on(completed, manoeuvres))
     findings = search.findings(completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.

@@ -119,3 +119,10 @@ def test_what_no_catalogue_holds_gets_no_name_from_a_part_of_what_was_refuted_no
     result = loop(901, number, tmp_path, "outside")
     assert names(result) == []
     assert result.verdict is Verdict.UNEXPLAINED
+
+
+@pytest.mark.slow
+def test_a_vane_at_its_stop_is_no_gust(tmp_path: Path) -> None:
+    result = loop(903, 5, tmp_path, "outside")
+    assert names(result) == []
+    assert result.verdict is Verdict.UNEXPLAINED
