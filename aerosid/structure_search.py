@@ -128,6 +128,11 @@ class Searched:
     rounds: tuple[tuple[Score, ...], ...] = ()
 
 
+def has_disturbance(current: Refinement) -> bool:
+    """Whether gusts or forces of any shape act, which leave no gross residual to be led astray by."""
+    return any(isinstance(active.effect, NoiseEffect) for active in current.effects)
+
+
 def with_plain_noise(active: ActiveEffect) -> ActiveEffect:
     """The effect on a control without what it does to the noise of its record."""
     if active.effect.kind not in FILTERS or not isinstance(active.effect, InputEffect):
@@ -168,7 +173,10 @@ class StructureSearch:
             scores = self.scores(current)
             rounds.append(scores)
             shortlist = self.shortlist(scores)
-            trials = self.tried(current, shortlist, further=self.afresh(current, shortlist))
+            trials = self.tried(current, shortlist)
+            if all(self.is_gross(trial) for trial in trials):
+                level = min(map(self.price, trials), default=self.price(current))
+                trials += self.tried(current, [], level, further=self.afresh(current, shortlist, level))
             trials = self.lightened(current, trials, min(map(self.price, trials), default=np.inf))
             trials = [trial for trial in trials if self.price(trial) < self.price(current)]
             improved = next((better for better in self.pruned_trials(trials) if self.is_news(better, current)), None)
@@ -475,13 +483,13 @@ class StructureSearch:
             point,
         )
 
-    def afresh(self, current: Refinement, shortlist: Sequence[Score]) -> list[Start]:
-        """Starts from the declared numbers, where what is missing is gross.
+    def afresh(self, current: Refinement, shortlist: Sequence[Score], level: float) -> list[Start]:
+        """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
 
         The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
         all that is far from linear is asked too, whatever its score.
         """
-        if self.given is None or not self.is_gross(current):
+        if self.given is None or not self.is_gross(current) or has_disturbance(current):
             return []
         numbers = {entry: self.given.value(entry) for entry in self.declared.free if entry in self.given.entries}
         values = current.model.values.copy()
@@ -490,7 +498,7 @@ class StructureSearch:
         untouched = replace(current, model=current.model.with_values(values))
         asked = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in FILTERS]
         filters = [h for h in self.open_hypotheses(current) if h.kind in FILTERS]
-        starts = self.profiled(untouched, filters)
+        starts = self.profiled(untouched, filters, level)
         for hypothesis, trial in asked:
             effects = tuple(
                 replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
@@ -500,7 +508,7 @@ class StructureSearch:
             starts.append(replace(self.start(untouched, score), states=None))
         return starts
 
-    def profiled(self, untouched: Refinement, hypotheses: Sequence[Hypothesis]) -> list[Start]:
+    def profiled(self, untouched: Refinement, hypotheses: Sequence[Hypothesis], level: float) -> list[Start]:
         """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
 
         A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
@@ -518,7 +526,7 @@ class StructureSearch:
                 owners.append(tried)
         if not starts:
             return []
-        fits = contest(starts, self.manoeuvres, TRIAL, [0.0] * len(starts))
+        fits = contest(starts, self.manoeuvres, TRIAL, [self.fare(start) for start in starts], level)
         found = []
         for hypothesis in hypotheses:
             own = [n for n, tried in enumerate(owners) if tried.name == (hypothesis.kind, hypothesis.where)]
