@@ -9,15 +9,22 @@ import numpy as np
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.bounds import FilterError, filter_error, widened
+from aerosid.disturbance_search import Searched, beside_disturbances, in_forces, in_moving_air, is_gust, through_air
 from aerosid.effects import OutputEffect, StateEffect
 from aerosid.evidence import Deviations, Score, unexplained_channels
+from aerosid.exchange import alternatives, exchange
 from aerosid.findings import Finding, Part, labels, named
+from aerosid.forward_search import forward, settled
 from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUTS
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.part_findings import findings_of
+from aerosid.pruning import certain, pruned
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
-from aerosid.structure_search import AttributionSettings, Searched, StructureSearch
+from aerosid.search_settings import AttributionSettings
+from aerosid.separation_search import is_patchwork, with_separation
+from aerosid.structure_search import StructureSearch
 from aerosid.unproven import Unproven, unproven_terms
 
 USUAL = AttributionSettings()
@@ -107,19 +114,19 @@ def attribute(
         plain = _plainly(search, before, validation, gusty)
         reached = _against_disturbances(search, before, plain, gusty) if settings.disturbances else plain
     current, others = reached.estimate, reached.others
-    completed, spread = search.certain(refine_on(_unforced(current, before), manoeuvres))
+    completed, spread = certain(search, refine_on(_unforced(current, before), manoeuvres))
     samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
     if _is_forced(current) and search.price(completed) - search.price(plain.estimate) > NO_IMITATION * samples:
         current, others = plain.estimate, plain.others
-        completed, spread = search.certain(refine_on(current, manoeuvres))
+        completed, spread = certain(search, refine_on(current, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
-        completed, spread = search.certain(refine_on(held, manoeuvres))
+        completed, spread = certain(search, refine_on(held, manoeuvres))
         gain = search.price(before) - search.price(completed)
         if settings.disturbances and search.is_doubtful(completed) and gain < NO_IMITATION * samples:
             # What is left of a sum that was refuted was not found as such.
-            standing = search.pruned(search.in_forces(completed))
-            completed, spread = search.certain(refine_on(_unforced(standing, before), manoeuvres))
+            standing = pruned(search, in_forces(search, completed))
+            completed, spread = certain(search, refine_on(_unforced(standing, before), manoeuvres))
     forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
     beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
     spread = widened(spread, beside_forces)
@@ -130,11 +137,11 @@ def attribute(
         calm = search.without(completed, gusts) if gusts else completed
         if search.price(calm) < search.price(completed) + search.critical**2:
             completed = calm
-        completed, spread = search.certain(refine_on(completed, manoeuvres))
-    findings = search.findings(completed, spread)
+        completed, spread = certain(search, refine_on(completed, manoeuvres))
+    findings = findings_of(search, completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
-        others = _once((*others, *search.alternatives(completed)))
+        others = _once((*others, *alternatives(search, completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     told = tuple(part.label for part in refuted)
     unproven = unproven_terms(search, completed, told)
@@ -147,9 +154,9 @@ BESIDE_GUSTS = 2
 
 def _beside_gusts(search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre]) -> Searched:
     """The search beside a gust, with flow separation where something is left."""
-    gusty = search.through_air(search.in_moving_air(before), BESIDE_GUSTS)
+    gusty = through_air(search, in_moving_air(search, before), BESIDE_GUSTS)
     if search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, validation):
-        separated = search.settled(search.separated(gusty.estimate))
+        separated = settled(search, with_separation(search, gusty.estimate))
         if search.price(separated) < search.price(gusty.estimate):
             gusty = Searched(separated, (), gusty.rounds)
     return gusty
@@ -162,19 +169,19 @@ def _fails_elsewhere(search: StructureSearch, current: Refinement, validation: S
 
 def _is_explained_by_gusts(search: StructureSearch, gusty: Refinement) -> bool:
     """Whether a gust, with what was found beside it, leaves nothing wrong, and is more than forces of any shape."""
-    return not search.is_doubtful(gusty) and search.is_gust(gusty)
+    return not search.is_doubtful(gusty) and is_gust(search, gusty)
 
 
 def _plainly(
     search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], gusty: Searched | None
 ) -> Searched:
     """The search without disturbances, and flow separation where something is left that gusts do not say better."""
-    current, rounds = search.forward(before)
-    current, others = search.exchange(current)
+    current, rounds = forward(search, before)
+    current, others = exchange(search, current)
     if not search.stepping or (gusty is not None and search.price(gusty.estimate) < search.price(current)):
         return Searched(current, others, tuple(rounds))
-    if search.is_patchwork(current) or search.is_doubtful(current) or _fails_elsewhere(search, current, validation):
-        separated = search.separated(current)
+    if is_patchwork(search, current) or search.is_doubtful(current) or _fails_elsewhere(search, current, validation):
+        separated = with_separation(search, current)
         if search.price(separated) < search.price(current):
             current, others = separated, ()
     return Searched(current, others, tuple(rounds))
@@ -192,7 +199,7 @@ def _against_disturbances(
     held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
     held_still |= gusty is not None and search.price(gusty.estimate) < search.price(found)
     for base in (before,) if held_still else (before, found):
-        disturbed = search.disturbed(base, gusty if base is before else None)
+        disturbed = beside_disturbances(search, base, gusty if base is before else None)
         if search.price(disturbed.estimate) < search.price(best.estimate):
             best = disturbed
     return best

@@ -52,7 +52,7 @@ from aerosid.results import (
     is_shown,
 )
 from aerosid.screening import closest_rivals, error_histories, regressor_pictures, screen
-from aerosid.structure_search import AttributionSettings
+from aerosid.search_settings import AttributionSettings
 from aerosid.unproven import told_of_unproven
 from aerosid.verdict import judge, summarise, told_of_colour, told_of_refuted
 

@@ -30,7 +30,7 @@ from aerosid.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
 from aerosid.open_loop import simulate
 from aerosid.predicted_flight import SteadyFlight, at_steady, planned_manoeuvre, sampling_ratio, steady_flight
 from aerosid.refinement import Refinement
-from aerosid.structure_search import AttributionSettings
+from aerosid.search_settings import AttributionSettings
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.findings import Finding
+from aerosid.hypothesis_trials import tried
+from aerosid.part_findings import finding_of
 from aerosid.refinement import Refinement
 from aerosid.structure_search import StructureSearch
 
@@ -46,10 +48,10 @@ def unproven_terms(
     best = [s for where in coefficients for s in [s for s in scores if s.hypothesis.where == where][:TRIED]]
     found: dict[str, Unproven] = {}
     level = search.price(completed)
-    for trial in search.tried(completed, best, level, margin=np.inf):
+    for trial in tried(search, completed, best, level, margin=np.inf):
         part = next(p for p in search.parts(trial, search.rough_deviations(trial)) if p.entry not in completed.free)
         if part.ratio > SUGGESTED:
-            row = search.finding(part, completed.cost - trial.cost)
+            row = finding_of(search, part, completed.cost - trial.cost)
             if row.where not in found or part.ratio > found[row.where].ratio:
                 found[row.where] = Unproven(row, part.ratio, search.critical)
     return tuple(sorted(found.values(), key=lambda each: -each.ratio))

@@ -11,7 +11,8 @@ from aerosid.evidence import Linearised
 from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.likelihood import Likelihood
 from aerosid.refinement import Refinement, refine
-from aerosid.structure_search import TRIAL, StructureSearch
+from aerosid.search_settings import TRIAL
+from aerosid.structure_search import StructureSearch
 
 SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
 

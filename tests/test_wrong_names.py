@@ -15,8 +15,9 @@ from aerosid.noise import calmed
 from aerosid.refinement import refine
 from aerosid.refutation import misfit, without_refuted
 from aerosid.results import ClosedLoop, Verdict
+from aerosid.search_settings import AttributionSettings
 from aerosid.simulation import fly, trim
-from aerosid.structure_search import AttributionSettings, StructureSearch
+from aerosid.structure_search import StructureSearch
 
 Array = NDArray[np.float64]
 QUICK = LoopSettings(paper_chain=False, next_flight=False, linear_analysis=False)

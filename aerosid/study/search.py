@@ -21,7 +21,7 @@ from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import controls_of, effect_hypotheses, term_hypotheses, with_columns_of
 from aerosid.manoeuvre import Manoeuvre, prepare
 from aerosid.refinement import Refinement, RefinementSettings, refine
-from aerosid.structure_search import AttributionSettings
+from aerosid.search_settings import AttributionSettings
 from aerosid.study.plan import Catalogue
 
 NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)

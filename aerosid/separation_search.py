@@ -1,0 +1,81 @@
+"""Flow separation in place of what was found of its likeness."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.flow_separation import flow_separation
+from aerosid.findings import Part
+from aerosid.forward_search import forward
+from aerosid.pruning import pruned
+from aerosid.refinement import Refinement, Start, contest
+from aerosid.search_settings import TRIAL
+from aerosid.structure_search import StructureSearch
+
+BESIDE_SEPARATION = 1
+"""How many may enter beside flow separation: each is searched for among as many rivals as all that entered before."""
+
+PATCHES = 3
+"""Terms that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
+
+LIKENESS = 0.9
+"""Share of what its likeness brings that separation brings too, from which others are looked for beside it."""
+
+
+def with_separation(search: StructureSearch, found: Refinement) -> Refinement:
+    """The search with flow separation in place of what was found of its likeness.
+
+    Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
+    where it is unknown. Where it leaves the model wrong, others may enter beside it.
+    """
+    highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in search.manoeuvres)
+    drag, lift, moment_name = search.stepping
+    effect = flow_separation(highest, lift, (drag, moment_name))
+    rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
+    alike = [part for part in search.parts(found, None) if part.time is not None or is_curve(part)]
+    base = search.without(found, alike) if alike else found
+    bases = [base]
+    if jump := greatest_jump(search, found):
+        # One event may be real beside it.
+        bases.append(search.without(found, [part for part in alike if part not in jump]))
+    starts = [
+        Start(
+            search.with_room(each).model,
+            each.free,
+            (*each.effects, ActiveEffect(effect, (first, *rest))),
+            each.states,
+            each.variance,
+        )
+        for each in bases
+        for first in effect.parameters[0].trials
+    ]
+    handicaps = [search.fare(each) for each in starts]
+    best = min(contest(starts, search.manoeuvres, TRIAL, handicaps), key=search.price)
+    won, asked = search.price(base) - search.price(best), search.price(base) - search.price(found)
+    if won > max(LIKENESS * asked, 0.0) and search.is_doubtful(best):
+        best, _ = forward(search, pruned(search, best), BESIDE_SEPARATION)
+    return best
+
+
+def greatest_jump(search: StructureSearch, found: Refinement) -> list[Part]:
+    """Of several sudden changes the parts of the most certain; none where there are not several."""
+    spread = search.rough_deviations(found)
+    certainty = {(part.label, part.time): part.ratio for part in search.parts(found, spread)}
+    jumps = [group for group in search.groups(found) if group[0].time is not None]
+    if len(jumps) < 2:
+        return []
+    return max(jumps, key=lambda group: max(certainty[part.label, part.time] for part in group))
+
+
+def is_patchwork(search: StructureSearch, current: Refinement) -> bool:
+    """Whether terms are so many, bent in alpha some of them, that one cause with a memory may say them all."""
+    terms = [part for part in search.parts(current, None) if part.entry is not None]
+    return len(terms) >= PATCHES and any(map(is_curve, terms))
+
+
+def is_curve(part: Part) -> bool:
+    """Whether a part is a term in which the angle of attack is bent."""
+    if part.entry is None:
+        return False
+    return any(factor.variable == "alpha" and str(factor) != "alpha" for factor in part.entry[1].factors)
