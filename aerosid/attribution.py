@@ -13,7 +13,7 @@ from aerosid.disturbance_search import Searched, beside_disturbances, in_forces,
 from aerosid.effects import OutputEffect, StateEffect
 from aerosid.evidence import Deviations, Score, unexplained_channels
 from aerosid.exchange import alternatives, exchange
-from aerosid.findings import Finding, Part, labels, named
+from aerosid.findings import Finding, labels, named
 from aerosid.forward_search import forward, settled
 from aerosid.hypotheses import Hypothesis
 from aerosid.longitudinal import OUTPUTS
@@ -127,17 +127,17 @@ def attribute(
             # What is left of a sum that was refuted was not found as such.
             standing = pruned(search, in_forces(search, completed))
             completed, spread = certain(search, refine_on(_unforced(standing, before), manoeuvres))
-    forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
-    beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
-    spread = widened(spread, beside_forces)
-    if odd := _odd_sensors(search, completed):
-        completed = search.without(completed, odd)
+    if (reduced := _without_odd_sensors(search, completed)) is not completed:
+        completed = reduced
         # A gust that was found beside such a fault may have been its work.
         gusts = [part for part in search.parts(completed, None) if part.label[0] == "gust"]
         calm = search.without(completed, gusts) if gusts else completed
         if search.price(calm) < search.price(completed) + search.critical**2:
             completed = calm
         completed, spread = certain(search, refine_on(completed, manoeuvres))
+    forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
+    beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
+    spread = widened(spread, beside_forces)
     findings = findings_of(search, completed, spread)
     if _is_forced(current):
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
@@ -208,21 +208,27 @@ def _against_disturbances(
 ODD = 2.0
 """Times its noise that the one channel with anything left must be for the fault named of its sensor to be no such."""
 
+MOSTLY = 3.0
+"""Times what is left that the channel must be off without the fault for it to be named all the same: it says most."""
 
-def _odd_sensors(search: StructureSearch, completed: Refinement) -> list[Part]:
-    """Faults of the one sensor whose channel alone is left wrong: it errs in a way that they are not."""
+
+def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refinement:
+    """The estimate without faults of the one sensor whose channel alone is left wrong: it errs as they do not."""
     wrong = unexplained_channels(completed, search.manoeuvres)
     if len(wrong) != 1:
-        return []
+        return completed
     place = OUTPUTS.index(wrong[0])
     noise = max(float(manoeuvre.noise[place]) for manoeuvre in search.manoeuvres)
-    if np.sqrt(completed.variance[place]) < ODD * noise:
-        return []
-    return [
+    left = float(np.sqrt(completed.variance[place]))
+    odd = [
         part
         for part in search.parts(completed, None)
         if part.active is not None and isinstance(part.active.effect, OutputEffect) and part.label[1] == wrong[0]
     ]
+    if left < ODD * noise or not odd:
+        return completed
+    reduced = search.without(completed, odd)
+    return reduced if np.sqrt(reduced.variance[place]) < MOSTLY * left else completed
 
 
 NO_IMITATION = 1.8

@@ -34,12 +34,15 @@ def beside_disturbances(search: StructureSearch, start: Refinement, gusty: Searc
     shape do, which follow whatever the model lacks and explain nothing. `gusty`: the search beside a gust, where
     that is known.
     """
-    background = in_moving_air(search, start) if gusty is None else gusty.estimate
-    if search.stepping:
-        forced = in_forces(search, start)
-        if search.price(forced) < search.price(background) + search.critical**2:
-            return through_air(search, forced)
-    return through_air(search, background) if gusty is None else gusty
+    air, forced = in_moving_air(search, start), in_forces(search, start) if search.stepping else None
+    margin = search.critical**2
+    # Both with nothing beside them yet: what was found beside one would win against the other alone.
+    if forced is None or search.price(forced) > search.price(air) + margin:
+        return through_air(search, air) if gusty is None else gusty
+    found = through_air(search, forced)
+    if gusty is not None and search.price(gusty.estimate) < search.price(found.estimate) - margin:
+        return gusty
+    return found
 
 
 def in_moving_air(search: StructureSearch, start: Refinement) -> Refinement:
