@@ -77,12 +77,14 @@ def in_its_place(
     margin = margin_of(search, current, {part.label for part in group})
     if not has_rivals(search, current, group, margin):
         return current, []
-    reduced = search.without(current, group)
-    rivals = {score.hypothesis.label: score for score in rivals_of(search, reduced, group)}
+    # All that is asked of the present estimate first: the fits beside the reduced one begin at its linearisation.
     stand_ins = {score.hypothesis.label: score for score in stand_ins_for(search, current, group)}
+    beside = {id(score.hypothesis): score.gain for score in search.scores(current)} if alike else {}
+    reduced = search.without(current, group)
+    scores = search.scores(reduced)
+    rivals = {score.hypothesis.label: score for score in rivals_of(search, scores, group)}
     if alike:
-        beside = {id(score.hypothesis): score.gain for score in search.scores(current)}
-        alone = {id(score.hypothesis): score.gain for score in search.scores(reduced)}
+        alone = {id(score.hypothesis): score.gain for score in scores}
         rivals = {
             label: score
             for label, score in rivals.items()
@@ -130,10 +132,9 @@ def stand_ins_for(search: StructureSearch, current: Refinement, group: Sequence[
     return shortlisted(search, [score for score in scores if score.gain > STAND_IN_SHARE * loss])
 
 
-def rivals_of(search: StructureSearch, reduced: Refinement, group: Sequence[Part]) -> list[Score]:
-    """Hypotheses whose score, where a group was struck out, is not far below the group's own."""
+def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
+    """Hypotheses whose score, of those where a group was struck out, is not far below the group's own."""
     labels = {part.label for part in group}
-    scores = search.scores(reduced)
 
     def is_own(hypothesis: Hypothesis) -> bool:
         alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
