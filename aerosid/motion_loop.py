@@ -36,7 +36,16 @@ def self_consistent(
     OutOfRangeError
         Where the simulation leaves the model's range.
     """
-    feedback = feedback_of(model, values, effects, ground)
+    return _flown(model, flight, values, state, feedback_of(model, values, effects, ground))
+
+
+def _flown(
+    model: AerodynamicModel,
+    flight: Flight,
+    values: NDArray[np.float64],
+    state: NDArray[np.float64],
+    feedback: Feedback,
+) -> tuple[Flight, NDArray[np.float64]]:
     inputs, states = simulate_feedback(state, flight, np.array(values), model.table, model.constants, feedback)
     if not np.isfinite(states).all():
         raise OutOfRangeError
@@ -168,8 +177,8 @@ def motion_loop(
     OutOfRangeError
         Where the simulation leaves the model's range.
     """
-    acting, states = self_consistent(model, flight, values, state, effects, ground)
     feedback = feedback_of(model, values, effects, ground)
+    acting, states = _flown(model, flight, values, state, feedback)
     numbers, slopes = np.full(feedback.numbers.size, -1), np.full(feedback.law.size, -1)
     place, n = free.size + 5, 0
     for active in effects:
