@@ -128,18 +128,13 @@ def attribute(
             standing = pruned(search, in_forces(search, completed))
             completed, spread = certain(search, refine_on(_unforced(standing, before), manoeuvres))
     if (reduced := _without_odd_sensors(search, completed)) is not completed:
-        completed = reduced
         # A gust that was found beside such a fault may have been its work.
-        gusts = [part for part in search.parts(completed, None) if part.label[0] == "gust"]
-        calm = search.without(completed, gusts) if gusts else completed
-        if search.price(calm) < search.price(completed) + search.critical**2:
-            completed = calm
-        completed, spread = certain(search, refine_on(completed, manoeuvres))
+        completed, spread = certain(search, refine_on(_calmed(search, reduced), manoeuvres))
     forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
     beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
     spread = widened(spread, beside_forces)
     findings = findings_of(search, completed, spread)
-    if _is_forced(current):
+    if forces is not None:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *alternatives(search, completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
@@ -158,7 +153,7 @@ def _beside_gusts(search: StructureSearch, before: Refinement, validation: Seque
     if search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, validation):
         separated = settled(search, with_separation(search, gusty.estimate))
         if search.price(separated) < search.price(gusty.estimate):
-            gusty = Searched(separated, (), gusty.rounds)
+            gusty = replace(gusty, estimate=separated, others=())
     return gusty
 
 
@@ -229,6 +224,13 @@ def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refi
         return completed
     reduced = search.without(completed, odd)
     return reduced if np.sqrt(reduced.variance[place]) < MOSTLY * left else completed
+
+
+def _calmed(search: StructureSearch, completed: Refinement) -> Refinement:
+    """The estimate without the gust that it may hold, where that does not say enough to stay."""
+    gusts = [part for part in search.parts(completed, None) if part.label[0] == "gust"]
+    calm = search.without(completed, gusts) if gusts else completed
+    return calm if search.price(calm) < search.price(completed) + search.critical**2 else completed
 
 
 NO_IMITATION = 1.8

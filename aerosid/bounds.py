@@ -12,10 +12,8 @@ from aerosid.effects import ActiveEffect
 from aerosid.errors import EstimationError
 from aerosid.evidence import Deviations, deviations
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.refinement import Refinement, RefinementSettings, refine
-
-SEARCH = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
-"""A thirtieth of a deviation moves no bound."""
+from aerosid.refinement import Refinement, refine_on
+from aerosid.search_settings import BACKGROUND
 
 
 @dataclass(frozen=True)
@@ -50,15 +48,7 @@ def filter_error(
         Noise of the outputs beside them, SI squared.
     """
     try:
-        fit = refine(
-            completed.model,
-            manoeuvres,
-            completed.free,
-            effects=(*completed.effects, forces),
-            states=completed.states,
-            variance=variance,
-            settings=SEARCH,
-        )
+        fit = refine_on(replace(completed, variance=variance), manoeuvres, BACKGROUND, (*completed.effects, forces))
         spread = deviations(fit, manoeuvres)
     except EstimationError:
         return None

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from aerosid.aerodynamics import Entry
 from aerosid.attribution import Attribution
@@ -15,12 +14,12 @@ from aerosid.coefficient_match import Corrected
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
 from aerosid.errors import EstimationError
 from aerosid.evidence import deviations
-from aerosid.findings import Finding, labels, named
+from aerosid.findings import Finding, Part, found_among, labels, named
 from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.open_loop import on_log
 from aerosid.paper_chain import ChainSettings, feed
-from aerosid.refinement import RefinementSettings, refine
+from aerosid.refinement import RefinementSettings, refine_on
 from aerosid.terms import Term
 
 BODY = ("C_X", "C_Z", "C_m")
@@ -76,7 +75,7 @@ def coefficient_rivals(
         for active in found.completed.effects
         if isinstance(active.effect, OutputEffect | InputEffect) and (*active.name, "") in labels(found.findings)
     ]
-    terms = tuple(h.entries[0] for h in hypotheses if len(h.entries) == 1 and not h.effects and not h.searched)
+    terms = tuple(entry for h in hypotheses if h.is_plain_term for entry in h.entries)
     terms = tuple(entry for entry in terms if entry not in found.completed.free)
     rivals: dict[tuple[str, Entry], CoefficientRival] = {}
     for active in sought:
@@ -221,33 +220,19 @@ def _in_its_place(
     Without its fit: no flight is designed to tell apart what the channels of this one tell apart together.
     """
     completed = found.completed
+    instead = replace(
+        completed,
+        model=completed.model.extended([entry]),
+        free=(*completed.free, entry),
+        effects=tuple(each for each in completed.effects if each.name != active.name),
+    )
     try:
-        fit = refine(
-            completed.model.extended([entry]),
-            manoeuvres,
-            (*completed.free, entry),
-            effects=[each for each in completed.effects if each.name != active.name],
-            states=completed.states,
-            variance=completed.variance,
-            settings=FIT,
-        )
+        fit = refine_on(instead, manoeuvres, FIT)
     except EstimationError:
         return None
     error = float(deviations(fit, manoeuvres, quick=True).corrected[-1])
-    value = fit.model.value(entry)
-    return Finding(
-        kind="aero_term",
-        where=entry[0],
-        term=str(entry[1]),
-        entry=entry,
-        value=value,
-        std_error=error,
-        unit="1",
-        time=None,
-        p_value=float(min(1.0, 2.0 * asked * ndtr(-abs(value) / error))) if error > 0.0 else 0.0,
-        gain=completed.cost - fit.cost,
-        instead_of=named((*active.name, "")),
-    )
+    part = Part(entry, None, fit.model.value(entry), 0.0, error)
+    return found_among(part, asked, completed.cost - fit.cost, named((*active.name, "")))
 
 
 def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival]) -> Attribution:

@@ -12,18 +12,22 @@ from aerosid.findings import Finding
 from aerosid.forward_search import forward
 from aerosid.hypotheses import with_gust
 from aerosid.pruning import pruned
-from aerosid.refinement import Refinement, refine
+from aerosid.refinement import Refinement, refine_on
 from aerosid.search_settings import BACKGROUND
 from aerosid.structure_search import StructureSearch
 
 
 @dataclass(frozen=True)
 class Searched:
-    """Where a search ended: the estimate, what could stand in place of its parts, the scores of each round."""
+    """Where a search ended: the estimate, what could stand in place of its parts, the scores of each round.
+
+    `begun`: the disturbance alone, beside which it was made.
+    """
 
     estimate: Refinement
     others: tuple[Finding, ...] = ()
     rounds: tuple[tuple[Score, ...], ...] = ()
+    begun: Refinement | None = None
 
 
 def beside_disturbances(search: StructureSearch, start: Refinement, gusty: Searched | None = None) -> Searched:
@@ -34,7 +38,9 @@ def beside_disturbances(search: StructureSearch, start: Refinement, gusty: Searc
     shape do, which follow whatever the model lacks and explain nothing. `gusty`: the search beside a gust, where
     that is known.
     """
-    air, forced = in_moving_air(search, start), in_forces(search, start) if search.stepping else None
+    air = gusty.begun if gusty is not None else None
+    air = in_moving_air(search, start) if air is None else air
+    forced = in_forces(search, start) if search.stepping else None
     margin = search.critical**2
     # Both with nothing beside them yet: what was found beside one would win against the other alone.
     if forced is None or search.price(forced) > search.price(air) + margin:
@@ -66,21 +72,14 @@ def through_air(search: StructureSearch, start: Refinement, most: int | None = N
     """The search beside a disturbance; `most`: how many may enter."""
     current, rounds = forward(search, pruned(search, start), most)
     current, others = exchange(search, current)
-    return Searched(current, others, tuple(rounds))
+    return Searched(current, others, tuple(rounds), start)
 
 
 def with_noise(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
     """The estimate with a disturbance, from the most likely of its trial values."""
+    quiet, rest = replace(start, variance=search.noise_level(start)), [p.trials[0] for p in effect.parameters[1:]]
     trials = [
-        refine(
-            start.model,
-            search.manoeuvres,
-            start.free,
-            effects=(*start.effects, ActiveEffect(effect, (first, *(p.trials[0] for p in effect.parameters[1:])))),
-            states=start.states,
-            variance=search.noise_level(start),
-            settings=BACKGROUND,
-        )
+        refine_on(quiet, search.manoeuvres, BACKGROUND, (*start.effects, ActiveEffect(effect, (first, *rest))))
         for first in effect.parameters[0].trials
     ]
     return min(trials, key=lambda trial: trial.cost)

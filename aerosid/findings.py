@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import ndtr
 
 from aerosid.aerodynamics import Entry
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.sudden import is_sudden, moment
 from aerosid.refinement import Refinement
 
@@ -39,6 +40,11 @@ class Part:
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
+
+    @property
+    def is_disturbance(self) -> bool:
+        """Whether it is a gust or forces of any shape, which the likelihood alone judges."""
+        return self.active is not None and isinstance(self.active.effect, NoiseEffect)
 
     @property
     def label(self) -> tuple[str, str, str]:
@@ -93,6 +99,25 @@ class Finding:
     instead_of: str = ""
     parameters: tuple[tuple[str, float, float, str], ...] = ()
     fit: Refinement | None = field(default=None, repr=False, compare=False)
+
+
+def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:
+    """A part with its evidence, one of so many hypotheses that were `asked`."""
+    kind, where, term = part.label
+    return Finding(
+        kind=kind,
+        where=where,
+        term=term,
+        entry=part.entry,
+        value=part.value,
+        std_error=part.std_error,
+        unit=part.active.effect.parameters[0].unit if part.active is not None else "1",
+        time=part.time,
+        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * asked)),
+        gain=gain,
+        instead_of=instead_of,
+        parameters=part.parameters,
+    )
 
 
 def labels(findings: Sequence[Finding]) -> set[tuple[str, str, str]]:

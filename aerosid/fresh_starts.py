@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from aerosid.control_filters import FILTERS
-from aerosid.effects import NoiseEffect, frozen
+from aerosid.effects import frozen
 from aerosid.evidence import Score
 from aerosid.hypotheses import Hypothesis
 from aerosid.hypothesis_trials import start_with
@@ -23,18 +23,14 @@ REACH_OF_PROFILE = 3.0
 """Times the largest trial value up to which they go."""
 
 
-def has_disturbance(current: Refinement) -> bool:
-    """Whether gusts or forces of any shape act, which leave no gross residual to be led astray by."""
-    return any(isinstance(active.effect, NoiseEffect) for active in current.effects)
-
-
 def afresh(search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float) -> list[Start]:
     """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
 
     The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
     all that is far from linear is asked too, whatever its score.
     """
-    if search.given is None or not search.is_gross(current) or has_disturbance(current):
+    # Gusts and forces of any shape leave no gross residual to be led astray by.
+    if search.given is None or not search.is_gross(current) or current.is_disturbed:
         return []
     numbers = {entry: search.given.value(entry) for entry in search.declared.free if entry in search.given.entries}
     values = current.model.values.copy()

@@ -52,6 +52,11 @@ class Hypothesis:
         return sum(searched_numbers(term) for _, term in self.entries)
 
     @property
+    def is_plain_term(self) -> bool:
+        """Whether it is a term with no number inside it that was chosen from the flight."""
+        return self.kind == "aero_term" and not self.searched
+
+    @property
     def label(self) -> tuple[str, str, str]:
         """Kind, place and term: what a person would call it."""
         return self.kind, self.where, self.term

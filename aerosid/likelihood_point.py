@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid import damped_step
 from aerosid.damped_step import Quadratic
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, NoiseEffect
 
 
 @dataclass(frozen=True)
@@ -41,27 +42,29 @@ class Point:
         return Quadratic(*map(np.ascontiguousarray, (*arrays, self.prior_normal, self.prior_gradient)))
 
     @property
+    def is_disturbed(self) -> bool:
+        """Whether gusts or forces of any shape act, of which the outputs' noise takes its share."""
+        return any(isinstance(active.effect, NoiseEffect) for active in self.effects)
+
+    @property
     def information(self) -> NDArray[np.float64]:
         """Fisher information (M, M), the a-priori knowledge with it."""
         return np.asarray(self.normals.sum(axis=0) + self.prior_normal)
 
     def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
         """The noise variances (8,) that make these residuals most likely, at least `floor`."""
-        share = np.where(self.counts > 0.0, self.squares / np.maximum(self.counts, 1.0), 1.0)
-        return np.asarray(np.maximum(self.variance * share, floor))
+        return damped_step.likeliest_variance(self.quadratic, self.squares, floor)
 
     def cost_at(self, variance: NDArray[np.float64]) -> float:
         """-2 ln L at other noise variances (8,).
 
         Exact where the inputs are free of noise; else good for small changes, since their share moves little.
         """
-        ratio = self.variance / variance
-        return self.cost + float(np.sum(self.squares * (ratio - 1.0) - self.counts * np.log(ratio)))
+        return self.cost + damped_step.change_of_cost(self.quadratic, variance)
 
     def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
         """What `squares` (8,) become after a step in the parameters (M,), to second order."""
-        curved = (self.normals @ step) @ step
-        return np.asarray(np.maximum(self.squares - 2.0 * (self.gradients @ step) + curved, 1e-12 * self.squares))
+        return damped_step.squares_after(self.quadratic, step)
 
     def shifted(
         self,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scipy.special import chdtrc, ndtr
+from scipy.special import chdtrc
 
-from aerosid.effects import NoiseEffect
 from aerosid.evidence import Deviations
-from aerosid.findings import Finding, Part
+from aerosid.findings import Finding, Part, found_among
 from aerosid.pruning import inflation_of, is_shown_as_a_whole
 from aerosid.refinement import Refinement
 from aerosid.structure_search import StructureSearch
@@ -16,23 +15,7 @@ from aerosid.structure_search import StructureSearch
 
 def finding_of(search: StructureSearch, part: Part, gain: float, instead_of: str = "") -> Finding:
     """A part with its evidence."""
-    kind, where, term = part.label
-    unit = part.active.effect.parameters[0].unit if part.active is not None else "1"
-    p_value = float(min(1.0, 2.0 * ndtr(-part.ratio) * len(search.hypotheses)))
-    return Finding(
-        kind=kind,
-        where=where,
-        term=term,
-        entry=part.entry,
-        value=part.value,
-        std_error=part.std_error,
-        unit=unit,
-        time=part.time,
-        p_value=p_value,
-        gain=gain,
-        instead_of=instead_of,
-        parameters=part.parameters,
-    )
+    return found_among(part, len(search.hypotheses), gain, instead_of)
 
 
 def findings_of(search: StructureSearch, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:
@@ -42,7 +25,7 @@ def findings_of(search: StructureSearch, completed: Refinement, spread: Deviatio
         gain = search.without(completed, [part]).cost - completed.cost
         row = finding_of(search, part, gain)
         if part.active is not None:
-            disturbance = isinstance(part.active.effect, NoiseEffect)
+            disturbance = part.is_disturbance
             inflation = 1.0 if disturbance else inflation_of(search, completed, spread, {part.label})
             if disturbance or is_shown_as_a_whole(search, part, gain, inflation):
                 # A spread has no sign to be tested against zero: the likelihood ratio speaks.

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from scipy.special import chdtri
 
-from aerosid.effects import NoiseEffect
 from aerosid.effects.sudden import is_sudden
 from aerosid.evidence import Deviations, deviations
 from aerosid.findings import Part
@@ -33,12 +32,7 @@ def certain(search: StructureSearch, completed: Refinement) -> tuple[Refinement,
 
 def without_the_weakest(search: StructureSearch, current: Refinement, spread: Deviations) -> Refinement | None:
     """The estimate without the part that is most in doubt; None where none is."""
-    # A disturbance is judged by the likelihood alone, where it came from.
-    parts = [
-        part
-        for part in search.parts(current, spread)
-        if part.active is None or not isinstance(part.active.effect, NoiseEffect)
-    ]
+    parts = [part for part in search.parts(current, spread) if not part.is_disturbance]
     for part in sorted(parts, key=lambda part: part.ratio):
         if part.ratio >= search.critical:
             break

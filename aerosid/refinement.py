@@ -94,6 +94,11 @@ class Refinement:
         """Cramer-Rao bound for white residuals, of all parameters (M, M)."""
         return scaled_inverse(self.information)
 
+    @property
+    def is_disturbed(self) -> bool:
+        """Whether gusts or forces of any shape act."""
+        return any(isinstance(active.effect, NoiseEffect) for active in self.effects)
+
 
 def refine(
     model: AerodynamicModel,
@@ -149,7 +154,7 @@ def refine(
     start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
     point = _first_point(likelihood, start, settings)
     point, converged = _best(likelihood, point, settings, hold_variance)
-    if settings.disturbances and any(isinstance(active.effect, NoiseEffect) for active in point.effects):
+    if settings.disturbances and point.is_disturbed:
         for _ in range(settings.rounds):
             moved = likeliest_noise(likelihood, point, hold_variance=hold_variance)
             if moved is point:
@@ -163,8 +168,12 @@ def refine_on(
     manoeuvres: Sequence[Manoeuvre],
     settings: RefinementSettings = RefinementSettings(),
     effects: Sequence[ActiveEffect] | None = None,
+    point: Point | None = None,
 ) -> Refinement:
-    """The same structure, searched on from where an estimate stands; `effects`: in place of its own."""
+    """The same structure, searched on from where an estimate stands.
+
+    `effects`: in place of its own; `point`: its likelihood, where that is known.
+    """
     return refine(
         at.model,
         manoeuvres,
@@ -172,6 +181,7 @@ def refine_on(
         effects=at.effects if effects is None else effects,
         states=at.states,
         variance=at.variance,
+        point=point,
         settings=settings,
     )
 
@@ -343,7 +353,7 @@ def _path(
         active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
-    disturbed = any(isinstance(effect.effect, NoiseEffect) for effect in point.effects)
+    disturbed = point.is_disturbed
     for _ in range(settings.steps):
         known, share = False, 1.0
         rounds = 1 if disturbed else WEIGHTINGS

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosid.effects import NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.evidence import unexplained_channels
 from aerosid.findings import Part
@@ -48,8 +47,7 @@ def without_refuted(
     """
     if not validation:
         return completed, ()
-    disturbed = any(isinstance(active.effect, NoiseEffect) for active in completed.effects)
-    share = SHARE_IN_GUSTS if disturbed else SHARE
+    share = SHARE_IN_GUSTS if completed.is_disturbed else SHARE
     error = misfit(completed, validation)
     held = current = completed
     refuted: tuple[Part, ...] = ()

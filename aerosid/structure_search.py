@@ -21,9 +21,8 @@ from aerosid.effects.sudden import GRID, is_sudden, moment
 from aerosid.evidence import Deviations, Linearised, Score, deviations, score_hypotheses, unexplained_channels
 from aerosid.findings import Part
 from aerosid.hypotheses import Hypothesis, with_columns_of, with_offsets
-from aerosid.likelihood_point import Point
 from aerosid.manoeuvre import Manoeuvre
-from aerosid.refinement import Refinement, Start, refine
+from aerosid.refinement import Refinement, Start, refine_on
 from aerosid.search_settings import TRIAL, AttributionSettings
 from aerosid.terms import Term
 
@@ -127,7 +126,7 @@ class StructureSearch:
         """The added parts, jumps at about the same moment together."""
         groups: dict[object, list[Part]] = {}
         for part in self.parts(current, None):
-            if part.active is not None and isinstance(part.active.effect, NoiseEffect):
+            if part.is_disturbance:
                 continue
             groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
         return list(groups.values())
@@ -211,25 +210,14 @@ class StructureSearch:
         struck = self.struck_out(current, parts)
         entries = [part.entry for part in parts if part.entry is not None]
 
-        def fitted(point: Point | None) -> Refinement:
-            return refine(
-                struck.model,
-                self.manoeuvres,
-                struck.free,
-                effects=struck.effects,
-                states=struck.states,
-                variance=struck.variance,
-                point=point,
-                settings=TRIAL,
-            )
-
         if current.effects or current.held_to_data > 0.0:
-            return fitted(None)
+            return refine_on(struck, self.manoeuvres, TRIAL)
         # Terms alone have one likeliest set of numbers, wherever the search for it begins.
         known = self.struck.get((struck.free, struck.model.columns))
         if known is None:
             near = self.near(current).without_terms(entries)
-            known = fitted(replace(near, values=np.array(struck.model.values)))
-            known = known if known.converged else fitted(None)
+            point = replace(near, values=np.array(struck.model.values))
+            known = refine_on(struck, self.manoeuvres, TRIAL, point=point)
+            known = known if known.converged else refine_on(struck, self.manoeuvres, TRIAL)
             self.struck[struck.free, struck.model.columns] = known
         return known

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.evidence import Score
 from aerosid.findings import Finding
 from aerosid.hypothesis_trials import tried
 from aerosid.part_findings import finding_of
@@ -38,14 +39,11 @@ def unproven_terms(
     """
     if not search.is_doubtful(completed):
         return ()
-    scores = [
-        score
-        for score in search.scores(completed)
-        if score.hypothesis.kind == "aero_term" and not score.hypothesis.searched
-    ]
-    scores = [score for score in scores if score.hypothesis.label not in refuted]
-    coefficients = dict.fromkeys(score.hypothesis.where for score in scores)
-    best = [s for where in coefficients for s in [s for s in scores if s.hypothesis.where == where][:TRIED]]
+    by_coefficient: dict[str, list[Score]] = {}
+    for score in search.scores(completed):
+        if score.hypothesis.is_plain_term and score.hypothesis.label not in refuted:
+            by_coefficient.setdefault(score.hypothesis.where, []).append(score)
+    best = [score for ranked in by_coefficient.values() for score in ranked[:TRIED]]
     found: dict[str, Unproven] = {}
     level = search.price(completed)
     for trial in tried(search, completed, best, level, margin=np.inf):
