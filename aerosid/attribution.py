@@ -9,9 +9,10 @@ import numpy as np
 
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.bounds import FilterError, filter_error, widened
+from aerosid.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.disturbance_search import Searched, beside_disturbances, in_forces, in_moving_air, is_gust, through_air
 from aerosid.effects import OutputEffect, StateEffect
-from aerosid.evidence import Deviations, Score, unexplained_channels
+from aerosid.evidence import Deviations, Score, deviations, unexplained_channels
 from aerosid.exchange import alternatives, exchange
 from aerosid.findings import Finding, labels, named
 from aerosid.forward_search import forward, settled
@@ -56,6 +57,8 @@ class Attribution:
         `completed_deviations` are no smaller than theirs.
     unproven : tuple of Unproven
         Terms that stand out where something is left, and not far enough.
+    confirmed : tuple of Confirmed
+        Those of them that flights which were not fitted show by themselves: they are among the findings.
     """
 
     before: Refinement
@@ -67,6 +70,7 @@ class Attribution:
     refuted: tuple[tuple[str, str, str], ...] = ()
     filter_error: FilterError | None = None
     unproven: tuple[Unproven, ...] = ()
+    confirmed: tuple[Confirmed, ...] = ()
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -130,17 +134,28 @@ def attribute(
     if (reduced := _without_odd_sensors(search, completed)) is not completed:
         # A gust that was found beside such a fault may have been its work.
         completed, spread = certain(search, refine_on(_calmed(search, reduced), manoeuvres))
+    told = tuple(part.label for part in refuted)
+    unproven = unproven_terms(search, completed, told)
+    confirmed = confirmed_terms(search, completed, unproven, validation)
+    if confirmed:
+        completed = with_confirmed(search, completed, [each.entry for each in confirmed])
+        spread = deviations(completed, manoeuvres)
+        unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
     forces = next((active for active in current.effects if active.effect.kind == "unmodelled_forces"), None)
     beside_forces = filter_error(completed, forces, current.variance, manoeuvres) if forces is not None else None
     spread = widened(spread, beside_forces)
-    findings = findings_of(search, completed, spread)
+    p_values = {each.entry: each.p_value for each in confirmed}
+    findings = tuple(
+        replace(row, p_value=p_values[row.entry]) if row.entry in p_values else row
+        for row in findings_of(search, completed, spread)
+    )
     if forces is not None:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = _once((*others, *alternatives(search, completed)))
     others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
-    told = tuple(part.label for part in refuted)
-    unproven = unproven_terms(search, completed, told)
-    return Attribution(before, completed, spread, findings, others, plain.rounds, told, beside_forces, unproven)
+    return Attribution(
+        before, completed, spread, findings, others, plain.rounds, told, beside_forces, unproven, confirmed
+    )
 
 
 BESIDE_GUSTS = 2

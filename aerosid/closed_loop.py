@@ -17,6 +17,7 @@ from aerosid.candidates import candidate_entries
 from aerosid.coefficient_match import explained_shares
 from aerosid.coefficient_rivals import coefficient_rivals, told_of_rivals, with_rivals
 from aerosid.completed_aircraft import complete_aircraft
+from aerosid.confirmation import told_of_confirmed
 from aerosid.contradicted_loop import contradicted_loop
 from aerosid.declared_effects import declared_effects
 from aerosid.errors import EstimationError
@@ -224,6 +225,7 @@ def close_loop(
             *_notes(manoeuvres, others, chain, settings),
             *told_of_refuted(found.refuted),
             *told_of_rivals(rivals),
+            *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others]),
             *told_of_unproven(found.unproven),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
             *unlinearised,

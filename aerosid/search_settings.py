@@ -15,6 +15,9 @@ class AttributionSettings:
     ----------
     false_alarm : float
         Share of flights with nothing missing in which something may be named, by design.
+    confirmed : float
+        Share of flights in which a term that was suggested by chance may be confirmed by chance, by design. More than
+        the other share: few flights suggest one.
     shortlist : int
         Hypotheses that are fitted in each round; the score's ranking is exact only for small effects.
     rounds : int
@@ -28,6 +31,7 @@ class AttributionSettings:
     """
 
     false_alarm: float = 0.001
+    confirmed: float = 0.003
     shortlist: int = 6
     rounds: int = 6
     reach: float = 6.0

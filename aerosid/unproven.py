@@ -59,12 +59,13 @@ def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
     """A sentence for each, for the notes."""
     return [
         f"Not proven: {each.finding.where} {each.finding.term}, {each.finding.value:.3g} with a deviation of "
-        f"{each.finding.std_error:.2g}: {_why(each)}. Another flight, or declaring it, would decide."
+        f"{each.finding.std_error:.2g}: {reason(each)}. Another flight, or declaring it, would decide."
         for each in unproven
     ]
 
 
-def _why(each: Unproven) -> str:
+def reason(each: Unproven) -> str:
+    """Why it is not proven."""
     if each.ratio < each.asked:
         return f"{each.ratio:.1f} deviations from zero, where {each.asked:.1f} are asked for among so many candidates"
     return f"{each.ratio:.1f} deviations from zero, but unknown forces would leave as much, and more is missing"

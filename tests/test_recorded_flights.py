@@ -43,6 +43,11 @@ def test_the_twin_otter_has_the_published_derivatives_and_a_late_vane() -> None:
     late = [effect.value for effect in result.effects if effect.kind in ("sensor_lag", "sensor_delay")]
     assert late
     assert all(0.015 < value < 0.035 for value in late)
+    # Stepwise regression finds alpha^2 in C_X, and explains 85.0 and 88.7 % of it on the other flight without and with.
+    drag = next(effect for effect in result.effects if (effect.where, effect.term) == ("C_X", "alpha^2"))
+    assert drag.value == pytest.approx(5.0, abs=2.0 * drag.std_error)
+    force = next(row for row in result.coefficients if (row.coefficient, row.log) == ("C_X", "totter_lon_020213f1_017"))
+    assert force.r2_after > force.r2_before + 0.03
     assert result.verdict is Verdict.PARTLY_EXPLAINED
 
 

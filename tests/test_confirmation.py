@@ -1,0 +1,77 @@
+"""A suggested term is named where a flight that was not fitted shows it by itself, and only there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from problems import LIGHT, Problem, entry, with_channels
+from scipy.signal import lfilter
+from scipy.stats import binom
+
+from aerosid.attribution import USUAL
+from aerosid.closed_loop import BEFORE
+from aerosid.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
+from aerosid.flight_log import FlightLog
+from aerosid.hypotheses import term_hypotheses
+from aerosid.refinement import Refinement, refine
+from aerosid.structure_search import StructureSearch
+from aerosid.unproven import Unproven, unproven_terms
+
+DRAG = ("C_X", "alpha^2")
+WITH = Problem(undeclared={DRAG: 3.6})
+WITHOUT = Problem(elevator="3211", amplitude=0.045)
+ELSEWHERE = replace(WITHOUT, undeclared=WITH.undeclared)
+
+
+def shaken(log: FlightLog, seed: int) -> FlightLog:
+    """The log with noise in theta and a_z that follows itself: something is left, whatever is found."""
+    white = np.random.default_rng(seed).normal(0.0, 1.0, log.time.size)
+    slow = lfilter([0.06], [1.0, -0.98], white)
+    return with_channels(log, theta=log["theta"] + 0.004 * slow, a_z=log["a_z"] + 0.3 * slow)
+
+
+def suggested() -> tuple[StructureSearch, Refinement, tuple[Unproven, ...]]:
+    model, manoeuvre = WITH.prepared(shaken(WITH.fly(), 5))
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
+    search = StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL)
+    return search, before, tuple(each for each in unproven_terms(search, before) if each.finding.where == "C_X")
+
+
+def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed, ...]:
+    """What another flight, shaken too, says of the drag that was suggested, or of its opposite."""
+    search, before, (drag,) = suggested()
+    drag = replace(drag, finding=replace(drag.finding, value=sign * drag.finding.value))
+    log = replace(shaken(problem.fly(seed), seed), name="another flight")
+    return confirmed_terms(search, before, [drag], [problem.prepared(log)[1]])
+
+
+def test_a_suggested_term_is_confirmed_by_a_flight_that_shows_it_by_itself() -> None:
+    (drag,) = asked_of(ELSEWHERE, 11)
+    assert (drag.entry[0], str(drag.entry[1])) == DRAG
+    assert drag.value == pytest.approx(3.6, abs=3.0 * drag.std_error)
+    assert drag.value > 2.7 * drag.std_error
+    assert drag.p_value < USUAL.confirmed
+    (sentence,) = told_of_confirmed([drag], ["another flight"])
+    assert "C_X alpha^2" in sentence
+    assert "another flight" in sentence
+    search, before, _ = suggested()
+    assert with_confirmed(search, before, [drag.entry]).model.value(drag.entry) == pytest.approx(3.6, rel=0.2)
+
+
+@pytest.mark.parametrize(("problem", "sign"), [(WITHOUT, 1.0), (ELSEWHERE, -1.0)], ids=["absent", "opposite"])
+def test_a_term_that_another_flight_does_not_show_is_not_confirmed(problem: Problem, sign: float) -> None:
+    assert asked_of(problem, 12, sign) == ()
+
+
+def test_without_another_flight_nothing_is_confirmed() -> None:
+    search, before, drag = suggested()
+    assert confirmed_terms(search, before, drag, []) == ()
+
+
+@pytest.mark.slow
+def test_chance_confirms_as_seldom_as_is_said() -> None:
+    confirmed = [seed for seed in range(100, 160) if asked_of(WITHOUT, seed)]
+    assert len(confirmed) <= binom.isf(1e-3, 60, USUAL.confirmed)
