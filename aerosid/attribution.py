@@ -24,7 +24,7 @@ from aerosid.pruning import certain, pruned
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
 from aerosid.search_settings import AttributionSettings
-from aerosid.separation_search import is_patchwork, with_separation
+from aerosid.separation_search import is_patchwork, separation_at_first, with_separation
 from aerosid.structure_search import StructureSearch
 from aerosid.unproven import Unproven, unproven_terms
 
@@ -119,15 +119,14 @@ def attribute(
         reached = _against_disturbances(search, before, plain, gusty) if settings.disturbances else plain
     current, others = reached.estimate, reached.others
     completed, spread = certain(search, refine_on(_unforced(current, before), manoeuvres))
-    samples = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in manoeuvres)
-    if _is_forced(current) and search.price(completed) - search.price(plain.estimate) > NO_IMITATION * samples:
-        current, others = plain.estimate, plain.others
+    if _is_forced(current) and (kept := _no_imitation(search, before, completed, plain, gusty, validation)) is not None:
+        current, others = kept.estimate, kept.others
         completed, spread = certain(search, refine_on(current, manoeuvres))
     held, refuted = without_refuted(completed, search, validation)
     if refuted:
         completed, spread = certain(search, refine_on(held, manoeuvres))
         gain = search.price(before) - search.price(completed)
-        if settings.disturbances and search.is_doubtful(completed) and gain < NO_IMITATION * samples:
+        if settings.disturbances and search.is_doubtful(completed) and gain < NO_IMITATION * search.samples:
             # What is left of a sum that was refuted was not found as such.
             standing = pruned(search, in_forces(search, completed))
             completed, spread = certain(search, refine_on(_unforced(standing, before), manoeuvres))
@@ -188,13 +187,22 @@ def _plainly(
     """The search without disturbances, and flow separation where something is left that gusts do not say better."""
     current, rounds = forward(search, before)
     current, others = exchange(search, current)
-    if not search.stepping or (gusty is not None and search.price(gusty.estimate) < search.price(current)):
-        return Searched(current, others, tuple(rounds))
+    plain = Searched(current, others, tuple(rounds))
+    if gusty is not None and search.price(gusty.estimate) < search.price(current):
+        return plain
+    return _separated(search, plain, validation)
+
+
+def _separated(search: StructureSearch, plain: Searched, validation: Sequence[Manoeuvre]) -> Searched:
+    """The search with flow separation where something is left and that says it better."""
+    current = plain.estimate
+    if not search.stepping:
+        return plain
     if is_patchwork(search, current) or search.is_doubtful(current) or _fails_elsewhere(search, current, validation):
         separated = with_separation(search, current)
         if search.price(separated) < search.price(current):
-            current, others = separated, ()
-    return Searched(current, others, tuple(rounds))
+            return replace(plain, estimate=separated, others=())
+    return plain
 
 
 def _against_disturbances(
@@ -254,6 +262,35 @@ NO_IMITATION = 1.8
 Forces of any shape can follow a stall, a trim change and thrust too, and leave none of them standing. What brings the
 whole residual in open loop down so far is kept, although something is left.
 """
+
+
+def _no_imitation(
+    search: StructureSearch,
+    before: Refinement,
+    completed: Refinement,
+    plain: Searched,
+    gusty: Searched | None,
+    validation: Sequence[Manoeuvre],
+) -> Searched | None:
+    """What was found without forces of any shape, if in still air it says so much more than `completed` does.
+
+    What those forces left standing has no gust beside it, and is weighed against the others without theirs.
+    """
+    level = search.price(completed) - NO_IMITATION * search.samples
+    found = {search.price(plain.estimate): plain}
+    if gusty is not None:
+        gusts = [part for part in search.parts(gusty.estimate, None) if part.is_disturbance]
+        found[search.price(search.without(gusty.estimate, gusts))] = gusty
+    if min(found) >= level:
+        return None
+    if search.stepping:
+        if gusty is not None:
+            # Where gusts said it better, flow separation was asked beside them alone.
+            separated = _separated(search, plain, validation)
+            found[search.price(separated.estimate)] = separated
+        estimate, others = separation_at_first(search, before)
+        found[search.price(estimate)] = replace(plain, estimate=estimate, others=others)
+    return found[min(found)]
 
 
 def _is_forced(current: Refinement) -> bool:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.flow_separation import flow_separation
-from aerosid.findings import Part
+from aerosid.exchange import exchange
+from aerosid.findings import Finding, Part
 from aerosid.forward_search import forward
 from aerosid.pruning import pruned
 from aerosid.refinement import Refinement, Start, contest
@@ -15,6 +18,9 @@ from aerosid.structure_search import StructureSearch
 
 BESIDE_SEPARATION = 1
 """How many may enter beside flow separation: each is searched for among as many rivals as all that entered before."""
+
+AFTER_SEPARATION = 2
+"""How many may enter where separation came first, as few as beside gusts that kinematics show."""
 
 PATCHES = 3
 """Terms that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
@@ -29,16 +35,34 @@ def with_separation(search: StructureSearch, found: Refinement) -> Refinement:
     Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
     where it is unknown. Where it leaves the model wrong, others may enter beside it.
     """
-    highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in search.manoeuvres)
-    drag, lift, moment_name = search.stepping
-    effect = flow_separation(highest, lift, (drag, moment_name))
-    rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     alike = [part for part in search.parts(found, None) if part.time is not None or is_curve(part)]
     base = search.without(found, alike) if alike else found
     bases = [base]
     if jump := greatest_jump(search, found):
         # One event may be real beside it.
         bases.append(search.without(found, [part for part in alike if part not in jump]))
+    best = _separated(search, bases)
+    won, asked = search.price(base) - search.price(best), search.price(base) - search.price(found)
+    if won > max(LIKENESS * asked, 0.0) and search.is_doubtful(best):
+        best, _ = forward(search, pruned(search, best), BESIDE_SEPARATION)
+    return best
+
+
+def separation_at_first(search: StructureSearch, before: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+    """The search with flow separation before all else, and what could stand in place of its parts.
+
+    Where a stall is most of what is missing, what enters before it is drawn to it and then stands in its way.
+    """
+    current, _ = forward(search, pruned(search, _separated(search, [before])), AFTER_SEPARATION)
+    return exchange(search, current)
+
+
+def _separated(search: StructureSearch, bases: Sequence[Refinement]) -> Refinement:
+    """The likeliest estimate with flow separation beside one of several others."""
+    highest = max(float(np.nanmax(manoeuvre.flight.measured[:, 1])) for manoeuvre in search.manoeuvres)
+    drag, lift, moment_name = search.stepping
+    effect = flow_separation(highest, lift, (drag, moment_name))
+    rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     starts = [
         Start(
             search.with_room(each).model,
@@ -51,11 +75,7 @@ def with_separation(search: StructureSearch, found: Refinement) -> Refinement:
         for first in effect.parameters[0].trials
     ]
     handicaps = [search.fare(each) for each in starts]
-    best = min(contest(starts, search.manoeuvres, TRIAL, handicaps), key=search.price)
-    won, asked = search.price(base) - search.price(best), search.price(base) - search.price(found)
-    if won > max(LIKENESS * asked, 0.0) and search.is_doubtful(best):
-        best, _ = forward(search, pruned(search, best), BESIDE_SEPARATION)
-    return best
+    return min(contest(starts, search.manoeuvres, TRIAL, handicaps), key=search.price)
 
 
 def greatest_jump(search: StructureSearch, found: Refinement) -> list[Part]:

@@ -58,6 +58,11 @@ class StructureSearch:
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
+    @property
+    def samples(self) -> int:
+        """Measured values in all manoeuvres and channels."""
+        return sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
+
     def noise_level(self, start: Refinement) -> NDArray[np.float64]:
         """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
         squares = np.nan_to_num(np.array([manoeuvre.noise**2 for manoeuvre in self.manoeuvres]))

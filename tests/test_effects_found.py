@@ -14,13 +14,16 @@ from problems import LIGHT, NOISE, Problem, with_channels
 from scipy.signal import lsim
 
 from aerosid.aerodynamics import values_by_name
-from aerosid.attribution import Attribution, attribute
+from aerosid.attribution import USUAL, Attribution, attribute
+from aerosid.closed_loop import BEFORE
 from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.longitudinal import OUTPUTS
 from aerosid.refinement import refine
 from aerosid.results import Verdict
+from aerosid.separation_search import separation_at_first
 from aerosid.simulation import fly, steps, trim
+from aerosid.structure_search import StructureSearch
 from aerosid.verdict import judge
 
 Array = NDArray[np.float64]
@@ -228,3 +231,23 @@ def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
     kinds = {(finding.kind, finding.where): finding.value for finding in found.findings}
     assert set(kinds) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert kinds["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
+
+
+def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None:
+    """Names that only look like a stall, once in, keep it out: where it is most of what is missing it comes first."""
+    problem = replace(FLIGHT, elevator="doublet", amplitude=-0.07)
+    log = separating(problem, 12)
+    noise = NOISE["q"] * np.random.default_rng(21).standard_normal(problem.time.size)
+    log = with_channels(log, q=lag(problem.time, log["q"], 0.12) + noise)
+    model, manoeuvre = problem.prepared(log)
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    hypotheses = (
+        *term_hypotheses(problem.candidates(log)),
+        *effect_hypotheses(model, [manoeuvre], LIGHT.coefficients),
+    )
+    search = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
+    found, _ = separation_at_first(search, before)
+    values = {active.name: active.values[0] for active in found.effects}
+    assert set(values) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
+    assert values["flow_separation", "C_Z"] == pytest.approx(SEPARATION["alpha_star"], rel=0.1)
+    assert values["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)

@@ -8,7 +8,7 @@ from recordings import recording
 
 from aerosid.aircraft import load_aircraft
 from aerosid.bundled import bundled_folder
-from aerosid.closed_loop import close_loop
+from aerosid.closed_loop import LoopSettings, close_loop
 from aerosid.flight_log import FlightLog
 from aerosid.kinematics import InstrumentFinding, check_kinematics
 from aerosid.kinematics.contradiction import contradictions
@@ -111,6 +111,20 @@ def test_the_citation_s_vane_lags() -> None:
     moment = next(row for row in result.coefficients if row.coefficient == "C_m")
     assert moment.r2_before < 0.92
     assert moment.r2_after > 0.98
+
+
+def test_the_attas_stalls_with_trim_and_thrust_in_its_moment() -> None:
+    # Published of this flight: the flow separates at .31 rad (.2 to .4 with its delay), and C_m misses trim and thrust.
+    log = read("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml")
+    settings = LoopSettings(paper_chain=False, next_flight=False, linear_analysis=False)
+    result = close_loop([log], load_aircraft("attas"), settings=settings)
+    values = {(effect.kind, effect.where, effect.term): effect.value for effect in result.effects}
+    assert values["flow_separation", "C_L", ""] == pytest.approx(0.3, abs=0.05)
+    assert values["aero_term", "C_m", "delta_h"] < 0.0
+    assert values["aero_term", "C_m", "C_T"] > 0.0
+    # Free regression invents a C_L_q of 40: it is not named, and the slope of the lift is that of the 3-2-1-1.
+    assert ("aero_term", "C_L", "q_hat") not in values
+    assert derivative(result, "C_L", "alpha") == pytest.approx(5.226, rel=0.08)
 
 
 def explanations(log: FlightLog) -> dict[tuple[str, str], InstrumentFinding]:
