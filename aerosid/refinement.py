@@ -354,9 +354,8 @@ def _path(
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
     disturbed = point.is_disturbed
-    share = 1.0
     for _ in range(settings.steps):
-        known, share = False, min(1.0, max(2.0 * share, LEAST_SHARE))
+        known, share = False, 1.0
         rounds = 1 if disturbed else WEIGHTINGS
         while True:
             aim = _aim(point, active, damping, floor, rounds, share)
@@ -410,12 +409,6 @@ def _path(
 
 LEAST_CHANGE = 0.02
 """Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
-
-LEAST_SHARE = 0.1
-"""Of the way to the likeliest noise variances that a step begins with, where the last one could go none of it.
-
-Each begins with twice what the last one could go: to find that anew takes several evaluations of the likelihood.
-"""
 
 TRUSTED = 1e-2
 """Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
