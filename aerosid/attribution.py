@@ -24,7 +24,7 @@ from aerosid.pruning import certain, pruned
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import cannot_follow, without_refuted
 from aerosid.search_settings import AttributionSettings
-from aerosid.separation_search import is_patchwork, separation_at_first, with_separation
+from aerosid.separation_search import PATCHES, is_patchwork, separation_at_first, with_separation
 from aerosid.structure_search import StructureSearch
 from aerosid.unproven import Unproven, unproven_terms
 
@@ -283,11 +283,11 @@ def _no_imitation(
         found[search.price(search.without(gusty.estimate, gusts))] = gusty
     if min(found) >= level:
         return None
-    if search.stepping:
-        if gusty is not None:
-            # Where gusts said it better, flow separation was asked beside them alone.
-            separated = _separated(search, plain, validation)
-            found[search.price(separated.estimate)] = separated
+    if gusty is not None:
+        # Where gusts said it better, flow separation was asked beside them alone.
+        separated = _separated(search, plain, validation)
+        found[search.price(separated.estimate)] = separated
+    if search.stepping and len(search.parts(plain.estimate, None)) >= PATCHES:
         estimate, others = separation_at_first(search, before)
         found[search.price(estimate)] = replace(plain, estimate=estimate, others=others)
     return found[min(found)]

@@ -23,7 +23,7 @@ AFTER_SEPARATION = 2
 """How many may enter where separation came first, as few as beside gusts that kinematics show."""
 
 PATCHES = 3
-"""Terms that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
+"""Names that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
 
 LIKENESS = 0.9
 """Share of what its likeness brings that separation brings too, from which others are looked for beside it."""

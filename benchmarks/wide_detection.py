@@ -239,12 +239,14 @@ def gain(result: ClosedLoop) -> float:
 
 def remaining(result: ClosedLoop, noise: Mapping[str, float]) -> float:
     """Largest of after over the noise that was planted, which coloured or not is known here, on the fitted flight."""
-    return max(r.after / noise[r.channel] for r in result.errors if r.role == "identification" and r.after)
+    ratios = [r.after / noise[r.channel] for r in result.errors if r.role == "identification" and r.after]
+    return max(ratios, default=np.inf)
 
 
 def told(result: ClosedLoop) -> str:
     """The result in words."""
-    seen = max(r.before / r.noise for r in result.errors if r.role == "identification" and r.before and r.noise)
+    fitted = [r for r in result.errors if r.role == "identification" and r.before and r.noise]
+    seen = max((r.before / r.noise for r in fitted if r.before and r.noise), default=np.nan)
     after = [r.after / r.noise for r in result.errors if r.role == "validation" and r.after and r.noise] or [np.nan]
     names = "; ".join(" ".join(f"{e.kind} {e.where} {e.term} {e.value:.3g}".split()) for e in result.effects)
     others = ", ".join(" ".join(f"{e.kind} {e.where} {e.term}".split()) for e in result.alternatives)
