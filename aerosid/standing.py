@@ -84,26 +84,18 @@ def _no_imitation(
     made: Searches,
     validation: Sequence[Manoeuvre],
 ) -> Searched | None:
-    """What was found without forces of any shape, if in still air it says so much more than `completed` does.
-
-    What those forces left standing has no gust beside it, and is weighed against the others without theirs.
-    """
-    plain, gusty = made.plain, made.gusty
-    level = search.price(completed) - NO_IMITATION * search.samples
-    found = {search.price(plain.estimate): plain}
-    if gusty is not None:
-        gusts = [part for part in search.parts(gusty.estimate, None) if part.is_disturbance]
-        found[search.price(search.without(gusty.estimate, gusts))] = gusty
-    if min(found) >= level:
+    """What was found without disturbances, if it says so much more than what forces of any shape left standing."""
+    plain = made.plain
+    if search.price(completed) - search.price(plain.estimate) <= NO_IMITATION * search.samples:
         return None
-    if gusty is not None:
+    found = [plain]
+    if made.gusty is not None:
         # Where gusts said it better, flow separation was asked beside them alone.
-        late = separated(search, plain, validation)
-        found[search.price(late.estimate)] = late
+        found.append(separated(search, plain, validation))
     if search.stepping and len(search.parts(plain.estimate, None)) >= PATCHES:
         estimate, others = separation_at_first(search, before)
-        found[search.price(estimate)] = replace(plain, estimate=estimate, others=others)
-    return found[min(found)]
+        found.append(replace(plain, estimate=estimate, others=others))
+    return min(found, key=lambda each: search.price(each.estimate))
 
 
 def forces_of(current: Refinement) -> ActiveEffect | None:
