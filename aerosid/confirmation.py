@@ -100,7 +100,7 @@ def told_of_confirmed(confirmed: Sequence[Confirmed], flights: Sequence[str]) ->
     """A sentence for each, for the notes; `flights` the names of those that were asked."""
     return [
         f"Confirmed: {each.entry[0]} {each.entry[1]} is not proven by what was fitted ({reason(each.suggested)}), but "
-        f"{' and '.join(flights)} alone, not fitted, shows it too: {each.value:.3g} with a deviation of "
+        f"what was not ({' and '.join(flights)}) shows it by itself too: {each.value:.3g} with a deviation of "
         f"{each.std_error:.2g}. The errors there had a part in naming it."
         for each in confirmed
     ]

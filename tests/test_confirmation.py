@@ -10,7 +10,7 @@ from problems import LIGHT, Problem, entry, with_channels
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from aerosid.attribution import USUAL
+from aerosid.attribution import USUAL, attribute
 from aerosid.closed_loop import BEFORE
 from aerosid.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
 from aerosid.flight_log import FlightLog
@@ -69,6 +69,27 @@ def test_a_term_that_another_flight_does_not_show_is_not_confirmed(problem: Prob
 def test_without_another_flight_nothing_is_confirmed() -> None:
     search, before, drag = suggested()
     assert confirmed_terms(search, before, drag, []) == ()
+
+
+def test_what_another_flight_confirms_is_among_the_findings_with_the_chance_that_it_is_wrong() -> None:
+    """With a search so strict that it proves little, the same drag is named only beside the flight that shows it."""
+    small, elsewhere = (replace(problem, undeclared={DRAG: 0.15}) for problem in (WITH, ELSEWHERE))
+    model, manoeuvre = small.prepared(shaken(small.fly(), 5))
+    other = elsewhere.prepared(replace(shaken(elsewhere.fly(11), 11), name="another flight"))[1]
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
+    settings = replace(USUAL, false_alarm=1e-250)
+    alone, together = (
+        attribute(before, [manoeuvre], terms, LIGHT.coefficients, settings, validation=flights)
+        for flights in ([], [other])
+    )
+    assert entry(*DRAG) not in alone.terms
+    assert [(each.finding.where, each.finding.term) for each in alone.unproven] == [DRAG]
+    assert together.terms == (entry(*DRAG),)
+    (drag,) = [finding for finding in together.findings if finding.entry is not None]
+    assert drag.value == pytest.approx(0.15, abs=4.0 * drag.std_error)
+    assert drag.p_value == together.confirmed[0].p_value < USUAL.confirmed
+    assert together.unproven == ()
 
 
 @pytest.mark.slow
