@@ -17,7 +17,7 @@ from problems_report import closed_loop
 from aerosid.flight_log import FlightLog
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
-from aerosid.results import ClosedLoop, ErrorRow, ScreeningRow, Verdict
+from aerosid.results import ClosedLoop, Effect, ErrorRow, Evidence, Parameter, ScreeningRow, Verdict
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 HOSTILE = "<img src=x onerror=alert(1)>\"$x^$'&{{7*7}}"
@@ -130,6 +130,18 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
     ]
     for words in wanted:
         assert words in page.text, words
+
+
+@pytest.mark.parametrize("unit", ["rad", "rad/s"])
+def test_an_angle_stands_beside_the_unit_that_its_number_has(result: ClosedLoop, unit: str) -> None:
+    """0.0200 rad are 1.15 deg, wherever an effect or a number of it is shown."""
+    bias = Effect(1, "sensor_bias", "alpha", "", 0.02, 0.001, unit, Evidence(None, 1e-9, None, 50.0))
+    second = dataclasses.replace(bias, parameters={"limit": Parameter(0.02, 0.001, unit)})
+    shown = dataclasses.replace(result, effects=(second,), alternatives=(bias,))
+    text = " ".join(Page(report_html(shown, interactive=False)).text.split())
+    degrees = unit.replace("rad", "deg")
+    said = text.count(f"0.0200 ± 0.0010 {unit} (1.15 {degrees})")
+    assert said == text.count("0.0200 ± 0.0010") >= 4
 
 
 def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:

@@ -46,6 +46,7 @@ def page_environment(folder: Path) -> Environment:
         shown=_shown,
         plain=words.plain,
         sentence=words.sentence,
+        si=words.si_unit,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment

@@ -55,10 +55,13 @@ def subscripted(name: str) -> str:
 
 def shown_unit(unit: str) -> Unit:
     """The unit for a person: degrees in place of radians, m/s² in place of m/s^2."""
-    factor = DEGREES if unit in _ANGLES else 1.0
-    text = re.sub(r"\*\*|\^", "^", _ANGLES.get(unit, unit))
-    text = re.sub(r"\^(-?\d)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
-    return Unit("" if unit == "1" else text, factor)
+    return Unit(si_unit(_ANGLES.get(unit, unit)), DEGREES if unit in _ANGLES else 1.0)
+
+
+def si_unit(unit: str) -> str:
+    """The unit that a number of result.json has, as it is set; empty without one."""
+    text = re.sub(r"\*\*|\^", "^", unit)
+    return "" if unit == "1" else re.sub(r"\^(-?\d)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
 
 
 def number(value: float | None, digits: int = 3) -> str:
