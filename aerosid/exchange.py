@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -48,8 +49,9 @@ def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, 
         group = groups[0]
         done.add(group[0].label)
         reduced, trials = in_its_place(search, current, group)
-        best = min(trials, key=search.price, default=None)
-        if best is not None and search.price(best) < search.price(current) and stands(search, best, reduced):
+        worth = partial(evident_price, search, inflation_of_parts(search, current, {part.label for part in group}))
+        best = min(trials, key=worth, default=None)
+        if best is not None and worth(best) < worth(current) and stands(search, best, reduced):
             trials = [*(trial for trial in trials if trial is not best), current]
             current = best
             newest = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
@@ -187,4 +189,14 @@ def within_reach(
 
 def margin_of(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
     """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
-    return search.settings.reach * inflation_of(search, current, search.rough_deviations(current), labels)
+    return search.settings.reach * inflation_of_parts(search, current, labels)
+
+
+def inflation_of_parts(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+    """By how much coloured residuals widen the variance of some parts, at least 1."""
+    return inflation_of(search, current, search.rough_deviations(current), labels)
+
+
+def evident_price(search: StructureSearch, inflation: float, trial: Refinement) -> float:
+    """-2 ln L, less what coloured residuals pretend of it, with what the numbers cost: a rarer name must be shown."""
+    return trial.cost / inflation + search.fare(trial)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.attribution import USUAL
 from aerosid.evidence import Linearised
+from aerosid.exchange import evident_price
 from aerosid.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.likelihood import Likelihood
 from aerosid.refinement import Refinement, refine
@@ -103,3 +106,14 @@ def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[St
         inside = np.ix_(columns, columns)
         np.testing.assert_allclose(whole.normal[inside], together[inside], rtol=1e-9)
     np.testing.assert_allclose(whole.gradient, dense.gradients.sum(axis=0), rtol=1e-9, atol=1e-6)
+
+
+def test_coloured_residuals_buy_no_further_number(search: tuple[StructureSearch, Refinement]) -> None:
+    """A number costs eight: a fall of twenty is worth it where residuals are white, not where four count as one."""
+    found, current = search
+    larger = replace(current, free=(*current.free, entry("C_Z", "alpha^2")), cost=current.cost - 20.0)
+    assert evident_price(found, 1.0, larger) == found.price(larger) < found.price(current)
+    assert evident_price(found, 4.0, larger) > evident_price(found, 4.0, current)
+    # Names of one kind stand in the order of their likelihood, whatever the colour.
+    likelier = replace(current, cost=current.cost - 1.0)
+    assert evident_price(found, 4.0, likelier) < evident_price(found, 4.0, current)
