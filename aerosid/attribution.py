@@ -10,7 +10,7 @@ from aerosid.bounds import FilterError, filter_error, widened
 from aerosid.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.evidence import Deviations, Score, deviations
 from aerosid.exchange import alternatives
-from aerosid.findings import Finding, labels, named
+from aerosid.findings import Finding, each_once, labels, named
 from aerosid.hypotheses import Hypothesis
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.part_findings import findings_of
@@ -122,13 +122,8 @@ def attribute(
     others = held.searched.others
     if forces is not None:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
-        others = _once((*others, *alternatives(search, completed)))
-    others = tuple(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
+        others = (*others, *alternatives(search, completed))
+    others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(
         before, completed, spread, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
     )
-
-
-def _once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Each alternative once, the first time that it is named."""
-    return tuple({(f.kind, f.where, f.term, f.instead_of): f for f in reversed(findings)}.values())[::-1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -131,3 +131,13 @@ def named(label: tuple[str, str, str]) -> str:
     if kind == "aero_term":
         return f"{where} {term}"
     return f"{kind} of {where}" if where else kind
+
+
+def each_once(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Each alternative once, where it was first named, as the likeliest of its kind: at one of two moments, say."""
+    best: dict[tuple[str, str, str, str], Finding] = {}
+    for finding in findings:
+        key = finding.kind, finding.where, finding.term, finding.instead_of
+        if key not in best or finding.gain > best[key].gain:
+            best[key] = finding
+    return tuple(best.values())
