@@ -220,14 +220,9 @@ def _in_its_place(
     Without its fit: no flight is designed to tell apart what the channels of this one tell apart together.
     """
     completed = found.completed
-    instead = replace(
-        completed,
-        model=completed.model.extended([entry]),
-        free=(*completed.free, entry),
-        effects=tuple(each for each in completed.effects if each.name != active.name),
-    )
+    others = [each for each in completed.effects if each.name != active.name]
     try:
-        fit = refine_on(instead, manoeuvres, FIT)
+        fit = refine_on(completed.with_terms([entry]), manoeuvres, FIT, others)
     except EstimationError:
         return None
     error = float(deviations(fit, manoeuvres, quick=True).corrected[-1])

@@ -16,7 +16,7 @@ from aerosid.errors import EstimationError
 from aerosid.evidence import deviations
 from aerosid.manoeuvre import Manoeuvre
 from aerosid.open_loop import on_log
-from aerosid.refinement import Refinement, RefinementSettings, refine
+from aerosid.refinement import Refinement, RefinementSettings, refine, refine_on
 from aerosid.structure_search import StructureSearch
 from aerosid.unproven import Unproven, reason
 
@@ -52,8 +52,7 @@ class Confirmed:
     @property
     def entry(self) -> Entry:
         """Coefficient and term."""
-        assert self.suggested.finding.entry is not None
-        return self.suggested.finding.entry
+        return self.suggested.entry
 
 
 def confirmed_terms(
@@ -86,14 +85,7 @@ def confirmed_terms(
 
 def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequence[Entry]) -> Refinement:
     """The estimate with some terms beside what it holds."""
-    return refine(
-        completed.model.extended(entries),
-        search.manoeuvres,
-        (*completed.free, *entries),
-        effects=completed.effects,
-        states=completed.states,
-        variance=completed.variance,
-    )
+    return refine_on(completed.with_terms(entries), search.manoeuvres)
 
 
 def told_of_confirmed(confirmed: Sequence[Confirmed], flights: Sequence[str]) -> list[str]:
@@ -110,32 +102,29 @@ def _on_its_own(
     search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre], asked: float
 ) -> tuple[float, float]:
     """The term's number from other flights alone and its deviation; infinite where a first look is enough to refuse."""
-    entry = each.finding.entry
-    assert entry is not None
+    fuller = completed.with_terms([each.entry])
     own = refine(
-        completed.model.extended([entry]),
+        fuller.model,
         validation,
-        (*completed.free, entry),
+        fuller.free,
         effects=[active for active in completed.effects if not is_sudden(active)],
         variance=completed.variance,
         settings=OWN_NUMBERS,
     )
-    value, white = own.model.value(entry), float(np.sqrt(own.covariance[len(completed.free), len(completed.free)]))
+    place = own.free.index(each.entry)
+    value, white = own.model.value(each.entry), float(np.sqrt(own.covariance[place, place]))
     if np.sign(each.finding.value) * value < asked * white:
         return 0.0, np.inf  # white residuals are the most that could be hoped for
     other = StructureSearch(tuple(validation), search.hypotheses, search.stepping, own, search.settings, search.given)
     forced = in_forces(other, own) if search.stepping else own
     spread = deviations(forced, validation)
-    place = forced.free.index(entry)
-    return forced.model.value(entry), float(max(spread.corrected[place], spread.white[place]))
+    return forced.model.value(each.entry), float(max(spread.corrected[place], spread.white[place]))
 
 
 def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre]) -> bool:
     """Whether the number of the fitted flights explains more of the coefficient that the others measured."""
-    entry = each.finding.entry
-    assert entry is not None
-    fuller = with_confirmed(search, completed, [entry])
-    place = BODY_AXES.get(entry[0], entry[0])
+    fuller = with_confirmed(search, completed, [each.entry])
+    place = BODY_AXES.get(each.entry[0], each.entry[0])
     left = []
     for manoeuvre in validation:
         pair = [(at.model, on_log(at, manoeuvre)) for at in (completed, fuller)]

@@ -48,8 +48,9 @@ def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, 
             break
         group = groups[0]
         done.add(group[0].label)
-        reduced, trials = in_its_place(search, current, group)
+        # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
         worth = partial(evident_price, search, inflation_of_parts(search, current, {part.label for part in group}))
+        reduced, trials = in_its_place(search, current, group)
         best = min(trials, key=worth, default=None)
         if best is not None and worth(best) < worth(current) and stands(search, best, reduced):
             trials = [*(trial for trial in trials if trial is not best), current]

@@ -94,6 +94,10 @@ class Refinement:
         """Cramer-Rao bound for white residuals, of all parameters (M, M)."""
         return scaled_inverse(self.information)
 
+    def with_terms(self, entries: Sequence[Entry]) -> Refinement:
+        """The structure with further terms, not estimated yet: the other numbers as they are."""
+        return replace(self, model=self.model.extended(entries), free=(*self.free, *entries))
+
     @property
     def is_disturbed(self) -> bool:
         """Whether gusts or forces of any shape act."""

@@ -75,7 +75,7 @@ def _plainly(
     current, rounds = forward(search, before)
     current, others = exchange(search, current)
     plain = Searched(current, others, tuple(rounds))
-    if gusty is not None and search.price(gusty.estimate) < search.price(current):
+    if gusts_say_better(search, plain, gusty):
         return plain
     return separated(search, plain, validation)
 
@@ -90,6 +90,11 @@ def separated(search: StructureSearch, plain: Searched, validation: Sequence[Man
         if search.price(beside) < search.price(current):
             return replace(plain, estimate=beside, others=())
     return plain
+
+
+def gusts_say_better(search: StructureSearch, plain: Searched, gusty: Searched | None) -> bool:
+    """Whether the search beside gusts came further: flow separation was then asked beside them alone."""
+    return gusty is not None and search.price(gusty.estimate) < search.price(plain.estimate)
 
 
 def _fails_elsewhere(search: StructureSearch, current: Refinement, validation: Sequence[Manoeuvre]) -> bool:
@@ -107,7 +112,7 @@ def _against_disturbances(
     best = plain
     # What was found so far may be the disturbance's work, or be real beside it.
     held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
-    held_still |= gusty is not None and search.price(gusty.estimate) < search.price(found)
+    held_still |= gusts_say_better(search, plain, gusty)
     for base in (before,) if held_still else (before, found):
         disturbed = beside_disturbances(search, base, gusty if base is before else None)
         if search.price(disturbed.estimate) < search.price(best.estimate):

@@ -16,7 +16,7 @@ from aerosid.manoeuvre import Manoeuvre
 from aerosid.pruning import certain, pruned
 from aerosid.refinement import Refinement, refine_on
 from aerosid.refutation import without_refuted
-from aerosid.search_order import Searches, separated
+from aerosid.search_order import Searches, gusts_say_better, separated
 from aerosid.separation_search import PATCHES, separation_at_first
 from aerosid.structure_search import StructureSearch
 
@@ -89,10 +89,9 @@ def _no_imitation(
     if search.price(completed) - search.price(plain.estimate) <= NO_IMITATION * search.samples:
         return None
     found = [plain]
-    if made.gusty is not None:
-        # Where gusts said it better, flow separation was asked beside them alone.
+    if gusts_say_better(search, plain, made.gusty):
         found.append(separated(search, plain, validation))
-    if search.stepping and len(search.parts(plain.estimate, None)) >= PATCHES:
+    if len(search.parts(plain.estimate, None)) >= PATCHES:
         estimate, others = separation_at_first(search, before)
         found.append(replace(plain, estimate=estimate, others=others))
     return min(found, key=lambda each: search.price(each.estimate))

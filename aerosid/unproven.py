@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.aerodynamics import Entry
 from aerosid.evidence import Score
 from aerosid.findings import Finding
 from aerosid.hypothesis_trials import tried
@@ -28,6 +29,12 @@ class Unproven:
     finding: Finding
     ratio: float
     asked: float
+
+    @property
+    def entry(self) -> Entry:
+        """Coefficient and term."""
+        assert self.finding.entry is not None
+        return self.finding.entry
 
 
 def unproven_terms(

@@ -245,8 +245,8 @@ def remaining(result: ClosedLoop, noise: Mapping[str, float]) -> float:
 
 def told(result: ClosedLoop) -> str:
     """The result in words."""
-    fitted = [r for r in result.errors if r.role == "identification" and r.before and r.noise]
-    seen = max((r.before / r.noise for r in fitted if r.before and r.noise), default=np.nan)
+    ratios = [r.before / r.noise for r in result.errors if r.role == "identification" and r.before and r.noise]
+    seen = max(ratios, default=np.nan)
     after = [r.after / r.noise for r in result.errors if r.role == "validation" and r.after and r.noise] or [np.nan]
     names = "; ".join(" ".join(f"{e.kind} {e.where} {e.term} {e.value:.3g}".split()) for e in result.effects)
     others = ", ".join(" ".join(f"{e.kind} {e.where} {e.term}".split()) for e in result.alternatives)

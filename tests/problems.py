@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
 from aerosid.aircraft import Aircraft, Derivative, load_aircraft
@@ -173,6 +174,13 @@ def with_channels(log: FlightLog, **channels: NDArray[np.float64] | None) -> Fli
     held = {name: values for name, values in {**log.channels, **channels}.items() if values is not None}
     units = {name: log.units.get(name, "1") for name in held}
     return FlightLog(log.name, log.time, held, units)
+
+
+def shaken(log: FlightLog, seed: int) -> FlightLog:
+    """The log with noise in theta and a_z that follows itself: something is left, whatever is found."""
+    white = np.random.default_rng(seed).normal(0.0, 1.0, log.time.size)
+    slow = lfilter([0.06], [1.0, -0.98], white)
+    return with_channels(log, theta=log["theta"] + 0.004 * slow, a_z=log["a_z"] + 0.3 * slow)
 
 
 def with_thrust(log: FlightLog, thrust: float) -> FlightLog:

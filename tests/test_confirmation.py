@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from problems import LIGHT, Problem, entry, with_channels
-from scipy.signal import lfilter
+from problems import LIGHT, Problem, entry, shaken
 from scipy.stats import binom
 
 from aerosid.attribution import USUAL, attribute
 from aerosid.closed_loop import BEFORE
 from aerosid.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
-from aerosid.flight_log import FlightLog
 from aerosid.hypotheses import term_hypotheses
 from aerosid.refinement import Refinement, refine
 from aerosid.structure_search import StructureSearch
@@ -23,13 +20,6 @@ DRAG = ("C_X", "alpha^2")
 WITH = Problem(undeclared={DRAG: 3.6})
 WITHOUT = Problem(elevator="3211", amplitude=0.045)
 ELSEWHERE = replace(WITHOUT, undeclared=WITH.undeclared)
-
-
-def shaken(log: FlightLog, seed: int) -> FlightLog:
-    """The log with noise in theta and a_z that follows itself: something is left, whatever is found."""
-    white = np.random.default_rng(seed).normal(0.0, 1.0, log.time.size)
-    slow = lfilter([0.06], [1.0, -0.98], white)
-    return with_channels(log, theta=log["theta"] + 0.004 * slow, a_z=log["a_z"] + 0.3 * slow)
 
 
 def suggested() -> tuple[StructureSearch, Refinement, tuple[Unproven, ...]]:

@@ -221,13 +221,17 @@ def test_an_effect_that_no_catalogue_holds_blames_no_sensor() -> None:
         assert not any(finding.kind.startswith("sensor") for finding in found.findings)
 
 
-@pytest.mark.slow
-def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
-    """Six numbers are asked late: a spline of alpha and the lag together must not keep them out."""
+def stalling_with_a_slow_gyro() -> tuple[Problem, FlightLog]:
     problem = replace(FLIGHT, elevator="doublet", amplitude=-0.07)
     log = separating(problem, 12)
     noise = NOISE["q"] * np.random.default_rng(21).standard_normal(problem.time.size)
-    found, _ = searched(with_channels(log, q=lag(problem.time, log["q"], 0.12) + noise))
+    return problem, with_channels(log, q=lag(problem.time, log["q"], 0.12) + noise)
+
+
+@pytest.mark.slow
+def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
+    """Six numbers are asked late: a spline of alpha and the lag together must not keep them out."""
+    found, _ = searched(stalling_with_a_slow_gyro()[1])
     kinds = {(finding.kind, finding.where): finding.value for finding in found.findings}
     assert set(kinds) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert kinds["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
@@ -235,10 +239,7 @@ def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
 
 def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None:
     """Names that only look like a stall, once in, keep it out: where it is most of what is missing it comes first."""
-    problem = replace(FLIGHT, elevator="doublet", amplitude=-0.07)
-    log = separating(problem, 12)
-    noise = NOISE["q"] * np.random.default_rng(21).standard_normal(problem.time.size)
-    log = with_channels(log, q=lag(problem.time, log["q"], 0.12) + noise)
+    problem, log = stalling_with_a_slow_gyro()
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
     hypotheses = (

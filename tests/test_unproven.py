@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from problems import LIGHT, Problem, entry, with_channels
-from scipy.signal import lfilter
+from problems import LIGHT, Problem, entry, shaken
 
 from aerosid.attribution import USUAL
 from aerosid.closed_loop import BEFORE
@@ -25,16 +23,9 @@ def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinem
     return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
 
 
-def shaken(log: FlightLog) -> FlightLog:
-    """The log with noise in a_z that follows itself: something is left, whatever is found."""
-    white = np.random.default_rng(5).normal(0.0, 1.0, log.time.size)
-    slow = lfilter([0.06], [1.0, -0.98], white)
-    return with_channels(log, theta=log["theta"] + 0.004 * slow, a_z=log["a_z"] + 0.3 * slow)
-
-
 def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
     problem = Problem(undeclared={DRAG: 3.6})
-    search, before = searched(problem, shaken(problem.fly()))
+    search, before = searched(problem, shaken(problem.fly(), 5))
     first, *_ = unproven_terms(search, before)
     assert (first.finding.where, first.finding.term) == DRAG
     assert first.finding.value == pytest.approx(3.6, rel=0.2)
