@@ -48,8 +48,24 @@ Shape = Literal["plain", "abs", "pos"]
 COEFFICIENTS = ("C_X", "C_Z", "C_m", "C_L", "C_D")
 """The force and moment coefficients that a term may add to, in the order of `TermTable.coefficient`."""
 
-VARIABLES = ("alpha", "q_hat", "V_hat", "alpha_dot_hat", "C_T", "mach")
-"""Slots of the kernel's array of variables that the flight model computes; the input columns follow them."""
+VARIABLES = (
+    "alpha",
+    "q_hat",
+    "V_hat",
+    "alpha_dot_hat",
+    "C_T",
+    "mach",
+    "beta",
+    "p_hat",
+    "r_hat",
+    "phi",
+    "p",
+    "r",
+)
+"""Slots of the kernel's array of variables that the flight model computes; the input columns follow them.
+
+Where a case measures one of them it is an input column, and terms take it from there.
+"""
 
 VARIABLE_COUNT = len(VARIABLES)
 
@@ -250,7 +266,7 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
     variable = [slots[factor.variable] for factor in factors]
     shape = [_SHAPES.index(factor.shape) for factor in factors]
     shaped = dict.fromkeys((v, k, f.offset) for v, k, f in zip(variable, shape, factors, strict=True) if k)
-    one = len(slots)
+    one = len(VARIABLES) + len(input_columns)  # a measured variable stands among both
     bases = {base: one + 1 + n for n, base in enumerate(shaped)}
     products: dict[tuple[int, int], int] = {}
 
