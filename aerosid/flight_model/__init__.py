@@ -1,1 +1,1 @@
-"""Rigid-body flight model: axes, equations of motion with their exact Jacobians, sensors."""
+"""The equations of motion, their terms, simulation, sensitivities, trim and linear model; compiled."""

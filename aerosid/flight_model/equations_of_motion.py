@@ -44,7 +44,7 @@ from aerosid.flight_model.rigid_body import (
 )
 from aerosid.flight_model.sensors import sense, sense_slopes
 from aerosid.flight_model.workspace import Workspace
-from aerosid.terms import VARIABLE_COUNT, TermTable
+from aerosid.flight_model.terms import VARIABLE_COUNT, TermTable
 
 
 @njit_inline

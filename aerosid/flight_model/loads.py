@@ -11,7 +11,7 @@ from aerosid.compiled import njit_inline
 from aerosid.flight_model.air import Air, Motion
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.layout import Layout, input_places, load_places, state_places
-from aerosid.terms import VARIABLE_COUNT, VARIABLES, TermTable, fill_values, pass_slopes
+from aerosid.flight_model.terms import VARIABLE_COUNT, VARIABLES, TermTable, fill_values, pass_slopes
 
 ALPHA, Q_HAT, V_HAT, ALPHA_DOT_HAT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R = range(VARIABLE_COUNT)
 """Slots of `VARIABLES`."""
@@ -20,7 +20,7 @@ THRUST = VARIABLE_COUNT + 1
 """Slot of the thrust input among the values."""
 
 if VARIABLES.index("r") != R:
-    raise ImportError("the slots of the variables are not those of aerosid.terms.VARIABLES")
+    raise ImportError("the slots of the variables are not those of aerosid.flight_model.terms.VARIABLES")
 
 
 class Reference(NamedTuple):

@@ -17,7 +17,7 @@ from aerosid.flight_model.layout import (
     state_count,
     state_places,
 )
-from aerosid.terms import TermTable, value_count
+from aerosid.flight_model.terms import TermTable, value_count
 
 AIR_DIRECTIONS = ("V", "alpha", "beta", "p", "q", "r", "phi")
 """What the coefficients are differentiated by before the states: rows of `Workspace.by_air`."""
