@@ -8,7 +8,7 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import Constants
+from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.terms import Term, input_columns
 
 

@@ -22,7 +22,6 @@ from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.signals.fit_statistics import noise_memories, whiteness
 from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
@@ -113,7 +112,7 @@ class Linearised:
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-        free, states = len(refinement.free), 5 * len(manoeuvres)
+        free, states = len(refinement.free), sum(state.size for state in refinement.states)
         own = sum(active.slopes for active in refinement.effects)
         self.own = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
         self.place = place = {entry: free + n for n, entry in enumerate(entries)}
@@ -129,7 +128,7 @@ class Linearised:
             self.asked.append((hypothesis, columns, trial))
             column += count
         samples = max(manoeuvre.flight.time.size for manoeuvre in manoeuvres)
-        most = max(room // (OUTPUT_COUNT * samples) - self.own.size, 1)
+        most = max(room // (refinement.variance.size * samples) - self.own.size, 1)
         self.point = self._beside(manoeuvres, [chord for _, chord, _ in asked], column, most)
         self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
         self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
@@ -145,6 +144,7 @@ class Linearised:
             batches[-1].append(n)
             held += len(columns)
         whole: Point | None = None
+        outputs = self.refinement.variance.size
         for batch in batches:
             entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
             tested = [active for n in batch for active in chords[n].effects]
@@ -158,8 +158,8 @@ class Linearised:
             if whole is None:
                 whole = replace(
                     part,
-                    normals=np.zeros((OUTPUT_COUNT, count, count)),
-                    gradients=np.zeros((OUTPUT_COUNT, count)),
+                    normals=np.zeros((outputs, count, count)),
+                    gradients=np.zeros((outputs, count)),
                     prior_normal=np.zeros((count, count)),
                     prior_gradient=np.zeros(count),
                 )
@@ -366,7 +366,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     """
     groups = []
     for part in whiten(refinement, manoeuvres):
-        for i in range(OUTPUT_COUNT):
+        for i in range(refinement.variance.size):
             held = np.isfinite(part.residual[:, i])
             if held.any():
                 groups.append((part.columns[held, i, :], part.residual[held, i], 1.0))
@@ -391,7 +391,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     floor = np.diag(white)
     variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
     free = len(refinement.free)
-    first = free + 5 * len(manoeuvres)
+    first = free + sum(state.size for state in refinement.states)
     spread = np.sqrt(np.diag(white))
     relation = np.zeros_like(white)
     relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])
@@ -434,7 +434,7 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
     for part in whiten(refinement, manoeuvres):
         manoeuvre = manoeuvres[part.log]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
+        for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             held = np.isfinite(residual)
             if held.sum() < 20:
@@ -457,7 +457,7 @@ def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> t
     for part in whiten(refinement, manoeuvres):
         manoeuvre = manoeuvres[part.log]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
+        for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
                 found.append((manoeuvre.name, name, float(memories[i])))

@@ -33,11 +33,11 @@ class Refinement:
         The model with the estimated values.
     free : tuple of Entry
         The entries that were estimated, in the order of the first parameters.
-    states : tuple of ndarray, shape (5,)
+    states : tuple of ndarray, shape (n,)
         The initial state of each manoeuvre.
     effects : tuple of ActiveEffect
         Effects that are no term, with their estimated numbers.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise variance of each output, SI squared; of unmeasured outputs 1.
     cost : float
         -2 ln L but for a constant.
@@ -100,9 +100,9 @@ def refine(
         What is estimated; may be empty (initial states alone).
     effects : sequence of ActiveEffect
         Effects that are no term, with start values.
-    states : sequence of ndarray, shape (5,), optional
+    states : sequence of ndarray, shape (n,), optional
         Start values of the initial states; by default from the first samples.
-    variance : ndarray, shape (8,), optional
+    variance : ndarray, shape (m,), optional
         Noise variances to start from; by default those of the logs.
     hold_variance : bool
         Keep `variance` instead of estimating it.
@@ -324,7 +324,7 @@ def _path(
     damping = 1e-3
     active = likelihood.active(point.effects)
     if settings.hold_states:
-        active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
+        active[likelihood.free.size : likelihood.free.size + sum(state.size for state in point.states)] = False
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
     disturbed = point.is_disturbed
@@ -401,7 +401,7 @@ DECIDES_NOTHING = 0.1
 class _Aim:
     """A step (M,) and what it promises.
 
-    `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
+    `size` its largest part, scaled by the information; `variance` (m,) of the noise at its end; `cost` -2 ln L where
     it begins and `promise` the fall of it, noise variances at their maximum at both ends; `settled` what of that fall
     the variances alone bring; `level` the largest change of a variance's logarithm over the step.
     """
@@ -426,7 +426,7 @@ def _aim(
     """The damped step to where the linearised problem is most likely, noise variances and parameters together.
 
     A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
-    others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
+    others' misfit was. In the linearised problem the variances cost nothing. `floor` (m,) of the variances; None: they
     are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
     """
     least = np.zeros_like(point.variance) if floor is None else floor

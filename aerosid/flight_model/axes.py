@@ -7,17 +7,44 @@ coefficients anywhere else in the package are taken from these tuples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 MOTION = ("u", "v", "w", "p", "q", "r", "phi", "theta", "h", "psi")
 """Motion of a rigid body over a flat earth: velocity [m/s] and rates [rad/s] in body axes, Euler angles [rad], altitude
-[m]. Nothing depends on the last two."""
+[m]."""
 
-OUTPUTS = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot", "h")
+UNCOUPLED = ("h", "psi")
+"""Those of `MOTION` that nothing depends on."""
+
+OUTPUTS = (
+    "V",
+    "alpha",
+    "beta",
+    "p",
+    "q",
+    "r",
+    "phi",
+    "theta",
+    "psi",
+    "a_x",
+    "a_y",
+    "a_z",
+    "p_dot",
+    "q_dot",
+    "r_dot",
+    "h",
+)
 """What sensors may see, in the order of the rows of every case."""
 
 COEFFICIENTS = ("C_X", "C_Y", "C_Z", "C_l", "C_m", "C_n", "C_L", "C_D")
 """Force and moment coefficients about body axes, and lift and drag, which may stand in place of C_Z and C_X."""
+
+EQUATION = {"C_X": "u", "C_Y": "v", "C_Z": "w", "C_l": "p", "C_m": "q", "C_n": "r", "C_L": "w", "C_D": "u"}
+"""The state in whose equation each coefficient acts first."""
 
 ATMOSPHERE_AND_BODY = ("rho", "thrust", "mass", "speed_of_sound")
 """The leading columns of the inputs of every case; the motion that is measured follows them."""
@@ -107,3 +134,38 @@ def input_columns_of(axes: Axes) -> tuple[str, ...]:
 def loads_of(axes: Axes) -> tuple[str, ...]:
     """The coefficients that a term may add to, in the order of `TermTable.coefficient`."""
     return *axes.coefficients, *axes.wind_axes
+
+
+def moving_of(axes: Axes) -> tuple[str, ...]:
+    """The states that forces and moments act on, which come first."""
+    return tuple(name for name in axes.integrated if name in EQUATION.values())
+
+
+def coupled_of(axes: Axes) -> tuple[str, ...]:
+    """The states that something depends on, which come first."""
+    return tuple(name for name in axes.integrated if name not in UNCOUPLED)
+
+
+def equation_of(axes: Axes, coefficient: str) -> int:
+    """The place of the state in whose equation a coefficient acts first."""
+    return axes.integrated.index(EQUATION[coefficient])
+
+
+ACCELERATIONS = ("a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot")
+"""Those of `OUTPUTS` that forces and moments are in at once; the others follow from the state alone."""
+
+
+def fed_of(axes: Axes) -> tuple[str, ...]:
+    """The outputs that determine the coupled states, as many as these and in their order."""
+    return tuple(name for name in axes.outputs if name not in (*ACCELERATIONS, *UNCOUPLED))
+
+
+def state_vector(axes: Axes, motion: Mapping[str, float]) -> NDArray[np.float64]:
+    """The state (n,) of a case from the motion by name, SI; what is not named is zero."""
+    return np.array([motion.get(name, 0.0) for name in axes.integrated])
+
+
+def measured_outputs(axes: Axes, channels: Mapping[str, NDArray[np.float64]], samples: int) -> NDArray[np.float64]:
+    """The outputs (N, m) of a case from channels (N,) by name, SI; NaN where there is none."""
+    missing = np.full(samples, np.nan)
+    return np.column_stack([channels.get(name, missing) for name in axes.outputs])

@@ -33,7 +33,6 @@ from aerosid.flight_model.loads import (
 )
 from aerosid.flight_model.rigid_body import (
     Inertia,
-    Inertial,
     about_centre,
     accelerate,
     attitude_slopes,
@@ -43,8 +42,8 @@ from aerosid.flight_model.rigid_body import (
     newton,
 )
 from aerosid.flight_model.sensors import sense, sense_slopes
-from aerosid.flight_model.workspace import Workspace
 from aerosid.flight_model.terms import VARIABLE_COUNT, TermTable
+from aerosid.flight_model.workspace import Workspace
 
 
 @njit_inline
@@ -126,9 +125,7 @@ def evaluate(
 
 
 @njit_inline
-def _alpha_dot_slope(
-    motion: Motion, air: Air, reference: Reference, constants: Constants, work: Workspace
-) -> float:
+def _alpha_dot_slope(motion: Motion, air: Air, reference: Reference, constants: Constants, work: Workspace) -> float:
     """How alpha_dot_hat, as the forces make it, moves with the one that the terms were given."""
     at, c_v = load_places(constants.layout), work.slopes
     along, down = c_v[ALPHA_DOT_HAT, at.X], c_v[ALPHA_DOT_HAT, at.Z]
@@ -176,7 +173,7 @@ def _slopes_by_state(
     constants: Constants,
     work: Workspace,
 ) -> None:
-    """Write `work.rates_x` for a given alpha_dot_hat: the coefficients' slopes through `reach`, and the inertial part."""
+    """Write `work.rates_x` for a given alpha_dot_hat: slopes of the coefficients through `reach`, and inertial ones."""
     layout = constants.layout
     held, at, loads = layout.motion, state_places(layout), load_places(layout)
     f_x, by_air, reach, c = work.rates_x, work.by_air, work.reach, work.coefficients
@@ -188,7 +185,7 @@ def _slopes_by_state(
         accelerate(turned, centre, reference.mass, inertia, layout, work.column, 0)
     for i in range(at.moving):
         by_speed, by_alpha, by_beta, by_p, by_q, by_r, by_phi, aerodynamic = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(loads.count):
+        for k in range(loads.total):
             share = reach[i, k]
             if len(held.u) > 0:
                 aerodynamic += share * c[k]
@@ -204,7 +201,7 @@ def _slopes_by_state(
                 by_r += share * by_air[5, k]
             if len(held.phi) > 0:
                 by_phi += share * by_air[6, k]
-        for k in range(at.count):
+        for k in range(at.total):
             f_x[i, k] = work.inertial_x[i, k]
         if len(held.u) > 0:
             by_speed += 2.0 * aerodynamic / air.speed
@@ -251,9 +248,9 @@ def _follow_alpha_dot(
     by_u, by_w = -motion.w * scale, motion.u * scale
     for i in range(at.moving):
         follows[i] = 0.0
-        for k in range(loads.count):
+        for k in range(loads.total):
             follows[i] += reach[i, k] * work.slopes[ALPHA_DOT_HAT, k]
-    for k in range(at.count):
+    for k in range(at.total):
         work.column[k, 1] = by_u * f_x[at.u, k] + by_w * f_x[at.w, k]
     hat = work.values[ALPHA_DOT_HAT] / (1.0 - slope)
     work.column[at.u, 1] += scale * work.rates[at.w] - 2.0 * motion.u / square * hat
@@ -264,9 +261,9 @@ def _follow_alpha_dot(
         if len(layout.motion.v) > 0:
             work.column[at.v, 1] -= hat * slopes.V_v / air.speed
     for i in range(at.moving):
-        for k in range(at.count):
+        for k in range(at.total):
             f_x[i, k] += follows[i] * work.column[k, 1]
-    for k in range(loads.count):
+    for k in range(loads.total):
         moved = by_u * reach[at.u, k] + by_w * reach[at.w, k]
         for i in range(at.moving):
             reach[i, k] += follows[i] * moved
@@ -287,11 +284,11 @@ def _slopes_by_input(
     """Write `work.rates_u`: the coefficients' slopes through `reach`, and what acts beside the coefficients."""
     layout = constants.layout
     held, at, loads = layout.motion, state_places(layout), load_places(layout)
-    f_u, reach, first, mass = work.rates_u, work.reach, VARIABLE_COUNT + input_places(layout).count, reference.mass
+    f_u, reach, first, mass = work.rates_u, work.reach, VARIABLE_COUNT + input_places(layout).total, reference.mass
     for i in range(at.moving):
         for j in range(f_u.shape[1]):
             total = 0.0
-            for k in range(loads.count):
+            for k in range(loads.total):
                 total += reach[i, k] * work.slopes[first + j, k]
             f_u[i, j] = total
     if constants.thrust_change >= 0:
@@ -303,7 +300,7 @@ def _slopes_by_input(
             followed = by_u * work.column[at.u, 0] + by_w * work.column[at.w, 0]
         for i in range(at.moving):
             total = work.column[i, 0] + work.implicit[i] * followed
-            for k in range(loads.count):
+            for k in range(loads.total):
                 total += reach[i, k] * (work.slopes[C_T, k] / reference.force + work.slopes[THRUST, k])
             f_u[i, j] += total
     if centre.shifted:

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from aerosid.compiled import njit_inline
-from aerosid.flight_model.axes import COEFFICIENTS, MOTION, OUTPUTS, Axes
+from aerosid.flight_model.axes import COEFFICIENTS, MOTION, OUTPUTS, UNCOUPLED, Axes
+from aerosid.signals.trace import StateSizes
 
 There = tuple[int, ...]
 """Of length one where a quantity is there, empty where it is not."""
@@ -71,6 +72,7 @@ class Layout(NamedTuple):
     motion: MotionThere
     outputs: OutputsThere
     coefficients: CoefficientsThere
+    sizes: StateSizes
 
 
 def layout_of(axes: Axes) -> Layout:
@@ -80,6 +82,10 @@ def layout_of(axes: Axes) -> Layout:
         MotionThere(*(_there(name in axes.integrated) for name in MOTION)),
         OutputsThere(*(_there(name in axes.outputs) for name in OUTPUTS)),
         CoefficientsThere(*(_there(name in held) for name in COEFFICIENTS)),
+        StateSizes(
+            tuple(0 for name in axes.integrated if name not in UNCOUPLED),
+            tuple(0 for name in axes.integrated if name in UNCOUPLED),
+        ),
     )
 
 
@@ -88,7 +94,7 @@ def _there(given: bool) -> There:
 
 
 class States(NamedTuple):
-    """Place of each state, `count` of all, `moving` of those that forces and moments act on, `coupled` of those that
+    """Place of each state, `total` of all, `moving` of those that forces and moments act on, `coupled` of those that
     something depends on: these come first, in this order.
     """
 
@@ -104,7 +110,7 @@ class States(NamedTuple):
     psi: int
     moving: int
     coupled: int
-    count: int
+    total: int
 
 
 @njit_inline
@@ -124,7 +130,7 @@ def state_places(layout: Layout) -> States:
 
 
 class Rows(NamedTuple):
-    """Place of each output, and `count` of all."""
+    """Place of each output, and `total` of all."""
 
     V: int
     alpha: int
@@ -142,7 +148,7 @@ class Rows(NamedTuple):
     q_dot: int
     r_dot: int
     h: int
-    count: int
+    total: int
 
 
 @njit_inline
@@ -168,7 +174,7 @@ def output_places(layout: Layout) -> Rows:
 
 
 class Loads(NamedTuple):
-    """Place of each coefficient, and `count` of all."""
+    """Place of each coefficient, and `total` of all."""
 
     X: int
     Y: int
@@ -178,7 +184,7 @@ class Loads(NamedTuple):
     n: int
     L: int
     D: int
-    count: int
+    total: int
 
 
 @njit_inline
@@ -196,7 +202,7 @@ def load_places(layout: Layout) -> Loads:
 
 
 class Columns(NamedTuple):
-    """Place of each measured motion quantity among the inputs, and `count` of the leading columns."""
+    """Place of each measured motion quantity among the inputs, and `total` of the leading columns."""
 
     rho: int
     thrust: int
@@ -210,7 +216,7 @@ class Columns(NamedTuple):
     p: int
     r: int
     beta: int
-    count: int
+    total: int
 
 
 @njit_inline
@@ -234,16 +240,16 @@ def input_places(layout: Layout) -> Columns:
 @njit_inline
 def state_count(layout: Layout) -> int:
     """How many states the case integrates."""
-    return state_places(layout).count
+    return state_places(layout).total
 
 
 @njit_inline
 def output_count(layout: Layout) -> int:
     """How many outputs the case compares."""
-    return output_places(layout).count
+    return output_places(layout).total
 
 
 @njit_inline
 def leading_columns(layout: Layout) -> int:
     """How many input columns come before those that terms name."""
-    return input_places(layout).count
+    return input_places(layout).total

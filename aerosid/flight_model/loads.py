@@ -64,7 +64,7 @@ def reference_at(air: Air, u: NDArray[np.float64], constants: Constants) -> Refe
     column = input_places(constants.layout)
     thrust = u[column.thrust]
     if constants.thrust_change >= 0:
-        thrust += u[column.count + constants.thrust_change]
+        thrust += u[column.total + constants.thrust_change]
     speed = constants.airspeed_of_rates
     current = speed <= 0.0
     if current:
@@ -77,7 +77,7 @@ def reference_at(air: Air, u: NDArray[np.float64], constants: Constants) -> Refe
 @njit_inline
 def centre_at(u: NDArray[np.float64], constants: Constants) -> Centre:
     """Where the centre of gravity lies."""
-    first = input_places(constants.layout).count
+    first = input_places(constants.layout).total
     ahead, right, below = 0.0, 0.0, 0.0
     if constants.cg_x >= 0:
         ahead = u[first + constants.cg_x]
@@ -133,7 +133,7 @@ def sum_terms(
     differentiate: bool,
 ) -> None:
     """Sum value * term into the coefficients (K,), and their `slopes` (values, K) with respect to every variable."""
-    count = load_places(layout).count
+    count = load_places(layout).total
     acting = theta.shape[0]
     while acting > 0 and theta[acting - 1] == 0.0:
         acting -= 1  # candidates: only their derivative is wanted
@@ -191,7 +191,7 @@ def fold_slopes(
     Only those rows are written that a state of the case moves; airspeed is followed through V_hat, C_T, mach and the
     nondimensional rates.
     """
-    held, count = constants.layout.motion, load_places(constants.layout).count
+    held, count = constants.layout.motion, load_places(constants.layout).total
     inverse = 1.0 / air.speed
     reference_inverse = 1.0 / constants.airspeed_of_V_hat
     thrust, mach = -2.0 * values[C_T] * inverse, values[MACH] * inverse

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aerosid.compiled import njit_inline
 from aerosid.flight_model.air import AirSlopes, Motion
 from aerosid.flight_model.constants import GRAVITY, Constants
-from aerosid.flight_model.layout import Layout, state_places
+from aerosid.flight_model.layout import Layout, input_places, state_places
 from aerosid.flight_model.loads import Centre, Forces
 
 
@@ -70,7 +70,12 @@ def about_centre(forces: Forces, centre: Centre, mass: float) -> Forces:
 
 @njit_inline
 def newton(
-    motion: Motion, inertial: Inertial, forces: Forces, inertia: Inertia, constants: Constants, rates: NDArray[np.float64]
+    motion: Motion,
+    inertial: Inertial,
+    forces: Forces,
+    inertia: Inertia,
+    constants: Constants,
+    rates: NDArray[np.float64],
 ) -> None:
     """Write the rates of the states (n,) from specific forces and moments about the centre of gravity.
 
@@ -110,7 +115,13 @@ def newton(
 
 @njit_inline
 def accelerate(
-    forces: Forces, centre: Centre, mass: float, inertia: Inertia, layout: Layout, column: NDArray[np.float64], place: int
+    forces: Forces,
+    centre: Centre,
+    mass: float,
+    inertia: Inertia,
+    layout: Layout,
+    column: NDArray[np.float64],
+    place: int,
 ) -> None:
     """Write what forces and moments make of the moving states, a column of (n, M): the linear part of `newton`."""
     held, at = layout.motion, state_places(layout)
@@ -126,6 +137,33 @@ def accelerate(
         column[at.r, place] = inertia.pr * total.L + inertia.rr * total.N
     if len(held.q) > 0:
         column[at.q, place] = inertia.qq * total.M
+
+
+@njit_inline
+def rates_per_unit(force: float, u: NDArray[np.float64], constants: Constants, out: NDArray[np.float64]) -> None:
+    """Write the rate of each moving state that a unit of its own coefficient makes, about the declared centre.
+
+    Parameters
+    ----------
+    force : float
+        Dynamic pressure times wing area, N.
+    u : float64[I]
+        Inputs.
+    """
+    layout = constants.layout
+    held, at = layout.motion, state_places(layout)
+    mass, inertia = u[input_places(layout).mass], inverse_inertia(constants)
+    if len(held.u) > 0:
+        out[at.u] = force / mass
+    if len(held.v) > 0:
+        out[at.v] = force / mass
+    if len(held.w) > 0:
+        out[at.w] = force / mass
+    if len(held.p) > 0:
+        out[at.p] = force * constants.span * inertia.pp
+        out[at.r] = force * constants.span * inertia.rr
+    if len(held.q) > 0:
+        out[at.q] = force * constants.mean_chord * inertia.qq
 
 
 @njit_inline
@@ -147,7 +185,7 @@ def _by_velocity(
 def inertial_slopes(
     motion: Motion, slopes: AirSlopes, inertia: Inertia, constants: Constants, out: NDArray[np.float64]
 ) -> None:
-    """Write the moving rows (n, n) of the Jacobian of what `newton` adds to forces and moments; constant zeros are not."""
+    """Write the moving rows (n, n) of the Jacobian of what `newton` adds to forces and moments."""
     layout = constants.layout
     held, at = layout.motion, state_places(layout)
     u, v, w, p, q, r = motion.u, motion.v, motion.w, motion.p, motion.q, motion.r

@@ -142,9 +142,7 @@ def sense_slopes(
 
 
 @njit_inline
-def _place_velocity(
-    out: NDArray[np.float64], row: int, by_u: float, by_v: float, by_w: float, layout: Layout
-) -> None:
+def _place_velocity(out: NDArray[np.float64], row: int, by_u: float, by_v: float, by_w: float, layout: Layout) -> None:
     """Write slopes by those velocity components that are states."""
     held, at = layout.motion, state_places(layout)
     if len(held.u) > 0:
@@ -271,7 +269,7 @@ def _force_slopes(
     held, at = layout.motion, state_places(layout)
     f_x, f_u, f_p, inertial_x = work.rates_x, work.rates_u, work.rates_p, work.inertial_x
     y_x, y_u, y_p = work.outputs_x, work.outputs_u, work.outputs_p
-    for k in range(at.count):
+    for k in range(at.total):
         total = f_x[force, k] - inertial_x[force, k]
         if len(held.p) > 0:
             total += f_x[at.p, k] * by_p_dot + f_x[at.r, k] * by_r_dot
@@ -310,7 +308,7 @@ def _arm_slopes(
 @njit_inline
 def _copy_rate(state: int, row: int, work: Workspace, layout: Layout) -> None:
     """Write the slopes of an angular acceleration."""
-    for k in range(state_places(layout).count):
+    for k in range(state_places(layout).total):
         work.outputs_x[row, k] = work.rates_x[state, k]
     for j in range(work.rates_u.shape[1]):
         work.outputs_u[row, j] = work.rates_u[state, j]

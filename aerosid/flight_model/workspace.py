@@ -55,7 +55,7 @@ class Workspace(NamedTuple):
 @njit
 def make_workspace(extra_inputs: int, table: TermTable, layout: Layout) -> Workspace:
     """A `Workspace` for `extra_inputs` inputs past the leading columns and the terms of `table`."""
-    states, outputs, loads = state_count(layout), output_count(layout), load_places(layout).count
+    states, outputs, loads = state_count(layout), output_count(layout), load_places(layout).total
     values, terms = value_count(table, leading_columns(layout) + extra_inputs), table.coefficient.shape[0]
     work = Workspace(
         np.zeros(states),

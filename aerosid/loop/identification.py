@@ -22,7 +22,6 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
@@ -346,7 +345,7 @@ def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) 
     names = manoeuvre.outputs
 
     def channels(values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-        return {name: values[:, OUTPUTS.index(name)] for name in names}
+        return {name: values[:, manoeuvre.row(name)] for name in names}
 
     return Simulated(
         log=manoeuvre.log,
@@ -359,7 +358,7 @@ def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) 
 def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> list[ErrorRow]:
     rows = []
     for name in manoeuvre.outputs:
-        i = OUTPUTS.index(name)
+        i = manoeuvre.row(name)
         trimmed = responses["trimmed"].rms[name]
         spread = float(np.nanvar(manoeuvre.flight.measured[:, i]))
         rows.append(

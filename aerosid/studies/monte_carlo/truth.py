@@ -16,7 +16,6 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import deflection
@@ -180,7 +179,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
-        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.columns[8:]]),
+        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.extra_columns]),
         recorded=None,
         recorded_deviation=np.zeros(len(plan.measured)),
     )
@@ -218,7 +217,7 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
         identification=identification,
         validation=validation,
         # What the recorded inputs' noise does to the outputs is in the residuals already.
-        input_deviation=np.zeros(len(found.manoeuvre.columns) - 8),
+        input_deviation=np.zeros(len(found.manoeuvre.extra_columns)),
         recorded=source,
         recorded_deviation=deviation,
     )
@@ -264,4 +263,4 @@ def _free(aircraft: Aircraft) -> tuple[Entry, ...]:
 
 
 def _places(manoeuvre: Manoeuvre) -> list[int]:
-    return [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    return [manoeuvre.row(name) for name in manoeuvre.outputs]
