@@ -1,47 +1,36 @@
 """Compile hot loops, with the settings that every kernel of this package shares.
 
-Kernels are cached on disk, so that a command pays for compilation once per installation. Division by zero gives
-infinity as in numpy: kernels are called with checked input and must not carry exception paths in inner loops.
+Kernels are kept on disk by content (aerosid/kernel_cache.py), so that a user pays for compilation once, whatever the
+number of clones and environments. Division by zero gives infinity as in numpy: kernels are called with checked input
+and must not carry exception paths in inner loops.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 
+from aerosid.kernel_cache import KernelCache
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def _cache_folder() -> str | None:
-    """Where compiled code is kept: a folder of its own for every state of the kernels' sources.
-
-    numba looks only at the file of the function that it loads, and not at those of its callees: a kernel compiled
-    against another's old work arrays would write past their end. None where the user chose a folder, or where the
-    package's own cannot be written; numba then takes its usual places.
-    """
-    package = Path(__file__).parent
-    if "NUMBA_CACHE_DIR" in os.environ or not os.access(package, os.W_OK):
-        return None
-    state = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        source = path.read_bytes()
-        if b"@njit" in source:
-            state.update(source)
-    return str(package / "__pycache__" / f"kernels-{state.hexdigest()[:12]}")
-
-
-if (_folder := _cache_folder()) is not None:
-    numba.config.CACHE_DIR = _folder  # type: ignore[attr-defined]
+_njit: Any = numba.njit  # whose annotations do not know all of its options
 
 
 def njit(function: _Function) -> _Function:
     """The function compiled by numba in nopython mode, cached on disk, holding no global lock."""
-    return cast(_Function, numba.njit(cache=True, error_model="numpy", nogil=True)(function))
+    return cast(_Function, _compiled(function))
+
+
+def njit_for(function: _Function, signature: tuple[Any, ...]) -> _Function:
+    """As `njit`, for these argument types alone; functions among the arguments are passed as pointers."""
+    dispatcher = _compiled(function)
+    dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return cast(_Function, dispatcher)
 
 
 def njit_inline(function: _Function) -> _Function:
@@ -54,17 +43,15 @@ def njit_inline(function: _Function) -> _Function:
     row of it is taken or handed on: those counts are atomic, and take more time in an inner loop than its arithmetic.
     So a kernel allocates in a function of `njit` and loops in one of these.
     """
-    return cast(_Function, _inlined(_nrt=False)(function))
+    return cast(_Function, _compiled(function, inline="never", forceinline=True, _nrt=False))
 
 
 def njit_inline_room(function: _Function) -> _Function:
     """As `njit_inline`, for a function that allocates work arrays of sizes that its caller knows."""
-    return cast(_Function, _inlined()(function))
+    return cast(_Function, _compiled(function, inline="never", forceinline=True))
 
 
-def _inlined(**options: bool) -> Callable[..., Any]:
-    compiler: Any = numba.njit  # whose annotations do not know all of its options
-    return cast(
-        Callable[..., Any],
-        compiler(cache=True, error_model="numpy", nogil=True, inline="never", forceinline=True, **options),
-    )
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    dispatcher = _njit(error_model="numpy", nogil=True, **options)(function)
+    dispatcher._cache = KernelCache(dispatcher)
+    return dispatcher

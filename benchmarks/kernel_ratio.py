@@ -23,7 +23,9 @@ MEASUREMENT = "--measure"
 
 def main() -> int:
     """Print the least time of each kernel in both trees and their ratio; 1 where one is above the limit."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.kernel_ratio", description=(__doc__ or "").split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.kernel_ratio", description=(__doc__ or "").split("\n")[0]
+    )
     parser.add_argument("--reference", type=Path, help="folder of the other tree")
     parser.add_argument("--rounds", type=int, default=5, help="processes for each tree (%(default)s)")
     parser.add_argument("--limit", type=float, default=1.1, help="greatest ratio that is no failure (%(default)s)")
@@ -43,7 +45,9 @@ def main() -> int:
     for kernel, seconds in best["here"].items():
         ratio = seconds / best["reference"][kernel]
         worst = max(worst, ratio)
-        sys.stdout.write(f"{kernel}: {1e3 * seconds:.3f} ms, {1e3 * best['reference'][kernel]:.3f} ms, ratio {ratio:.3f}\n")
+        sys.stdout.write(
+            f"{kernel}: {1e3 * seconds:.3f} ms, {1e3 * best['reference'][kernel]:.3f} ms, ratio {ratio:.3f}\n"
+        )
     return int(worst > arguments.limit)
 
 

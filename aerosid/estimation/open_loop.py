@@ -19,7 +19,7 @@ from aerosid.estimation.motion_loop import self_consistent
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.flight_model.flight import Flight, simulate_outputs
 
-_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01)
+_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01, hold_variance=True, filtering=False)
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,6 @@ def respond(
             effects=[frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
-            hold_variance=True,
-            filtering=False,
             settings=_INITIAL_STATE,
         )
     except EstimationError:

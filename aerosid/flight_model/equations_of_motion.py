@@ -293,7 +293,10 @@ def _slopes_by_input(
             f_u[i, j] = total
     if constants.thrust_change >= 0:
         j, incidence = constants.thrust_change, constants.thrust_incidence
-        pushed = Forces(np.cos(incidence) / mass, 0.0, -np.sin(incidence) / mass, 0.0, constants.thrust_z_arm, 0.0)
+        along, down = 0.0, 0.0
+        if len(layout.coefficients.X) > 0:
+            along, down = np.cos(incidence) / mass, -np.sin(incidence) / mass
+        pushed = Forces(along, 0.0, down, 0.0, constants.thrust_z_arm, 0.0)
         accelerate(pushed, centre, mass, inertia, layout, work.column, 0)
         followed = 0.0
         if len(held.u) > 0:

@@ -19,6 +19,9 @@ from aerosid.flight_model.workspace import make_workspace
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
 
+ALTITUDE = 1500.0
+"""m; where a simulated manoeuvre begins."""
+
 SPEED_OF_SOUND = 340.29
 """m/s, where the simulated flight has no atmosphere of its own."""
 
@@ -101,7 +104,6 @@ def fly(
     mass: float,
     noise: Mapping[str, float],
     seed: int,
-    altitude: float = 1500.0,
     further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
     name: str = "simulated",
 ) -> FlightLog:
@@ -136,7 +138,7 @@ def fly(
     rows = len(model.axes.outputs)
     none, still = np.zeros((0, rows)), np.zeros((rows, 3))
     flight = Flight(time, inputs, none, still, substeps, np.zeros(len(model.extra_columns)))
-    start = level_state(model, trimmed.airspeed, trimmed.alpha, altitude)
+    start = level_state(model, trimmed.airspeed, trimmed.alpha, ALTITUDE)
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")

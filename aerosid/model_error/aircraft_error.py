@@ -36,15 +36,9 @@ from aerosid.flight_model.rigid_body import rates_per_unit
 from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
-from aerosid.model_error.invariant_embedding import (
-    StepWork,
-    cholesky,
-    estimator_step,
-    gain_step,
-    information,
-    step_work,
-    transition_step,
-)
+from aerosid.model_error.invariant_embedding import estimator_step, gain_step, information
+from aerosid.model_error.step_map import transition_step
+from aerosid.model_error.step_work import StepWork, cholesky, step_work
 
 
 @dataclass(frozen=True)

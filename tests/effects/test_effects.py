@@ -25,8 +25,8 @@ from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import self_consistent
 from aerosid.flight_model.aerodynamics import AerodynamicModel, values_by_name
-from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited
 
 Array = NDArray[np.float64]

@@ -22,8 +22,8 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.motion_loop import added_along, self_consistent
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.flight import simulate_outputs
 
 Array = NDArray[np.float64]
 SPREAD = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs])

@@ -11,8 +11,8 @@ from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, SILENT, UNSTABLE, Probl
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import EstimationError
-from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
 
 

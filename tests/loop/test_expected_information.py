@@ -15,8 +15,8 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.sensor import sensor_bias
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.simulation import steps
 from aerosid.loop.next_flight.expected_information import (
     expected_deviations,

@@ -14,10 +14,10 @@ from scipy.linalg import solve_continuous_are
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL, equation_of
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.simulation import doublet, fly, trim
 from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
-from aerosid.flight_model.axes import LONGITUDINAL, equation_of
 
 Array = NDArray[np.float64]
 FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 100.0)

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from oracles.terms import term_by_tree
 from scipy.integrate import solve_ivp
+
+from oracles.terms import term_by_tree
 
 Numbers = Mapping[str, complex]
 Terms = Mapping[tuple[str, str], complex]
@@ -150,7 +151,9 @@ def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: 
     return Answer(np.array([whole[name] for name in states]), seen)
 
 
-def slopes(function: Callable[[NDArray[np.complex128]], NDArray[np.complex128]], at: Sequence[float]) -> NDArray[np.float64]:
+def slopes(
+    function: Callable[[NDArray[np.complex128]], NDArray[np.complex128]], at: Sequence[float]
+) -> NDArray[np.float64]:
     """Derivatives (outputs, arguments) by the complex step."""
     columns = []
     for place in range(len(at)):

@@ -13,9 +13,9 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.cli.main import main
 from aerosid.errors import UsageError
 from aerosid.flight_model.equations_of_motion import evaluate
-from aerosid.flight_model.workspace import make_workspace
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
+from aerosid.flight_model.workspace import make_workspace
 from aerosid.studies.paper import published, reproduce
 from aerosid.studies.paper.flight_example import ALPHA2, reference_flight
 from aerosid.studies.paper.table1 import make_table1
@@ -136,7 +136,17 @@ def test_the_paper_s_equations_are_those_of_the_flight_model():
         inputs[:4] = aircraft.density, level.thrust, aircraft.mass, 340.0
         inputs[model.columns.index("delta_e")] = flight.elevator[k]
         x = np.array([*flight.states[k], 0.0])
-        evaluate(x, inputs, model.values, model.table, model.constants, np.zeros((len(model.axes.outputs), 3)), work, True, False)
+        evaluate(
+            x,
+            inputs,
+            model.values,
+            model.table,
+            model.constants,
+            np.zeros((len(model.axes.outputs), 3)),
+            work,
+            True,
+            False,
+        )
         for place, entry in enumerate(undeclared):
             np.testing.assert_allclose(candidate[k, :, place], work.rates_p[:4, model.index(entry)], rtol=1e-12)
 
