@@ -98,7 +98,7 @@ class Manoeuvre:
         return np.array([values.std() if values.size else 1.0 for values in held])
 
 
-def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...], axes: Axes = LONGITUDINAL) -> Manoeuvre:
+def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:
     """The log as arrays for the flight model.
 
     Parameters
@@ -106,17 +106,16 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...], axes: 
     log : FlightLog
         Measured channels, SI.
     aircraft : Aircraft
-        Gives density, thrust and mass where the log does not.
+        Gives density, thrust and mass where the log does not, and the case of the equations of motion.
     columns : tuple of str
         The input columns of the aerodynamic model.
-    axes : Axes
-        Its case of the equations of motion.
 
     Raises
     ------
     LogError
         Where a channel without which the case estimates nothing, or an input that the model needs, is not in the log.
     """
+    axes = aircraft.axes
     for name in axes.required:
         if name not in log:
             raise LogError(
@@ -132,6 +131,8 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...], axes: 
     inputs = np.zeros((log.time.size, len(columns)))
     for j, name in enumerate(columns):
         inputs[:, j] = _input(log, aircraft, name, notes)
+    if "alpha" in axes.measured and "alpha" in log.positions:
+        inputs[:, columns.index("alpha")] += _vane_motion(log)
     extra = columns[len(input_columns_of(axes)) :]
     variance = np.zeros(len(extra))
     for j, name in enumerate(extra):
@@ -161,10 +162,18 @@ def _ground(log: FlightLog) -> float:
     return float(np.median(below[known])) if known.any() else 0.0
 
 
+def _vane_motion(log: FlightLog) -> NDArray[np.float64]:
+    """By how much the angle of attack at the centre of gravity exceeds that at the vane, (N,) rad."""
+    ahead, right, _ = log.positions["alpha"]
+    p, q = (np.nan_to_num(log[name]) if name in log else np.zeros(log.time.size) for name in ("p", "q"))
+    return np.nan_to_num((q * ahead - p * right) / log["V"])
+
+
 def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
     """Integration steps in a sampling interval, from the fastest motion that the declared derivatives could make.
 
-    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|.
+    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|;
+    that of the Dutch roll likewise with N_beta, Y_beta and N_r; roll subsides with L_p.
     """
     interval = float(np.median(np.diff(log.time)))
     speed = float(np.nanmedian(log["V"]))
@@ -176,6 +185,13 @@ def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -
     pitch = force * aircraft.mean_chord / aircraft.I_yy
     damping = pitch * aircraft.mean_chord / (2.0 * speed) * size.get(("C_m", "q_hat"), 0.0)
     fastest = np.sqrt(pitch * size.get(("C_m", "alpha"), 0.0) + heave * damping) + 0.5 * (heave + damping)
+    if aircraft.span is not None and aircraft.I_xx is not None and aircraft.I_zz is not None:
+        moment, half_span = force * aircraft.span, aircraft.span / (2.0 * speed)
+        roll = moment / aircraft.I_xx * half_span * size.get(("C_l", "p_hat"), 0.0)
+        yaw = moment / aircraft.I_zz * half_span * size.get(("C_n", "r_hat"), 0.0)
+        side = force / (mass * speed) * size.get(("C_Y", "beta"), 0.0)
+        stiffness = moment / aircraft.I_zz * size.get(("C_n", "beta"), 0.0) + side * yaw
+        fastest = max(fastest, roll, np.sqrt(stiffness) + 0.5 * (side + yaw))
     longest = float(np.clip(LONGEST_ANGLE / max(fastest, 1e-9), SHORTEST_SUBSTEP, LONGEST_SUBSTEP))
     return max(1, int(np.ceil(interval / longest - 1e-9)))
 

@@ -244,7 +244,7 @@ def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSetti
     variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
     states = start.states
     if states is None:
-        states = tuple(initial_state(manoeuvre.flight) for manoeuvre in likelihood.manoeuvres)
+        states = tuple(initial_state(manoeuvre.flight, manoeuvre.axes) for manoeuvre in likelihood.manoeuvres)
     point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
         point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)

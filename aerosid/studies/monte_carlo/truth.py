@@ -180,7 +180,9 @@ def _simulated(plan: StudyPlan) -> Truth:
         validation = true_flight(other, "validation", _lasting(plan.effects))
     else:
         flight = prepare(plan.validation, aircraft, model.columns)
-        validation = _recorded(aircraft, model, flight, initial_state(flight.flight), _lasting(plan.effects))
+        validation = _recorded(
+            aircraft, model, flight, initial_state(flight.flight, flight.axes), _lasting(plan.effects)
+        )
     return Truth(
         aircraft=aircraft,
         model=model,
@@ -218,7 +220,9 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
     validation = None
     if isinstance(plan.validation, FlightLog):
         other = prepare(plan.validation, aircraft, found.manoeuvre.columns)
-        validation = _recorded(aircraft, completed.model, other, initial_state(other.flight), _lasting(planted))
+        validation = _recorded(
+            aircraft, completed.model, other, initial_state(other.flight, other.axes), _lasting(planted)
+        )
     return Truth(
         aircraft=aircraft,
         model=completed.model,
