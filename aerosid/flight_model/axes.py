@@ -163,9 +163,3 @@ def fed_of(axes: Axes) -> tuple[str, ...]:
 def state_vector(axes: Axes, motion: Mapping[str, float]) -> NDArray[np.float64]:
     """The state (n,) of a case from the motion by name, SI; what is not named is zero."""
     return np.array([motion.get(name, 0.0) for name in axes.integrated])
-
-
-def measured_outputs(axes: Axes, channels: Mapping[str, NDArray[np.float64]], samples: int) -> NDArray[np.float64]:
-    """The outputs (N, m) of a case from channels (N,) by name, SI; NaN where there is none."""
-    missing = np.full(samples, np.nan)
-    return np.column_stack([channels.get(name, missing) for name in axes.outputs])
