@@ -14,6 +14,7 @@ from aerosid.errors import LogError
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.flight_log import FlightLog
+from aerosid.notation import plain
 from aerosid.signals.noise import calmed, estimate_noise
 
 LONGEST_ANGLE = 0.15
@@ -192,7 +193,7 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
                 "density; add one of them."
             )
-        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        notes.append(f"Density is the aircraft file's, {plain(aircraft.density)} kg/m^3.")
         return np.full(log.time.size, aircraft.density)
     if name == "thrust":
         if aircraft.thrust is None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from aerosid import notation
 from aerosid.flight_model.terms import Factor
 from aerosid.reporting import words
 
@@ -35,18 +36,18 @@ def page_environment(folder: Path) -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(
-        number=words.number,
-        deviation=words.with_deviation,
-        p_value=words.p_value,
+        number=notation.number,
+        deviation=notation.with_deviation,
+        p_value=notation.p_value,
         hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
         ratio=words.ratio,
         symbol=symbol_html,
         term=term_html,
         effect=words.effect_sentence,
         shown=_shown,
-        plain=words.plain,
+        plain=notation.plain,
         sentence=words.sentence,
-        si=words.si_unit,
+        si=notation.si_unit,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment
@@ -82,4 +83,4 @@ def _factor_html(factor: Factor) -> Markup:
 
 def _shown(value: float | None, unit: str, digits: int = 2) -> str:
     """An SI number in the unit that the page shows."""
-    return words.number(None if value is None else value * words.shown_unit(unit).factor, digits)
+    return notation.number(None if value is None else value * words.shown_unit(unit).factor, digits)

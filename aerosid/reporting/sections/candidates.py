@@ -8,9 +8,9 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.screening import RegressorPicture
+from aerosid.notation import number
 from aerosid.reporting.figures.cross_plots import cross_plots
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.reporting.words import number
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

@@ -8,10 +8,11 @@ from typing import Any
 from aerosid.loop.next_flight.flight_limits import MARGIN
 from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
 from aerosid.loop.result import ClosedLoop
+from aerosid.notation import number
 from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.words import number, shown_unit, subscripted
+from aerosid.reporting.words import shown_unit, subscripted
 
 _STRIP, _GAP = 46.0, 12.0  # pt
 

@@ -8,12 +8,13 @@ from typing import Any
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_draw, strip_chart
 from aerosid.reporting.simulator_tolerances import within
 from aerosid.reporting.tables import measured_channels
-from aerosid.reporting.words import number, shown_unit
+from aerosid.reporting.words import shown_unit
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
