@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from aerosid import notation
 from aerosid.flight_model.terms import Factor
-from aerosid.reporting import words
+from aerosid.reporting import prose, words
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -48,6 +48,10 @@ def page_environment(folder: Path) -> Environment:
         plain=notation.plain,
         sentence=words.sentence,
         si=notation.si_unit,
+        lag_one=lambda values: notation.number(values[1] if len(values) > 1 else None, 2),
+        prose=prose.prose,
+        words=lambda name: name.lower().replace("_", " "),
+        quantity=words.quantity,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment

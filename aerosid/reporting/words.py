@@ -15,9 +15,10 @@ from aerosid.notation import MISSING, SUPERSCRIPTS, number, si_unit
 
 DEGREES = 180.0 / math.pi
 
-_GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ"}
+_GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ", "sigma": "σ"}
+_MEASURES = ("n_z", "sigma_w", "sigma_u")
 _ACCENTS = {"hat": "\u0302", "dot": "\u0307", "bar": "\u0304"}
-_SUBSCRIPTED = re.compile(r"(C|a|n|delta)_([A-Za-z]+)")
+_SUBSCRIPTED = re.compile(r"(C|a|n|delta|sigma)_([A-Za-z]+)")
 _ANGLES = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}
 
 
@@ -38,7 +39,7 @@ class Unit(NamedTuple):
 def symbol(name: str) -> Symbol:
     """The symbol of a channel, coefficient or variable; a name that the glossary does not know stays as it is."""
     matched = _SUBSCRIPTED.fullmatch(name)
-    if matched and (name in CHANNELS or name.startswith("C_") or name == "n_z"):
+    if matched and (name in CHANNELS or name in _MEASURES or name.startswith("C_")):
         return Symbol(_GREEK.get(matched[1], matched[1]), matched[2])
     base, *marks = name.split("_")
     if (base in CHANNELS or base in _GREEK) and all(mark in _ACCENTS for mark in marks):
@@ -88,6 +89,17 @@ def _factor_label(factor: Factor) -> str:
         sign = "−" if factor.offset >= 0.0 else "+"
         body = f"pos({body} {sign} {abs(factor.offset):g})" if factor.offset else f"pos({body})"
     return body if factor.power == 1 else body + str(factor.power).translate(SUPERSCRIPTS)
+
+
+_QUANTITIES = {"sigma": "standard deviation sigma_w", "length": "scale length"}
+"""Of numbers of effects whose own name says too little."""
+
+
+def quantity(name: str) -> str:
+    """The name of an effect's number in words: `time_constant` as time constant; a coefficient as it is."""
+    if symbol(name) != Symbol(name):
+        return name
+    return _QUANTITIES.get(name, name.replace("_", " "))
 
 
 def effect_name(effect: Effect) -> str:

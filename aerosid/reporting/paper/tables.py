@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+from xml.sax.saxutils import escape
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import Flowable, LongTable, Paragraph, Table, TableStyle
@@ -13,11 +15,17 @@ from aerosid.reporting.paper.elements import Element
 from aerosid.reporting.paper.inline import markup, printable
 from aerosid.reporting.paper.typeface import colours, registered, style
 
-_SIZE, _HEAD_SIZE = 7.0, 6.5
+_SIZE, _HEAD_SIZE, _HASH_SIZE = 7.0, 6.5, 5.2
 _PADDING = 3.0
 _LONG = 12
 """Rows beyond which a table may begin on one page and end on another."""
 _SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
+_LONGEST_WORD = 130.0
+"""Width, pt, that one word may claim; a longer one, a path as a rule, is broken after its separators."""
+_PIECES = re.compile(r"[^/\\_.,-]+[/\\_.,-]*|[/\\_.,-]+")
+
+
+_NO_ROW = Element("tr")
 
 
 @dataclass(frozen=True)
@@ -42,8 +50,8 @@ def table(element: Element, width: float) -> Table:
         ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
         ("LEFTPADDING", (0, 0), (-1, -1), _PADDING),
         ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
-        ("TOPPADDING", (0, 0), (-1, -1), 1.5),
-        ("BOTTOMPADDING", (0, 0), (-1, -1), 2.0),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.8),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.6),
         ("LINEBELOW", (0, 0), (-1, -1), 0.25, colours()["rule"]),
         ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
     ]
@@ -103,13 +111,34 @@ def _content(cell: _Cell, row: Element, width: float) -> Any:
         text = " ".join(printable(cell.element.text()).split())
         if stringWidth(text, its_style.fontName, its_style.fontSize) <= width - 2.0 * _PADDING:
             return _OneLine(text, its_style)
+        lines = _lines(text, its_style, width - 2.0 * _PADDING)
+        return Paragraph("<br/>".join(map(escape, lines)), its_style)
     return Paragraph(markup(cell.element), its_style)
+
+
+def _lines(text: str, its_style: Any, width: float) -> list[str]:
+    """The text in lines of a width, pt, broken at blanks, and after separators where a word alone is too long."""
+    lines = [""]
+    for word in text.split():
+        pieces = [word]
+        if stringWidth(word, its_style.fontName, its_style.fontSize) > width:
+            pieces = _PIECES.findall(word)
+        for n, piece in enumerate(pieces):
+            joint = " " if n == 0 and lines[-1] else ""
+            longer = lines[-1] + joint + piece
+            if lines[-1] and stringWidth(longer, its_style.fontName, its_style.fontSize) > width:
+                lines.append(piece)
+            else:
+                lines[-1] = longer
+    return lines
 
 
 def _style(cell: _Cell, row: Element) -> Any:
     right = "n" in cell.element.classes
     if cell.head:
         return style(_HEAD_SIZE, "muted", bold=True, right=right)
+    if "hash" in cell.element.classes:
+        return style(_HASH_SIZE, "muted")
     bold = "strong" in cell.element.classes or "group" in row.classes
     return style(_SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
 
@@ -122,12 +151,13 @@ def _widths(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> list
     for cell in (cell for cells in rows for cell in cells if cell.span == 1):
         strong = cell.head or "strong" in cell.element.classes
         words = printable(cell.element.text()).split()
-        size = _HEAD_SIZE if cell.head else _SIZE
+        size = _style(cell, _NO_ROW).fontSize
         lengths = [stringWidth(word, bold if strong else typeface, size) for word in words] or [0.0]
         blank = stringWidth(" ", typeface, size)
         # Numbers keep their deviation in one line.
         whole = sum(lengths) + blank * (len(lengths) - 1)
-        longest = whole if "n" in cell.element.classes and not cell.head else max(lengths)
+        together = "n" in cell.element.classes and not cell.head
+        longest = whole if together or "hash" in cell.element.classes else min(max(lengths), _LONGEST_WORD)
         least[cell.column] = max(least[cell.column], longest + 2.0 * _PADDING + 1.0)
         most[cell.column] = max(most[cell.column], whole + 2.0 * _PADDING + 1.0)
     room = width - sum(least)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,11 +13,10 @@ from aerosid.reporting.figures.numbered import Figure, FigureBook
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
-    """d(t) against the found terms and their closest rivals, and the screening, largest gain first."""
-    screening = sorted(result.screening, key=lambda row: -row.gain if math.isfinite(row.gain) else math.inf)
+    """d(t) against the found terms and their closest rivals, and how many candidates were screened."""
     return {
-        "screening": screening,
-        "chosen": [row for row in screening if row.chosen],
+        "screening": result.screening,
+        "chosen": [row for row in result.screening if row.chosen],
         "plots": _plots(result.regressors, figures) if result.regressors else None,
     }
 
