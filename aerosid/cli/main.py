@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -51,7 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
-        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+        told = [word for word in words if word != _DEBUG]
+        result = app(told, standalone_mode=False, obj=told)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -119,6 +121,7 @@ def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
 
 @app.command("close-loop")
 def close_loop_command(
+    context: typer.Context,
     logs: LogsArgument,
     aircraft: Annotated[
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
@@ -184,24 +187,31 @@ def close_loop_command(
             show_default=False,
         ),
     ] = None,
+    analyst: Annotated[
+        str, typer.Option("--analyst", metavar="NAME", help="Who signs, for the title block.", show_default=False)
+    ] = "",
+    remarks: Annotated[
+        str, typer.Option("--remarks", metavar="TEXT", help="Remarks for the title block.", show_default=False)
+    ] = "",
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.aircraft import load_aircraft
-    from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
+    from aerosid.cli.close_loop import loop_settings, provenance, read_logs, with_progress
     from aerosid.loop.verdict import Verdict
     from aerosid.reporting import print_summary, write_report
 
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
     )
+    made = provenance(context.obj or (), settings, analyst, remarks)
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)
     directory = out or Path("reports") / identification[0].name
-    result = with_progress(identification, declared, validation, settings)
+    result = replace(with_progress(identification, declared, validation, settings), provenance=made)
     files = write_report(result, directory, interactive=not static)
     output = console()
     print_summary(result, output)

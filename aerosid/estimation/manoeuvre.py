@@ -186,7 +186,7 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return _bridged(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
-            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
             return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(

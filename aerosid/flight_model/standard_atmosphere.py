@@ -36,7 +36,7 @@ def temperature(altitude: float) -> float:
 
 def pressure(altitude: float) -> float:
     """Static pressure, Pa, at a pressure altitude, m; up to 20 km."""
-    below = SEA_LEVEL_PRESSURE * (temperature(altitude) / SEA_LEVEL_TEMPERATURE) ** _PRESSURE_POWER
+    below = SEA_LEVEL_PRESSURE * math.pow(temperature(altitude) / SEA_LEVEL_TEMPERATURE, _PRESSURE_POWER)
     return below * math.exp(-GRAVITY * max(altitude - TROPOPAUSE, 0.0) / (GAS_CONSTANT * _COLD))
 
 
@@ -48,7 +48,7 @@ def density_altitude(density: float) -> float:
     ratio = density / SEA_LEVEL_DENSITY
     at_tropopause = (_COLD / SEA_LEVEL_TEMPERATURE) ** _DENSITY_POWER
     if ratio >= at_tropopause:
-        return SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - ratio ** (1.0 / _DENSITY_POWER))
+        return SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - math.pow(ratio, 1.0 / _DENSITY_POWER))
     return TROPOPAUSE - GAS_CONSTANT * _COLD / GRAVITY * math.log(ratio / at_tropopause)
 
 

@@ -8,16 +8,13 @@ from markupsafe import Markup
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.reporting.run_record import NO_RECORD, RunRecord
 from aerosid.reporting.scripts import content_policy, page_scripts
 from aerosid.reporting.sections import SECTIONS, Section
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
 from aerosid.reporting.title_block import title_block
 
 
-def report_html(
-    result: ClosedLoop, report: Report | None = None, *, interactive: bool = True, record: RunRecord = NO_RECORD
-) -> str:
+def report_html(result: ClosedLoop, report: Report | None = None, *, interactive: bool = True) -> str:
     """The text of report.html; identical for an identical result and the same versions.
 
     Parameters
@@ -26,8 +23,6 @@ def report_html(
         What one run of the loop found. Every text in it is escaped.
     report : Report, optional
         Its sections, where they are composed already.
-    record : RunRecord
-        How the result was made, for the title block, where no report is given.
     interactive : bool
         Whether figures can be zoomed: plotly's script, 5 MB, stands in the page then. The still figures stand in it
         either way, for paper and for readers without scripts.
@@ -37,7 +32,7 @@ def report_html(
     The page forbids itself requests, and scripts but its own by their checksums (Content-Security-Policy), so that
     even a text that escaped the escaping could do nothing.
     """
-    report = report or compose(result, record)
+    report = report or compose(result)
     scripts = page_scripts(report.figures) if interactive else ()
     return (
         page_environment(REPORT_TEMPLATES)
@@ -66,7 +61,7 @@ class Report:
     """Of the title block, what the head of the page repeats."""
 
 
-def compose(result: ClosedLoop, record: RunRecord = NO_RECORD) -> Report:
+def compose(result: ClosedLoop) -> Report:
     """The title block, and every section that the result has something for."""
     figures = FigureBook()
     parts = []
@@ -77,7 +72,7 @@ def compose(result: ClosedLoop, record: RunRecord = NO_RECORD) -> Report:
                 page_environment(REPORT_TEMPLATES).get_template(f"{section.name}.html").render(result=result, **context)
             )
             parts.append((section, Markup(body)))  # safe: rendered with autoescape
-    block = title_block(result, record)
+    block = title_block(result)
     title = page_environment(REPORT_TEMPLATES).get_template("title_block.html").render(block=block)
     facts = tuple((name, text) for name, text in block["run"] if name in ("Date", "Analyst"))
     return Report(tuple(parts), tuple(figures.figures), Markup(title), facts)  # safe: rendered with autoescape

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.provenance import Provenance, all_settings
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import USUAL
 from aerosid.notation import listed, plain
 from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, flight_condition
-from aerosid.reporting.run_record import RunRecord
 
 REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
 SIGN_CONVENTION = (
@@ -30,45 +32,65 @@ class UsedFile:
     sha256: str
 
 
-def title_block(result: ClosedLoop, record: RunRecord) -> dict[str, Any]:
+def title_block(result: ClosedLoop) -> dict[str, Any]:
     """What fills the title block's template: texts only.
 
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found.
-    record : RunRecord
-        How it was made; what is unknown there is left out.
+        What one run of the loop found; what its provenance does not say is left out.
     """
     roles = [("identification", log) for log in result.identification]
     roles += [("validation", log) for log in result.validation]
     return {
-        "run": _run(result, record),
-        "files": _files(result, record, roles),
+        "run": _run(result),
+        "files": _files(result, roles),
         "conditions": _rows([flight_condition(log, role, result.aircraft) for role, log in roles]),
         "logs": [(log.name, role) for role, log in roles],
         "references": _references(result),
     }
 
 
-def _run(result: ClosedLoop, record: RunRecord) -> list[tuple[str, str]]:
-    given = [("Date", record.date), ("Analyst", record.analyst)]
+def _run(result: ClosedLoop) -> list[tuple[str, str]]:
+    made = result.provenance
+    given = [("Date", made.date), ("Analyst", made.analyst)]
     rows = [(name, text) for name, text in given if text]
     rows.append(("Made with", f"aerosid {result.version}, seed {result.seed}"))
-    if record.command:
-        rows.append(("Command", record.command))
-        rows.append(("Settings off their defaults", "; ".join(record.settings) or "none"))
-    if record.remarks:
-        rows.append(("Remarks", record.remarks))
+    if made.command:
+        rows.append(("Command", made.command))
+    if made.date or made.settings:
+        rows.append(("Changed settings", "; ".join(_changed(made)) or "none, all at their defaults"))
+    if made.remarks:
+        rows.append(("Remarks", made.remarks))
     return rows
 
 
-def _files(result: ClosedLoop, record: RunRecord, roles: list[tuple[str, FlightLog]]) -> list[UsedFile]:
+def _changed(made: Provenance) -> Iterator[str]:
+    """A text for each setting that differs from its default, with both: `priors: yes (default no)`."""
+    usual = all_settings(USUAL)
+    for name, value in made.settings.items():
+        words = name.replace(".", ", ").replace("_", " ")
+        yield f"{words}: {_said(value)} (default {_said(usual.get(name))})"
+
+
+def _said(value: Any) -> str:
+    """A setting's value for a person."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return plain(value)
+    if isinstance(value, list):
+        return ", ".join(map(_said, value)) or "none"
+    return "none" if value is None else str(value)
+
+
+def _files(result: ClosedLoop, roles: list[tuple[str, FlightLog]]) -> list[UsedFile]:
     logs = [
         UsedFile(log.path or log.name, role, f"{plain(log.time[0])} to {plain(log.time[-1])}", log.sha256)
         for role, log in roles
     ]
-    maps = [UsedFile(file.path, file.role, "", file.sha256) for file in record.files]
+    read_with = dict.fromkeys((log.channel_map, log.channel_map_sha256) for _, log in roles if log.channel_map)
+    maps = [UsedFile(path, "channel map", "", digest) for path, digest in read_with]
     aircraft = UsedFile(result.aircraft.path, "aircraft file", "", result.aircraft.sha256)
     return [*logs, *maps, aircraft]
 

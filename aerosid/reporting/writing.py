@@ -14,7 +14,6 @@ from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import compose, report_html
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_json import result_text
-from aerosid.reporting.run_record import NO_RECORD, RunRecord
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 
 TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
@@ -30,9 +29,7 @@ COMPLETED_AIRCRAFT = "completed_aircraft.toml"
 FILES = (*TEXTS, PAGE, PAPER, COMPLETED_AIRCRAFT)
 
 
-def write_report(
-    result: ClosedLoop, directory: Path, *, interactive: bool = True, record: RunRecord = NO_RECORD
-) -> tuple[Path, ...]:
+def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = True) -> tuple[Path, ...]:
     """The paths of the files written: result.json, tables, the report twice, the completed aircraft, the next input.
 
     Parameters
@@ -44,8 +41,6 @@ def write_report(
         holds none of the kind; others stay.
     interactive : bool
         Whether the figures of report.html can be zoomed, which adds 5 MB to it.
-    record : RunRecord
-        How the result was made, for the title block: date, command line, changed settings, channel maps, who signs.
 
     Raises
     ------
@@ -62,7 +57,7 @@ def write_report(
             text = text_of(result)
             if text is not None:
                 _write(temporary / name, text)
-        report = compose(result, record)
+        report = compose(result)
         _write(temporary / PAGE, report_html(result, report, interactive=interactive))
         (temporary / PAPER).write_bytes(report_pdf(result, report))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)

@@ -73,7 +73,11 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
     return Chart(WIDTH, height, tuple(panels), timeline)
 
 
-def parted(chart: Chart, height: float, least: int = 2) -> tuple[Chart, Chart] | None:
+_FEW = 3
+"""Channels up to which a chart may be parted behind the first; of more, one alone says little."""
+
+
+def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
     """A chart of strips in two: as many of its channels as fit the height, pt, and the others; None where few fit.
 
     Parameters
@@ -82,8 +86,6 @@ def parted(chart: Chart, height: float, least: int = 2) -> tuple[Chart, Chart] |
         As `stacked` makes it; the strips of one channel stay together, and each part has its own time axis.
     height : float
         Room for the first part, pt.
-    least : int
-        Channels that a part must hold at least, for fewer say nothing together.
     """
     groups: list[list[Panel]] = []
     for panel in chart.panels:
@@ -96,6 +98,7 @@ def parted(chart: Chart, height: float, least: int = 2) -> tuple[Chart, Chart] |
     for n, group in enumerate(groups, start=1):
         if top - group[-1].bottom + _BOTTOM <= height:
             fitting = n
+    least = 1 if len(groups) <= _FEW else 2
     first = min(fitting, len(groups) - least)
     if not chart.timeline or first < least:
         return None

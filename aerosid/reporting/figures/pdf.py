@@ -112,7 +112,7 @@ class Paper:
             self.canvas.restoreState()
             return
         for n, line in enumerate(lines):
-            base = middle - 0.35 * size - (n - 0.5 * (len(lines) - 1)) * 1.2 * size
+            base = middle - 0.35 * size - (n - 0.5 * (len(lines) - 1)) * 1.35 * size
             self.words(panel.left - 58.0, base, line, role, "left", size if n == 0 else _SMALL_FONT)
 
     def _mark(self, mark: Mark, panel: Panel) -> None:

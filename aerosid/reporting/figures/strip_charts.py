@@ -83,7 +83,7 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
         marks.append(Points(history.time, history.d))
         if history.terms:
             marks.append(Line(history.time, history.explained, "after"))
-        label = f"d in {subscripted(history.coefficient)}"
+        label = f"d in {subscripted(history.coefficient)} [1]"
         rows.append(Row(_EQUATION, _BETWEEN, label, limits_around(history.d, history.explained), tuple(marks)))
     times = [history.time for history in histories]
     span = (min(float(time[0]) for time in times), max(float(time[-1]) for time in times))
@@ -113,7 +113,7 @@ def axis_label(name: str, simulated: Simulated) -> str:
     label = subscripted(name)
     if label == name and len(name) > _LONGEST_LABEL:
         label = name[: _LONGEST_LABEL - 1] + "…"
-    return f"{label} [{text}]" if text else label
+    return f"{label} [{text or 1}]"
 
 
 def _unit(name: str, simulated: Simulated) -> str:

@@ -93,7 +93,7 @@ def _label(panel: Panel, top: float, bottom: float) -> Iterator[str]:
         yield _words(panel.left - 44.0, middle, panel.y.label, role, "center", size, upright=True)
         return
     for n, line in enumerate(lines):
-        base = middle + 0.35 * size + (n - 0.5 * (len(lines) - 1)) * 1.2 * size
+        base = middle + 0.35 * size + (n - 0.5 * (len(lines) - 1)) * 1.35 * size
         yield _words(panel.left - 58.0, base, line, role, "left", size if n == 0 else _SMALL_FONT)
 
 

@@ -31,13 +31,14 @@ _TEXT, _QUIET, _HEADING = 8.0, 7.0, 10.0
 _LEAST = 120.0
 """Room, pt, that the headings and the first rows of a long table need."""
 
-_LEAST_STRIPS = 260.0
-"""The same for a chart of strips: two channels with headings, legend and caption."""
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
 _NAMES = 92.0
 """Width, pt, of the column of names in a list of facts."""
 _CARD, _CARD_EDGE = 363.0, 10.0
 """Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
+
+_SMALL = 0.7
+"""Scale of a figure of class `small`."""
 
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 
@@ -45,32 +46,50 @@ _SKIPPED = {"fieldset", "svg", "script", "style"}
 class Drawing(Flowable):
     """A chart between its legend and its caption, shrunk to the width of the page; strips may go on overleaf."""
 
-    def __init__(self, chart: Chart, keys: Sequence[tuple[str, str]], caption: str, more: str, width: float) -> None:
+    def __init__(
+        self,
+        chart: Chart,
+        keys: Sequence[tuple[str, str]],
+        captions: tuple[str, str],
+        width: float,
+        largest: float = 1.0,
+        heads: Sequence[Paragraph] = (),
+    ) -> None:
         super().__init__()
-        self.chart, self.words, self.text, self.more, self.width = chart, keys, caption, more, width
-        self.scale = min(width / chart.width, 1.0)
+        self.chart, self.words, self.captions, self.width, self.heads = chart, keys, captions, width, heads
+        self.scale = min(width / chart.width, largest)
         self.keys = list(_set_out(keys, chart.width))
         self.legend = _KEY_HEIGHT * (self.keys[-1][3] + 1) + 4.0 if self.keys else 0.0
-        self.caption = Paragraph(caption, style(_QUIET, "muted"))
+        self.caption = Paragraph(captions[0], style(_QUIET, "muted"))
         self.below = self.caption.wrap(width, 1e4)[1] + 2.0
+        self.above = sum(head.wrap(width, 1e4)[1] + 3.0 for head in heads)
         self.spaceBefore, self.spaceAfter = 6.0, 6.0
+
+    def under(self, heads: Sequence[Paragraph]) -> Drawing:
+        """The same with headings above it, which it takes along to where its first strips stand."""
+        return Drawing(self.chart, self.words, self.captions, self.width, self.scale, heads)
 
     def wrap(self, *_room: float) -> tuple[float, float]:
         """Width and height, pt."""
-        return self.width, self.scale * (self.chart.height + self.legend) + self.below
+        return self.width, self.above + self.scale * (self.chart.height + self.legend) + self.below
 
-    def split(self, _width: float, room: float) -> list[Drawing]:
+    def split(self, _width: float, room: float) -> list[Flowable]:
         """The strips that fit the room, pt, and the others; nothing where too few fit to be worth it."""
-        parts = parted(self.chart, (room - self.below) / self.scale - self.legend)
+        parts = parted(self.chart, (room - self.below - self.above) / self.scale - self.legend)
         if parts is None:
             return []
         return [
-            Drawing(parts[0], self.words, self.text, self.more, self.width),
-            Drawing(parts[1], self.words, self.more, self.more, self.width),
+            Drawing(parts[0], self.words, self.captions, self.width, self.scale, self.heads),
+            Drawing(parts[1], self.words, (self.captions[1],) * 2, self.width, self.scale),
         ]
 
     def draw(self) -> None:
-        """The legend, the chart below it, and the caption."""
+        """The headings, the legend, the chart below it, and the caption."""
+        top = self.wrap()[1]
+        for head in self.heads:
+            top -= head.height
+            head.drawOn(self.canv, 0.0, top)
+            top -= 3.0
         self.caption.drawOn(self.canv, 0.0, 0.0)
         self.canv.translate(0.0, self.below)
         self.canv.scale(self.scale, self.scale)
@@ -119,8 +138,12 @@ def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
         if isinstance(flowable, Paragraph) and flowable.style.keepWithNext:
             heads.append(flowable)
             continue
-        if isinstance(flowable, LongTable) or (isinstance(flowable, Drawing) and flowable.chart.timeline):
-            yield CondPageBreak(_LEAST if isinstance(flowable, LongTable) else _LEAST_STRIPS)
+        if isinstance(flowable, Drawing) and flowable.chart.timeline:
+            yield flowable.under(heads)
+            heads = []
+            continue
+        if isinstance(flowable, LongTable):
+            yield CondPageBreak(_LEAST)
             for head in heads:
                 head.keepWithNext = False
         yield from heads
@@ -199,7 +222,8 @@ def _figure(element: Element, figures: Mapping[str, Figure], width: float) -> It
     caption = next(iter(element.all("figcaption")))
     figure = figures[element.attributes["id"]]
     more = f"<b>Figure {figure.number}, continued.</b>"
-    yield Drawing(figure.chart, keys, markup(caption), more, width)
+    largest = _SMALL if "small" in element.classes else 1.0
+    yield Drawing(figure.chart, keys, (markup(caption), more), width, largest)
 
 
 def _verdict(element: Element, width: float) -> Table:
@@ -229,5 +253,4 @@ def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iter
         ("RIGHTPADDING", (0, 0), (-1, -1), _CARD_EDGE),
     ]
     content = list(blocks(element, figures, column - 2.0 * _CARD_EDGE))
-    yield Spacer(0.0, 8.0)
     yield Table([[content]], colWidths=[column], style=TableStyle(rules), hAlign="LEFT", splitByRow=0)
