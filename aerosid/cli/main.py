@@ -191,7 +191,7 @@ def close_loop_command(
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
-    from aerosid.loop.result import Verdict
+    from aerosid.loop.verdict import Verdict
     from aerosid.reporting import print_summary, write_report
 
     settings = loop_settings(

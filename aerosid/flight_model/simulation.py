@@ -16,6 +16,9 @@ from aerosid.flight_model.longitudinal import OUTPUTS, evaluate, make_workspace
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
 
+ALTITUDE = 1500.0
+"""m; where a simulated manoeuvre begins."""
+
 SPEED_OF_SOUND = 340.29
 """m/s, where the simulated flight has no atmosphere of its own."""
 
@@ -97,7 +100,6 @@ def fly(
     mass: float,
     noise: Mapping[str, float],
     seed: int,
-    altitude: float = 1500.0,
     further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
     name: str = "simulated",
 ) -> FlightLog:
@@ -133,7 +135,7 @@ def fly(
     empty = np.zeros((len(OUTPUTS), 3))
     flight = Flight(time, inputs, np.zeros((0, 8)), empty, substeps, np.zeros(extra))
     alpha = trimmed.alpha
-    start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, altitude])
+    start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, ALTITUDE])
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")

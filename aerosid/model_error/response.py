@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.compiled import njit
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.invariant_embedding import StepWork, gain_step, information, step_work, transition_step
+from aerosid.model_error.invariant_embedding import gain_step, information
+from aerosid.model_error.step_map import transition_step
+from aerosid.model_error.step_work import StepWork, step_work
 
 Array = NDArray[np.float64]
 

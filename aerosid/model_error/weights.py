@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import UsageError
-from aerosid.model_error.invariant_embedding import read_map, step_map, step_work
+from aerosid.model_error.step_map import read_map, step_map
+from aerosid.model_error.step_work import step_work
 
 Array = NDArray[np.float64]
 
