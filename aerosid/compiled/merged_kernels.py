@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core import codegen, compiler
 from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NoPythonBackend
 
+# numba carries types in part only.
+_passes: Any = compiler.DefaultPassBuilder
 
-class _MergedLibrary(JITCodeLibrary):
+
+class _MergedLibrary(codegen.JITCodeLibrary):
     """A function's code with that of its callees, as it came from the lowering."""
 
     def finalize(self) -> None:
@@ -49,16 +51,16 @@ class _KeepForCallers(LoweringPass):
         return True
 
 
-class _LoweringOnly(CompilerBase):
+class _LoweringOnly(compiler.CompilerBase):
     """The compiler up to LLVM's intermediate language."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """numba's own passes, into a library that is only linked."""
+        """The passes of numba itself, into a library that is only linked."""
         flags = self.state.flags
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         name = self.state.func_id.func_qualname
         self.state.library = _MergedLibrary(self.state.targetctx.codegen(), name)
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes = _passes.define_nopython_pipeline(self.state)
         passes.add_pass_after(_KeepForCallers, NoPythonBackend)
         passes.finalize()
         return [passes]

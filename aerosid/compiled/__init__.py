@@ -1,6 +1,6 @@
 """Compile hot loops, with the settings that every kernel of this package shares.
 
-Kernels are kept on disk by content (aerosid/kernel_cache.py), so that a user pays for compilation once, whatever the
+Kernels are kept on disk by content (kernel_cache.py here), so that a user pays for compilation once, whatever the
 number of clones and environments. Division by zero gives infinity as in numpy: kernels are called with checked input
 and must not carry exception paths in inner loops.
 """
@@ -12,8 +12,8 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-from aerosid.kernel_cache import KernelCache
-from aerosid.merged_kernels import merge_into_callers
+from aerosid.compiled.kernel_cache import KernelCache
+from aerosid.compiled.merged_kernels import merge_into_callers
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
