@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from aerosid.aircraft import Aircraft
+from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.closed_loop import Told, close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
@@ -84,21 +85,59 @@ def read_logs(
 
 
 def with_progress(
-    identification: Sequence[FlightLog], aircraft: Aircraft, validation: Sequence[FlightLog], settings: LoopSettings
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    judged: Told,
 ) -> ClosedLoop:
     """The loop, with a progress bar on the terminal; silent where stderr is none."""
+    with compilation_announced(_say_once()):
+        return _run(identification, aircraft, validation, settings, judged)
+
+
+def _say_once() -> Callable[[str], None]:
+    """Says before the first compilation what takes so long, and that it happens once."""
+    said: list[str] = []
+
+    def say(kernel: str) -> None:
+        if not said:
+            sys.stderr.write(
+                "Compiling the numerical kernels: once for this user, Python and processor, up to some minutes "
+                "(`aerosid warm-up` does it ahead, on all cores).\n"
+            )
+            sys.stderr.flush()
+        said.append(kernel)
+
+    return say
+
+
+def _run(
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    judged: Told,
+) -> ClosedLoop:
     if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings)
+        return close_loop(identification, aircraft, validation, settings, judged=judged)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=_STAGES)
+
+        def shown(result: ClosedLoop) -> None:
+            bar.stop()
+            judged(result)
+            bar.start()
+
         return close_loop(
             identification,
             aircraft,
             validation,
             settings,
             progress=lambda stage: bar.update(task, description=stage, advance=1),
+            judged=shown,
         )

@@ -193,7 +193,7 @@ def close_loop_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
     from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_summary, write_report
+    from aerosid.reporting import print_next_flight, print_summary, write_report
 
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
@@ -202,10 +202,12 @@ def close_loop_command(
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)
     directory = out or Path("reports") / identification[0].name
-    result = with_progress(identification, declared, validation, settings)
-    files = write_report(result, directory, interactive=not static)
     output = console()
-    print_summary(result, output)
+    result = with_progress(
+        identification, declared, validation, settings, judged=lambda known: print_summary(known, output)
+    )
+    print_next_flight(result, output)
+    files = write_report(result, directory, interactive=not static)
     output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 
