@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from aerosid.logs.formats import read_log
     from aerosid.loop.identification import LoopSettings, close_loop
     from aerosid.loop.result import ClosedLoop, Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
@@ -28,10 +29,12 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
+    "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.identification",
     "Verdict": "aerosid.loop.result",
     "bundled_folder": "aerosid.aircraft.bundled",
     "close_loop": "aerosid.loop.identification",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
@@ -43,10 +46,12 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
     "save_aircraft",

@@ -75,7 +75,7 @@ def _steadiest(
 def _unsteadiness(record: FlightRecord, window: int, settings: FinderSettings) -> FloatArray:
     """The largest of the quantities that a trim holds over its limit, in windows centred at each sample, (N,)."""
     speed = record.averaged(record["V"], 0.1)
-    mean = uniform_filter1d(speed, window, mode="nearest")
+    mean = np.maximum(uniform_filter1d(speed, window, mode="nearest"), 1e-3)
     acceleration = np.gradient(mean, record.interval) / 9.80665
     pitch = np.sqrt(uniform_filter1d(record.averaged(record.pitch, 0.05) ** 2, window, mode="nearest"))
     parts = [

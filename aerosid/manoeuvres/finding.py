@@ -83,12 +83,13 @@ def _without(free: Sequence[Stretch], inputs: Sequence[Stretch], settings: Finde
 
 def _apart(found: Sequence[Stretch]) -> list[Stretch]:
     """The finds, each ended where the next one begins: an answer lasts until the next deliberate input."""
-    ordered = sorted(found, key=lambda stretch: stretch.first)
-    return [
-        replace(stretch, last=min(stretch.last, later.first - 1)) if later is not None else stretch
-        for stretch, later in zip(ordered, [*ordered[1:], None], strict=True)
-        if later is None or stretch.first < later.first - 1
-    ]
+    apart: list[Stretch] = []
+    for stretch in sorted(found, key=lambda entry: entry.first, reverse=True):
+        if not apart:
+            apart.append(stretch)
+        elif stretch.first < apart[-1].first - 1:
+            apart.append(replace(stretch, last=min(stretch.last, apart[-1].first - 1)))
+    return apart[::-1]
 
 
 def _free_samples(record: FlightRecord, taken: Iterable[Stretch]) -> BoolArray:

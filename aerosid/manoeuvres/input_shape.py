@@ -13,7 +13,7 @@ from scipy.stats import spearmanr
 from aerosid.manoeuvres.record import FloatArray, runs
 from aerosid.manoeuvres.settings import FinderSettings
 
-__all__ = ["InputShape", "Lobe", "input_lobes", "input_shape"]
+__all__ = ["InputShape", "Lobe", "half_cycles", "input_lobes", "input_shape"]
 
 
 class Lobe(NamedTuple):
@@ -74,7 +74,11 @@ def input_lobes(deviation: FloatArray, interval: float, unit: float, settings: F
             else:
                 joined.append([first, last])
         lobes += [(first, last, float(np.mean(deviation[first : last + 1]))) for first, last in joined]
-    return tuple(Lobe(*lobe) for lobe in sorted(lobes))
+    if not lobes:
+        return ()
+    # What is far narrower than the rest is an overshoot, or where the levels before and after were joined.
+    typical = float(np.median([last - first + 1 for first, last, _ in lobes]))
+    return tuple(Lobe(*lobe) for lobe in sorted(lobes) if lobe[1] - lobe[0] + 1 >= settings.narrow * typical)
 
 
 def input_shape(deviation: FloatArray, interval: float, unit: float, settings: FinderSettings) -> InputShape:
@@ -93,12 +97,27 @@ def input_shape(deviation: FloatArray, interval: float, unit: float, settings: F
     widths = tuple((lobe.last - lobe.first + 1) * interval for lobe in lobes)
     amplitude = float(np.max(np.abs(deviation), initial=0.0))
     square = _squareness(deviation, lobes)
-    name = _named(lobes, widths, square, unit / interval, settings)
+    halves = half_cycles(deviation, settings)
+    name = _named(lobes, halves, widths, square, unit / interval, settings)
     return InputShape(name, lobes, widths, amplitude, square, _held(deviation, lobes))
 
 
+def half_cycles(deviation: FloatArray, settings: FinderSettings) -> list[int]:
+    """Samples from each change of sign to the next, of deviations of some size."""
+    beyond = np.flatnonzero(np.abs(deviation) > settings.half_cycle * float(np.max(np.abs(deviation), initial=0.0)))
+    signs = np.sign(deviation[beyond])
+    changes = np.flatnonzero(signs[1:] != signs[:-1])
+    edges = [beyond[0], *(0.5 * (beyond[changes] + beyond[changes + 1])), beyond[-1]] if beyond.size else [0]
+    return [int(after - before) for before, after in pairwise(edges)]
+
+
 def _named(
-    lobes: Sequence[Lobe], widths: Sequence[float], square: float, unit: float, settings: FinderSettings
+    lobes: Sequence[Lobe],
+    halves: Sequence[int],
+    widths: Sequence[float],
+    square: float,
+    unit: float,
+    settings: FinderSettings,
 ) -> str:
     """The name of a shape; `unit` is V/g in samples."""
     if not lobes:
@@ -111,8 +130,8 @@ def _named(
     even = float(levels.min()) >= settings.like_level * float(levels.max())
     shortest = min(lobe.last - lobe.first + 1 for lobe in lobes)
     pauses = [after.first - before.last - 1 for before, after in pairwise(lobes)]
-    if alternating and len(lobes) >= 2.0 * settings.sweep_cycles:
-        order = abs(float(spearmanr(np.arange(len(widths)), widths).statistic))
+    if len(halves) >= 2.0 * settings.sweep_cycles:
+        order = abs(float(spearmanr(np.arange(len(halves)), halves).statistic))
         return "sweep" if order >= settings.sweep_order else "multisine"
     contiguous = alternating and max(pauses) <= settings.pause * max(shortest, 2)
     if contiguous and even and shortest <= settings.longest_unit * unit and square >= settings.square:

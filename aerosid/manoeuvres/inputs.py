@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aerosid.manoeuvres.input_shape import half_cycles
 from aerosid.manoeuvres.record import FlightRecord, FloatArray, Surface, runs
 from aerosid.manoeuvres.settings import FinderSettings
 
@@ -46,6 +47,8 @@ class Excursion:
         rad.
     before, after : float
         Its levels before and after, rad.
+    nearest : float
+        By how much it stays off its level before, over half a lead-in after its largest movement, rad.
     lead_travel : float
         Range of the surface in the lead-in, rad.
     answer : float
@@ -61,6 +64,7 @@ class Excursion:
     deflection: FloatArray
     before: float
     after: float
+    nearest: float
     lead_travel: float
     answer: float
     lead_answer: float
@@ -77,8 +81,8 @@ class Excursion:
 
     @property
     def left_over(self) -> float:
-        """Level after less level before, over the amplitude."""
-        return abs(self.after - self.before) / max(self.amplitude, 1e-12)
+        """How near the surface comes back to its level before, over its largest movement."""
+        return self.nearest / max(float(np.max(np.abs(self.deflection - self.before))), 1e-12)
 
 
 def excursions(record: FlightRecord, axis: Axis, settings: FinderSettings) -> list[Excursion]:
@@ -127,6 +131,22 @@ def _one_input(
     return away or pause <= record.samples(settings.still_window, run[0]) and float(moved.max()) > surface.rest
 
 
+def _nearest(away: FloatArray, window: int) -> float:
+    """Least largest distance from the level before in a window after the largest movement."""
+    after = np.abs(away[int(np.argmax(np.abs(away))) :])
+    if after.size <= window:
+        return float(after.max(initial=0.0))
+    return float(np.lib.stride_tricks.sliding_window_view(after, window).max(axis=1).min())
+
+
+def _first_moved(record: FlightRecord, surface: Surface, first: int) -> int:
+    """Where the surface began to move before an answer: a slow sweep moves long before it is answered."""
+    earliest = max(0, first - record.samples(1.0, first))
+    half = record.samples(0.15, first)
+    rested = np.flatnonzero(surface.still[earliest : first + 1])
+    return min(first, earliest + (int(rested[-1]) + half if rested.size else 0))
+
+
 def _level_before(record: FlightRecord, surface: Surface, first: int, settings: FinderSettings) -> float:
     """The surface's level before the answer: an answer lags its input by up to half the lead-in."""
     lead = record.samples(settings.lead_in, first)
@@ -146,8 +166,14 @@ def _measured(
     """The surface's part in a lively stretch; None where it rested."""
     size = record.time.size
     lead = record.samples(settings.lead_in, first)
-    begin, end = max(0, first - lead), min(size - 1, last + lead // 2)
-    before = _level_before(record, surface, first, settings)
+    onset = first
+    early = _first_moved(record, surface, first)
+    whole = surface.deflection[early : last + 1]
+    # A sweep begins slower than it is answered; what else moves before an answer was not for it.
+    if early < first and len(half_cycles(whole - np.median(whole), settings)) >= 2.0 * settings.sweep_cycles:
+        onset = early
+    begin, end = max(0, onset - lead), min(size - 1, last + lead // 2)
+    before = _level_before(record, surface, onset, settings)
     away = np.abs(surface.deflection[begin : end + 1] - before)
     amplitude = float(away.max())
     if amplitude <= surface.rest:
@@ -168,6 +194,7 @@ def _measured(
         surface.deflection[start : stop + 1],
         before,
         after,
+        _nearest(surface.deflection[start : min(size, end + lead)] - before, max(1, lead // 2)),
         float(np.ptp(surface.deflection[before_it])),
         float(answer[first : last + 1].max()),
         float(answer[before_it].max()),

@@ -74,7 +74,7 @@ def _yaw_kind(
         return Stretch("dutch_roll", excursion.first, last, "delta_r", detail | {"period": period}, strength)
     if shape.name in STANDARD_SHAPES:
         return Stretch(shape.name, excursion.first, last, "delta_r", detail, strength)
-    if even_steps(shape, settings):
+    if even_steps(shape, settings) and strength >= settings.clear_train:
         return Stretch("steps", excursion.first, last, "delta_r", detail, strength)
     return None
 
@@ -97,7 +97,8 @@ def aileron_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[
         reason = not_a_test(record, excursion, shape, settings)
         if reason is None and excursion.answer < settings.clear_roll:
             reason = f"the answer in roll of {excursion.answer:.2f} rad per V/g is that of a turn's entry"
-        known = shape.name in STANDARD_SHAPES or even_steps(shape, settings)
+        train = even_steps(shape, settings) and excursion.answer >= settings.clear_train * settings.clear_roll
+        known = shape.name in STANDARD_SHAPES or train
         if reason is None and known:
             strength = excursion.answer / settings.clear_roll
             kind = shape.name if shape.name in STANDARD_SHAPES else "steps"

@@ -18,6 +18,11 @@ __all__ = ["elevator_pulse_before", "elevator_tests", "stall_approaches"]
 STANDARD_SHAPES = ("doublet", "211", "3211", "sweep", "multisine")
 """Names of an `InputShape` that are kinds of manoeuvre by themselves."""
 
+LONG_SHAPES = ("sweep", "multisine")
+"""Those that continuous activity of a pilot or an autopilot may be taken for."""
+
+_SURFACES = {"delta_e": "the elevator", "delta_a": "the aileron", "delta_r": "the rudder"}
+
 
 def elevator_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stretch], list[Rejected]]:
     """Elevator inputs of a recognised shape with their answers, and why others are none."""
@@ -33,9 +38,7 @@ def elevator_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list
     return found, rejected
 
 
-def _judged(
-    record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings
-) -> Stretch | str:
+def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> Stretch | str:
     """The manoeuvre that an excursion is, or why it is none."""
     reason = not_a_test(record, excursion, shape, settings)
     last = answer_end(record, excursion, record.pitch, settings)
@@ -62,7 +65,10 @@ def _judged(
     if (slope := _speed_change_before(record, excursion)) > settings.steady_speed:
         return f"the airspeed changes by {slope:.3f} g before it"
     flat = held_share(record, excursion, settings)
-    if len(shape.lobes) <= 3 and shape.square >= settings.plain and change >= settings.clear_step:
+    train = len(shape.lobes) >= 3 and even_steps(shape, settings) and strength >= 1.0
+    if not train and len(shape.lobes) <= 3 and shape.square >= settings.plain and change >= settings.clear_step:
+        if (turned := _path_change(record, excursion)) > 1.5 * settings.path_change:
+            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
         pulse = len(shape.lobes) == 1 and excursion.answer >= settings.clear_pulse
         if flat >= settings.held or pulse:
             return found("short_period")
@@ -71,27 +77,28 @@ def _judged(
     if len(shape.lobes) == 1 and flat >= settings.flat_pulse:
         return found("elevator_pulse", excursion.last)
     if even_steps(shape, settings):
-        change = _path_change(record, excursion)
-        if change > settings.path_change:
-            return f"the flight path is {change:.2f} rad another after it: a level-off"
+        if (turned := _path_change(record, excursion)) > settings.path_change:
+            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
         return found("steps")
     return "the elevator is flown by hand: neither steps nor a known input"
 
 
-def not_a_test(
-    record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings
-) -> str | None:
+def not_a_test(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> str | None:
     """Why an excursion, whatever its shape, is no test; None where nothing speaks against it."""
-    name = excursion.axis.surface
+    name = _SURFACES.get(excursion.axis.surface, excursion.axis.surface)
     if not record.airborne[excursion.first : excursion.last + 1].all():
         return "it is not flown clear of the ground"
     if excursion.lead_travel > settings.lead_share * excursion.amplitude:
         return f"{name} does not rest before it"
+    if shape.name in LONG_SHAPES and _busy_around(record, excursion, settings):
+        return f"{name} is as busy before or after it"
     shaped = shape.name in STANDARD_SHAPES
     quiet = settings.lead_answer_shaped if shaped else settings.lead_answer
     if excursion.lead_answer > quiet * excursion.answer:
         return "the aircraft is not steady before it"
-    if excursion.left_over > settings.comes_back:
+    # Where the recording ends first, nobody knows whether it comes back.
+    ended = excursion.last + record.samples(settings.lead_in, excursion.last) // 2 >= record.time.size - 1
+    if not ended and excursion.left_over > settings.comes_back:
         return f"{name} does not come back: a change of trim or path"
     if excursion.axis is PITCH:
         bank = np.abs(record.get("phi")[excursion.first : excursion.last + 1])
@@ -100,9 +107,22 @@ def not_a_test(
     return None
 
 
+def _busy_around(record: FlightRecord, excursion: Excursion, settings: FinderSettings) -> bool:
+    """Whether the surface moves before or after a long input as much as in it: from rest to rest is designed."""
+    surface = record.surfaces[excursion.axis.surface].deflection
+    span = record.samples(1.0, excursion.first)
+    settle = record.samples(settings.lead_in, excursion.last)
+    sides = (
+        surface[max(0, excursion.first - span) : excursion.first],
+        surface[excursion.last + settle : excursion.last + settle + span],
+    )
+    most = settings.busy * float(np.ptp(excursion.deflection))
+    return any(side.size > 2 and float(np.ptp(side)) > most for side in sides)
+
+
 def answer_end(record: FlightRecord, excursion: Excursion, answer: FloatArray, settings: FinderSettings) -> int:
-    """Last sample of the answer: where it falls below a tenth of its peak after the input, 1 V/g later at most."""
-    latest = min(record.time.size - 1, excursion.last + record.samples(1.0, excursion.last))
+    """Last sample of the answer: where it falls below a tenth of its peak after the input."""
+    latest = min(record.time.size - 1, excursion.last + record.samples(settings.answer_longest, excursion.last))
     after = np.abs(record.averaged(answer, 0.03)[excursion.last : latest + 1])
     # In moving air an answer ends in what the air does.
     level = max(settings.decayed * excursion.answer, 0.5 * getattr(settings, excursion.axis.lively))

@@ -135,7 +135,8 @@ def spirals(record: FlightRecord, settings: FinderSettings) -> list[Stretch]:
     Notes
     -----
     An autopilot or a pilot who turns holds bank; who rolls moves the aileron. Bank that drifts slowly by more than a
-    steady turn's tolerance with aileron and elevator at rest is held by nobody.
+    steady turn's tolerance with aileron and elevator at rest is held by nobody; whoever
+    captures a bank has done so within V/g, which is therefore left out.
     """
     if "phi" not in record or "delta_a" not in record.surfaces:
         return []
@@ -148,7 +149,8 @@ def spirals(record: FlightRecord, settings: FinderSettings) -> list[Stretch]:
         if (
             last - first + 1 >= record.samples(settings.spiral_least, first)
             and abs(float(np.mean(part))) >= settings.spiral_bank
-            and float(np.ptp(part)) >= settings.spiral_change
+            and float(np.ptp(part[record.samples(1.0, first) :])) >= settings.spiral_change
+            and float(np.ptp(part[part.size // 2 :])) >= 0.3 * settings.spiral_change
         ):
             seconds = (last - first) * record.interval
             rate = np.polyfit(np.linspace(0.0, seconds, part.size), np.log(np.maximum(np.abs(part), 1e-3)), 1)[0]

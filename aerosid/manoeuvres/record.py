@@ -153,7 +153,7 @@ def flight_records(log: FlightLog, settings: FinderSettings) -> tuple[FlightReco
         if count >= 20 and count <= _MOST_SAMPLES:
             pieces.append(_resampled(log, slice(first, stop), interval, airborne))
     window = max(1, round(settings.still_window * speed / GRAVITY / interval))
-    scales = _surface_scales(log, pieces, window, settings)
+    scales = _surface_scales(log, pieces, window, speed / GRAVITY, settings)
     return tuple(_record(time, channels, air, interval, speed, window, scales) for time, channels, air in pieces)
 
 
@@ -217,22 +217,38 @@ def _travel(values: FloatArray, window: int) -> FloatArray:
 
 
 def _surface_scales(
-    log: FlightLog, pieces: list[_Piece], window: int, settings: FinderSettings
+    log: FlightLog, pieces: list[_Piece], window: int, unit: float, settings: FinderSettings
 ) -> dict[str, tuple[float, float]]:
     """Largest travel and rest of each surface over the whole flight."""
     scales = {}
     for name in log.channels:
         if not name.startswith("delta_") or name in ("delta_f", "delta_h"):
             continue
-        travels = [
-            _travel(channels[name], window)[air] for _, channels, air in pieces if name in channels and air.any()
-        ]
-        if not travels:
+        held = [(channels, air) for _, channels, air in pieces if name in channels and air.any()]
+        if not held:
             continue
-        largest = float(np.quantile(np.concatenate(travels), 0.9995))
+        largest = _largest([_travel(channels[name], window)[air] for channels, air in held])
         noise = estimate_noise(log.time, log[name])
-        scales[name] = largest, max(settings.rest_share * largest, settings.rest_noise * noise)
+        rest = settings.rest_share * largest
+        rate, lively = _ANSWERS.get(name, ("", ""))
+        answers = [np.abs(channels[rate][air]) for channels, air in held if rate in channels]
+        if answers and (most := _largest(answers) * unit) > 0.0:
+            rest = min(rest, settings.rest_answer * getattr(settings, lively) / most * largest)
+        scales[name] = largest, min(max(rest, settings.rest_noise * noise), largest)
     return scales
+
+
+_ANSWERS: dict[str, tuple[str, str]] = {
+    "delta_e": ("q", "lively_pitch"),
+    "delta_a": ("p", "lively_roll"),
+    "delta_r": ("r", "lively_yaw"),
+}
+"""The rate that a surface makes, and the setting that says from which on it is lively."""
+
+
+def _largest(parts: list[FloatArray]) -> float:
+    """The value that half a sample in a thousand exceeds: spikes are rarer, manoeuvres are not."""
+    return float(np.quantile(np.concatenate(parts), 0.9995))
 
 
 def _record(

@@ -18,6 +18,13 @@ class FinderSettings:
 
     Attributes
     ----------
+    one_record : float
+        s; and `one_record_units` V/g: what lasts longer than both is a flight and no manoeuvre. A phugoid of five
+        periods lasts 22 V/g.
+    one_record_units : float
+        V/g, as above.
+    standing_share : float
+        Of a log in which the aircraft stands: what holds more is no manoeuvre.
     hole : float
         Median sampling intervals without a sample, past which the record is cut and nothing is found across.
     finest_raster : float
@@ -32,6 +39,9 @@ class FinderSettings:
         V/g after lift-off and before touch-down that hold configuration changes and no test.
     rest_share : float
         Of the largest travel of a surface in 0.3 V/g of the flight: below it the surface is at rest.
+    rest_answer : float
+        Of what is lively: a surface is at rest only while it travels no more than makes so much of an answer, taking
+        the ratio of the flight's largest answer to its largest travel.
     rest_noise : float
         Standard deviations of the surface's noise within which it is at rest too.
     still_window : float
@@ -56,6 +66,8 @@ class FinderSettings:
         Of the input's amplitude: what the surface may move in the lead-in.
     lobe_level : float
         Of an input's amplitude: a lobe begins where the deflection exceeds it.
+    narrow : float
+        Of the median width: a lobe that is narrower is an overshoot.
     lobe_join : float
         V/g; lobes of one sign that are this near are one.
     longest_hold : float
@@ -66,6 +78,10 @@ class FinderSettings:
         Share of the amplitude by which the level after the input may differ from the level before.
     width_factor : float
         By which the width of a lobe may be off its pattern's; 1.5 is as far from 2:1 as from 1:1 and a little more.
+    busy : float
+        Of the range of a sweep or multisine: largest range of its surface in the V/g before and after.
+    clear_train : float
+        Times `clear_roll` or `clear_yaw`: answer to a train of steps of aileron or rudder, which hands fly in turns.
     square : float
         Share of the time between first and last edge that a stepwise input spends beyond 0.6 of its amplitude; a sine
         spends 0.59 there, a triangle 0.4.
@@ -134,7 +150,10 @@ class FinderSettings:
     steady_speed : float
         g; largest change of airspeed over V/g before steps that are no standard input: a test begins trimmed.
     path_change : float
-        rad; largest change of the flight path's slope by a train of steps: a level-off makes more.
+        rad; largest change of the flight path's slope by a train of steps, and 1.5 times that by a single one: a
+        level-off makes more.
+    answer_longest : float
+        V/g; longest that an answer is followed after its input: two short periods.
     lead_answer : float
         Of the largest answer: what the aircraft may answer in the lead-in.
     lead_answer_shaped : float
@@ -186,6 +205,9 @@ class FinderSettings:
         answer has gone is no push-over.
     """
 
+    one_record: float = 300.0
+    one_record_units: float = 40.0
+    standing_share: float = 0.02
     hole: float = 5.0
     finest_raster: float = 0.005
     standing: float = 10.0
@@ -193,6 +215,7 @@ class FinderSettings:
     clear_of_ground: float = 10.0
     climb_out: float = 10.0
     rest_share: float = 0.05
+    rest_answer: float = 0.5
     rest_noise: float = 6.0
     still_window: float = 0.3
     lively_pitch: float = 0.1
@@ -205,11 +228,14 @@ class FinderSettings:
     lead_in: float = 0.3
     lead_share: float = 0.2
     lobe_level: float = 0.35
+    narrow: float = 0.25
     lobe_join: float = 0.05
     longest_hold: float = 2.5
-    longest_unit: float = 0.45
+    longest_unit: float = 0.3
     comes_back: float = 0.4
     width_factor: float = 1.5
+    busy: float = 0.35
+    clear_train: float = 1.5
     square: float = 0.5
     pause: float = 0.6
     sweep_cycles: float = 4.0
@@ -246,7 +272,8 @@ class FinderSettings:
     push_over: float = 0.5
     pull_left: float = 0.5
     steady_speed: float = 0.025
-    path_change: float = 0.04
+    answer_longest: float = 0.6
+    path_change: float = 0.1
     lead_answer: float = 0.35
     lead_answer_shaped: float = 0.5
     level_bank: float = 0.26
@@ -262,7 +289,7 @@ class FinderSettings:
     deliberate: float = 0.2
     half_cycle: float = 0.15
     dutch_roll_longest: float = 4.0
-    roll_held: float = 0.35
+    roll_held: float = 0.25
     flat_aileron: float = 0.25
     stall_load: float = 0.15
     stall_break: float = 1.0
