@@ -115,7 +115,7 @@ class Flight:
         names = (*names, "delta_e", "delta_a", "delta_r")
         deviations = dict.fromkeys(names, 2e-4)
         deviations |= {"V": 2e-3 * self.frame.airspeed * 0.2, "h": 0.05, "a_x": 0.01, "a_y": 0.01, "a_z": 0.02}
-        deviations |= {rate: 2e-3 / self.unit for rate in ("p", "q", "r")}
+        deviations |= dict.fromkeys(("p", "q", "r"), 0.002 / self.unit)
         channels = {
             channel: data[:, 1 + k] + noise * deviations[channel] * self.random.standard_normal(time.size)
             for k, channel in enumerate(names)

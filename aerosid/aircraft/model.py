@@ -104,6 +104,9 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    noise, resolution
+        Of recorded channels, SI, where the file gives them: they win over what is estimated from a log, and a log's
+        channel map wins over them.
     flight_phase, aircraft_class
         Category and class after MIL-F-8785C for the flying qualities, None where the file does not say.
     """
@@ -128,6 +131,8 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def coefficients(self) -> tuple[str, str, str]:

@@ -104,6 +104,8 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        noise=dict(tables.noise),
+        resolution=dict(tables.resolution),
     )
 
 

@@ -39,6 +39,9 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
+_Small = Annotated[float, Field(gt=0.0, le=1e12)]
+
+
 class _AircraftTable(_Table):
     name: _Name
     source: Annotated[str, Field(max_length=5000)] = ""
@@ -144,6 +147,8 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    noise: dict[_Name, _Small] = {}
+    resolution: dict[_Name, _Small] = {}
 
 
 def read_tables(document: Mapping[str, Any], path: str) -> AircraftFile:

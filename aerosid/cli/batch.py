@@ -45,8 +45,8 @@ def batch_command(
     from aerosid.file_set import require_folder
     from aerosid.loop.identification import LoopSettings
     from aerosid.studies.batch import find_logs, run_batch, write_batch
-    from aerosid.studies.batch.logs import find_manoeuvres_of
     from aerosid.studies.batch.console import print_batch
+    from aerosid.studies.batch.logs import find_manoeuvres_of
     from aerosid.studies.batch.one_log import CONDITION
     from aerosid.studies.workers import Workers
 

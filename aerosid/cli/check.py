@@ -40,6 +40,7 @@ def check_command(
 
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
+    from aerosid.logs.channel_noise import with_declared_noise
     from aerosid.logs.spans import read_span
 
     output = console()
@@ -48,6 +49,8 @@ def check_command(
     closing = []
     for span in spans_between(logs, start, stop):
         log = read_span(span, channels, held)
+        if declared is not None:
+            log = with_declared_noise(log, declared.noise, declared.resolution)
         silent = quiet or as_json
         closing.append(_checked(log, None if silent else output, declared.mean_chord if declared else None))
     if as_json:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, FloatArray
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.nomenclature import CHANNELS
-from aerosid.signals.noise import estimate_noise
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
@@ -44,6 +44,10 @@ class Problem(enum.Enum):
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
     SATURATED = "the channel is cut at its own extreme: check the sensor's range, or leave the channel out"
     COARSE = "the resolution is coarser than the noise: small effects drown in the steps"
+    NOISE_UNKNOWN = (
+        "its noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
+        "`resolution = ` for it in the channel map or the aircraft file"
+    )
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
@@ -108,6 +112,10 @@ class ChannelQuality:
         Standard deviation of the white measurement noise.
     excitation : float
         Root-mean-square variation without the noise, over the noise; infinite without noise.
+    declared : bool
+        Whether the channel map or the aircraft file gives the noise.
+    doubt : str
+        Why the estimated noise is not to be believed; empty where it is.
     """
 
     name: str
@@ -120,6 +128,8 @@ class ChannelQuality:
     quantum: float
     noise: float
     excitation: float
+    declared: bool = False
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -210,7 +220,8 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     missing = 1.0 - held.size / values.size
     if held.size == 0:
         return ChannelQuality(name, unit, math.nan, math.nan, 1.0, 0, 0.0, 0.0, 0.0, 0.0)
-    noise = estimate_noise(log.time, values)
+    known = channel_noise(log, name)
+    noise = known.deviation
     variation = math.sqrt(max(float(np.var(held)) - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
@@ -224,6 +235,8 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
         _quantum(held),
         noise,
         excitation,
+        known.declared,
+        known.doubt,
     )
 
 
@@ -328,6 +341,8 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
+    if channel.doubt:
+        findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
     if channel.minimum == channel.maximum:
         return [*findings, Finding(Problem.CONSTANT, name, f"{channel.minimum:.4g} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])

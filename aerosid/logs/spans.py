@@ -82,7 +82,7 @@ def parse_span(text: str | Path) -> Span:
             raise UsageError(
                 f"{shown(text, 200)}: {shown(word)} is no time in s; give a span as LOG@3625:3665."
             ) from None
-    return _checked(Span(Path(match["path"]), *ends), shown(text, 200))
+    return _checked(Span(Path(match["path"]), ends[0], ends[1]), shown(text, 200))
 
 
 def _checked(span: Span, label: str) -> Span:
@@ -231,11 +231,11 @@ def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
     if any(mark in name for mark in '/\\:*?"<>|\0') or name in (".", ".."):
         raise UsageError(f"{label} is named {shown(name)}, which is no file name; take letters, digits, - and _.")
     ends = [_seconds(label, key, row.get(key)) for key in ("from", "to")]
-    return _checked(Span(path.parent / log.strip(), *ends, role, name), label)
+    return _checked(Span(path.parent / log.strip(), ends[0], ends[1], role, name), label)
 
 
 def _seconds(label: str, key: str, found: object) -> float | None:
-    if found is None or isinstance(found, str) and not found.strip():
+    if found is None or (isinstance(found, str) and not found.strip()):
         return None
     try:
         return float(found) if isinstance(found, (int, float, str)) and not isinstance(found, bool) else _no_time()

@@ -23,6 +23,7 @@ from aerosid.estimation.maximum_likelihood import refine
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.channel_noise import channel_noise, with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
@@ -148,6 +149,8 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     progress("reading the logs into the flight model")
+    identification = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in identification]
+    validation = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in validation]
     plain, candidates = _structure(identification, validation, aircraft)
     manoeuvres = [prepare(log, aircraft, plain.columns) for log in identification]
     others = [prepare(log, aircraft, plain.columns) for log in validation]
@@ -373,6 +376,7 @@ def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response])
                 after=responses["after"].rms[name],
                 trimmed=trimmed,
                 noise=float(manoeuvre.noise[i]),
+                noise_doubt=channel_noise(manoeuvre.log, name).doubt,
                 r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
             )
         )

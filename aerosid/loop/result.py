@@ -129,6 +129,8 @@ class ErrorRow:
     noise: float
     r2_trimmed: float | None = None
     """Share of the measured variance that the trimmed simulation explains."""
+    noise_doubt: str = ""
+    """Why the noise, estimated from the log, is not to be believed; empty where it is."""
 
 
 @dataclass(frozen=True)

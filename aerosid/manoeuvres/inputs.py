@@ -92,7 +92,7 @@ def excursions(record: FlightRecord, axis: Axis, settings: FinderSettings) -> li
         return []
     answer = np.abs(record.averaged(getattr(record, axis.answer), 0.03))
     lively = (answer > getattr(settings, axis.lively)) & record.airborne
-    found = []
+    found: list[Excursion] = []
     for first, last in _stretches(record, surface, list(runs(lively)), settings):
         excursion = _measured(record, surface, axis, answer, first, last, settings)
         if excursion is None:
@@ -128,7 +128,7 @@ def _one_input(
     moved = np.abs(surface.deflection[run[0] : run[1] + 1] - before)
     held = abs(float(np.median(surface.deflection[run[1] : following + 1])) - before)
     away = held > settings.lead_share * float(moved.max()) and held > surface.rest
-    return away or pause <= record.samples(settings.still_window, run[0]) and float(moved.max()) > surface.rest
+    return away or (pause <= record.samples(settings.still_window, run[0]) and float(moved.max()) > surface.rest)
 
 
 def _nearest(away: FloatArray, window: int) -> float:

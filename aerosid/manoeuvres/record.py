@@ -105,18 +105,18 @@ class FlightRecord:
 
     @property
     def pitch(self) -> FloatArray:
-        """q V/g less that of the turn, (N,): the load factor's share of a curved path."""
+        """Q V/g less that of the turn, (N,): the load factor's share of a curved path."""
         turning = self.get("r") * np.tan(np.clip(self.get("phi"), -1.2, 1.2))
         return (self["q"] - turning) * self.unit
 
     @property
     def roll(self) -> FloatArray:
-        """p V/g, (N,), rad."""
+        """P V/g, (N,), rad."""
         return self.get("p") * self.unit
 
     @property
     def yaw(self) -> FloatArray:
-        """r V/g less sin(phi), that of a level turn, (N,), rad."""
+        """R V/g less sin(phi), that of a level turn, (N,), rad."""
         return self.get("r") * self.unit - np.sin(self.get("phi"))
 
     @property
@@ -199,7 +199,7 @@ def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray
     for name, values in log.channels.items():
         held = np.isfinite(values[part])
         # A channel that is mostly missing says nothing between its samples.
-        if np.count_nonzero(held) < 0.5 * time.size and name not in _NEEDED or not held.any():
+        if (np.count_nonzero(held) < 0.5 * time.size and name not in _NEEDED) or not held.any():
             continue
         filled = np.interp(time, time[held], values[part][held])
         channels[name] = np.interp(raster, time, uniform_filter1d(filled, width, mode="nearest"))
