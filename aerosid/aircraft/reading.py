@@ -6,14 +6,16 @@ import hashlib
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
+from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
 from aerosid.aircraft.schema import (
     CandidatesTable,
     DerivativesTable,
     EffectTable,
+    FuelUsedTable,
     LimitsTable,
     meant,
     read_tables,
@@ -104,6 +106,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        fuel=_read_fuel(path, tables.fuel),
         noise=dict(tables.noise),
         resolution=dict(tables.resolution),
     )
@@ -121,6 +124,22 @@ def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, flo
             raise AircraftError(f"{path}: limits.{name} is [{low:g}, {high:g}], expected the lower number first")
         limits[name] = (low, high)
     return limits
+
+
+def _read_fuel(path: str, table: FuelUsedTable | None) -> FuelTable | None:
+    """The fuel table, its columns of one length and its fuel used increasing."""
+    if table is None:
+        return None
+    if any(later <= earlier for earlier, later in pairwise(table.used)):
+        raise AircraftError(f"{path}: fuel.used does not increase throughout, expected kg in rising order; sort it")
+    for name in ("mass", "I_yy", "x_cg"):
+        column = getattr(table, name)
+        if column and len(column) != len(table.used):
+            raise AircraftError(
+                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for each; "
+                "complete it"
+            )
+    return FuelTable(tuple(table.used), tuple(table.mass), tuple(table.I_yy), tuple(table.x_cg))
 
 
 def _find(path: str | Path) -> Path:

@@ -20,6 +20,10 @@ _UNITS = {
     "thrust.force": "N",
     "thrust.incidence": "rad",
     "thrust.z_arm": "m",
+    "fuel.used": "kg",
+    "fuel.mass": "kg",
+    "fuel.I_yy": "kg m^2",
+    "fuel.x_cg": "m",
     "limits.alpha": "rad",
     "limits.V": "m/s",
     "limits.theta": "rad",
@@ -87,6 +91,15 @@ class LimitsTable(_Table):
     delta_e_rate: _Positive | None = None
 
 
+class FuelUsedTable(_Table):
+    """[fuel]: columns of equal length by fuel used."""
+
+    used: Annotated[list[Annotated[float, Field(ge=0.0, le=1e12)]], Field(min_length=2, max_length=1000)]
+    mass: list[_Positive] = []
+    I_yy: list[_Positive] = []
+    x_cg: list[Annotated[float, Field(ge=-100.0, le=100.0)]] = []
+
+
 class _DerivativeTable(_Table):
     value: _Number
     sigma: _Sigma | None = None
@@ -147,6 +160,7 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    fuel: FuelUsedTable | None = None
     noise: dict[_Name, _Small] = {}
     resolution: dict[_Name, _Small] = {}
 
@@ -231,6 +245,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,

@@ -46,6 +46,7 @@ def find_command(
     from dataclasses import replace
 
     from aerosid.aircraft import load_aircraft
+    from aerosid.aircraft.loading import with_mass
     from aerosid.errors import UsageError
     from aerosid.file_set import require_folder
     from aerosid.logs.spans import read_span
@@ -60,6 +61,8 @@ def find_command(
     if out is not None:
         require_folder(out)
     recording = read_span(log, channels)
+    if declared is not None:
+        recording = with_mass(recording, declared)
     found = find_manoeuvres(recording, declared)
     found = replace(found, manoeuvres=tuple(entry for entry in found if entry.kind in wanted))
     output = console()

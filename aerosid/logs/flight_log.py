@@ -174,6 +174,27 @@ class FlightLog:
         )
 
 
+def with_fuel_used(log: FlightLog) -> FlightLog:
+    """The log with `fuel_used` [kg] integrated from `fuel_flow` [kg/s] since its beginning, where only that is held.
+
+    Done on reading, before anything is cut, so that a manoeuvre an hour into the flight knows what was burnt before.
+    """
+    if "fuel_flow" not in log or "fuel_used" in log:
+        return log
+    held = np.isfinite(log["fuel_flow"])
+    if np.count_nonzero(held) < 2:
+        return log
+    flow = np.interp(log.time, log.time[held], log["fuel_flow"][held])
+    used = np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * np.diff(log.time))])
+    return replace(
+        log,
+        channels={**log.channels, "fuel_used": used},
+        units={**log.units, "fuel_used": "kg"},
+        sources={**log.sources, "fuel_used": ChannelSource(("fuel_flow",), "kg")},
+        notes=(*log.notes, f"fuel_used: fuel_flow integrated since the beginning, {used[-1]:.4g} kg in all"),
+    )
+
+
 def _frozen(values: ArrayLike) -> FloatArray:
     """A read-only float64 array; copied unless it is one already, so that the caller's array stays writable."""
     array = np.asarray(values, dtype=np.float64)

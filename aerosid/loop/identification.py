@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import aerosid
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.compatibility import Agreement, check_kinematics
@@ -149,6 +150,7 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     progress("reading the logs into the flight model")
+    aircraft, identification, validation = at_own_loading(aircraft, identification, validation)
     identification = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in identification]
     validation = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in validation]
     plain, candidates = _structure(identification, validation, aircraft)
