@@ -93,7 +93,7 @@ class Flight:
         }
 
     def hold(self, lateral: bool = True, **moved: Callable[[float], float]) -> Callable[[float], Controls]:
-        """The controls of level flight, left alone, with what is moved on top; the wings held level by a pilot or not."""
+        """The controls of level flight with what is moved on top; the wings held level by a pilot or not."""
         _, elevator, thrust = _trim(self.frame, self.speed)
         now = {"delta_e": elevator, "delta_a": 0.0, "delta_r": 0.0, "thrust": thrust}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import os
 import tomllib
@@ -23,10 +24,11 @@ from aerosid.aircraft.schema import (
 )
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
-from aerosid.flight_model.terms import COEFFICIENTS, Term, parse_term
+from aerosid.flight_model.terms import COEFFICIENTS, VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
 
 _LARGEST_FILE = 1_000_000
+_MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
 
 
 def load_aircraft(path: str | Path) -> Aircraft:
@@ -136,8 +138,8 @@ def _read_fuel(path: str, table: FuelUsedTable | None) -> FuelTable | None:
         column = getattr(table, name)
         if column and len(column) != len(table.used):
             raise AircraftError(
-                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for each; "
-                "complete it"
+                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for "
+                "each; complete it"
             )
     return FuelTable(tuple(table.used), tuple(table.mass), tuple(table.I_yy), tuple(table.x_cg))
 
@@ -211,6 +213,7 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
             term = parse_term(text)
         except AircraftError as error:
             raise AircraftError(f"{path}: {key}: {error}") from None
+        _refuse_misspelt(path, key, text, term)
         if term in spelling:
             raise AircraftError(
                 f'{path}: {key} holds the term {term} twice, as "{spelling[term]}" and "{text}", expected it once; '
@@ -219,6 +222,30 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
         terms[text] = term
         spelling[term] = text
     return terms
+
+
+def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
+    """Refuse a term that names no channel known here and all but one that is: it would only be missed in the log.
+
+    Raises
+    ------
+    AircraftError
+        With the known name that is nearest.
+    """
+    known = {*VARIABLES, *CHANNELS, "C_T"}
+    plain = {name.replace("_", "").lower(): name for name in known}
+    for name in sorted(term.variables - known):
+        bare = name.replace("_", "").lower()
+        near = plain.get(bare)
+        # A second vane is alpha2, a tab delta_e_tab: channels of their own.
+        if near is None and name.isalpha():
+            close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT)
+            near = plain[close[0]] if close else None
+        if near is not None:
+            raise AircraftError(
+                f'{path}: {key} holds the term "{text}", which names {name}; expected a channel or a variable of '
+                f"terms; did you mean {near}?"
+            )
 
 
 def _read_candidates(

@@ -1,4 +1,4 @@
-"""Plausibility of sensor positions: nothing that measures is further from the centre of gravity than the aircraft is long."""
+"""Plausibility of sensor positions: none is further from the centre of gravity than the aircraft is long."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def implausible_positions(agreement: KinematicConsistency, mean_chord: float | N
         distance = math.hypot(*(arm.value for arm in arms)) if arms else 0.0
         if distance > longest:
             sentences.append(
-                f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, cannot "
-                f"be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is wrong is "
-                "something else that looks the same, a delay or a scale; measure the position and give it in the map."
+                f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, "
+                f"cannot be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is wrong "
+                "is something else that looks the same, a delay or a scale; measure the position and give it in the map."
             )
     return tuple(sentences)

@@ -93,7 +93,8 @@ def _doubt(values: FloatArray, estimated: float, settings: NoiseSettings) -> str
     if repeated.size > 20 and float(np.mean(repeated)) > settings.held_share:
         levels = np.unique(held).size
         if levels < 0.1 * held.size:
-            return "it is quantised: its steps hide the noise"
+            # The quantum over sqrt(12) is then the estimate; without even that nothing is known.
+            return "" if estimated > 0.0 else "it is quantised: its steps hide the noise"
         return "samples are repeated: it was recorded more slowly than the log"
     bend = np.abs(np.diff(held, 2))
     straight = bend[moving[2:] & moving[:-2]] <= nothing

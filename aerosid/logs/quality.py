@@ -21,6 +21,8 @@ STUCK_SAMPLES = 20
 SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
 EXCITED = 3.0  # variation over noise
 WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
+MOST_RADIANS = {"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2}  # 99 % of the samples lie within
+MOST_DEFLECTION = 1.2  # rad, of any surface
 BANKED = math.radians(10.0)
 NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
 HELPFUL = ("theta", "a_x", "a_z")
@@ -51,6 +53,7 @@ class Problem(enum.Enum):
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
+    DEGREES = "no aircraft turns so far: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
         "q rises where delta_e does, but positive is trailing edge down: correct one of the signs in a channel map"
@@ -58,7 +61,7 @@ class Problem(enum.Enum):
     LOAD_FACTOR = "a_z is not about -9.81 m/s^2 on the mean: check its unit, sign and offset (specific force, z down)"
 
 
-_BLOCKING = frozenset({Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
+_BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
 
 
 @dataclass(frozen=True)
@@ -341,7 +344,9 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
-    if channel.doubt:
+    # Of a coarse channel at least the steps are known, and they are said below.
+    coarse = channel.quantum > 2.0 * channel.noise
+    if channel.doubt and not coarse:
         findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
     if channel.minimum == channel.maximum:
         return [*findings, Finding(Problem.CONSTANT, name, f"{channel.minimum:.4g} {channel.unit}")]
@@ -350,7 +355,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         findings.append(Finding(Problem.STUCK, name, f"for {channel.stuck:.3g} s"))
     elif cut := _cut_at(values):
         findings.append(Finding(Problem.SATURATED, name, f"{cut:.4g} {channel.unit}"))
-    if channel.quantum > 2.0 * channel.noise:
+    if coarse:
         findings.append(Finding(Problem.COARSE, name, f"steps of {channel.quantum:.3g} {channel.unit}"))
     if channel.excitation < EXCITED:
         findings.append(Finding(Problem.WEAK, name, f"{channel.excitation:.2g} times"))
@@ -371,6 +376,14 @@ def _cut_at(values: FloatArray) -> float | None:
     return None
 
 
+def _most_radians(log: FlightLog, name: str) -> float:
+    """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
+    angle = name in MOST_RADIANS or name.startswith("delta_")
+    if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
+        return 0.0
+    return float(np.nanquantile(np.abs(log[name]), 0.99))
+
+
 def _motion_findings(log: FlightLog) -> list[Finding]:
     """What the channels say about each other: lateral motion, units, signs."""
     findings = []
@@ -378,6 +391,11 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
+    findings += [
+        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
+        for name in log.channels
+        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+    ]
     slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))

@@ -91,7 +91,8 @@ def _checked(span: Span, label: str) -> Span:
             raise UsageError(f"{label}: a span's time is {end}, expected a number of seconds; correct it.")
     if span.start is not None and span.stop is not None and not span.start < span.stop:
         raise UsageError(
-            f"{label}: the span goes from {span.start:g} to {span.stop:g} s, expected the earlier time first; correct it."
+            f"{label}: the span goes from {span.start:g} to {span.stop:g} s, expected the earlier time first; "
+            "correct it."
         )
     return span
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import aerosid
-from aerosid.aircraft.loading import at_own_loading
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import Agreement, check_kinematics
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
@@ -28,6 +28,7 @@ from aerosid.logs.channel_noise import channel_noise, with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
+from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter, variance_inflation
 from aerosid.loop.linear_analysis import Spread, analyse_models, requirement_for
 from aerosid.loop.next_flight.plan import plan_next_flight
@@ -222,7 +223,7 @@ def close_loop(
         identification=tuple(identification),
         validation=tuple(validation),
         verdict=verdict,
-        summary=summarise(verdict, effects, tuple(errors)),
+        summary=" ".join((summarise(verdict, effects, tuple(errors)), *told_of_patterns(rows, errors))),
         effects=effects,
         alternatives=tuple(_effect(n, other, {}, None) for n, other in enumerate(found.alternatives, start=1)),
         derivatives=rows,

@@ -26,7 +26,7 @@ def stretches(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stre
     elevator, elevator_rejected = elevator_tests(record, settings)
     rudder, rudder_rejected = rudder_tests(record, settings)
     aileron, aileron_rejected = aileron_tests(record, settings)
-    free = _without(phugoids(record, settings) + spirals(record, settings), (*elevator, *rudder, *aileron), settings)
+    free = _without(phugoids(record, settings) + spirals(record, settings), (*elevator, *rudder, *aileron))
     stalls = stall_approaches(record, settings)
     # An approach to the stall holds the elevator inputs of its recovery.
     inputs = [stretch for stretch in (*elevator, *rudder, *aileron) if not _within_any(stretch, stalls)]
@@ -72,7 +72,7 @@ def _within_any(stretch: Stretch, others: Iterable[Stretch]) -> bool:
     return any(_shared(stretch, other) >= 0.5 for other in others)
 
 
-def _without(free: Sequence[Stretch], inputs: Sequence[Stretch], settings: FinderSettings) -> list[Stretch]:
+def _without(free: Sequence[Stretch], inputs: Sequence[Stretch]) -> list[Stretch]:
     """Free motions that no input with an answer of its own lies in; two of one time: the longer."""
     kept: list[Stretch] = []
     for stretch in sorted(free, key=lambda entry: entry.first - entry.last):

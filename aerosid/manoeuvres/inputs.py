@@ -16,7 +16,7 @@ __all__ = ["PITCH", "ROLL", "YAW", "Axis", "Excursion", "excursions"]
 
 
 class Axis(NamedTuple):
-    """One axis of control: its surface, the answer in the record, and the settings that say what is lively and clear."""
+    """One axis of control: its surface, its answer in the record, and the settings for lively and clear answers."""
 
     surface: str
     answer: str

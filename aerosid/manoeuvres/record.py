@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,7 +149,7 @@ def flight_records(log: FlightLog, settings: FinderSettings) -> tuple[FlightReco
     cuts = np.flatnonzero(np.diff(log.time) > settings.hole * log.interval)
     bounds = [0, *(cuts + 1).tolist(), log.samples]
     pieces = []
-    for first, stop in zip(bounds[:-1], bounds[1:], strict=True):
+    for first, stop in pairwise(bounds):
         count = int((log.time[stop - 1] - log.time[first]) / interval) + 1
         if count >= 20 and count <= _MOST_SAMPLES:
             pieces.append(_resampled(log, slice(first, stop), interval, airborne))

@@ -246,7 +246,7 @@ def test_recorded_inputs_glued_into_cruise(name: str, mapping: str, kind: str) -
 
 
 def test_the_whole_citation_flight_by_its_own_rules() -> None:
-    """Found on this flight: the kinds' evidence was looked at on it, so that it shows that rules hold, not that they carry."""
+    """The rules were looked at on this flight: it shows that they hold there, not that they carry elsewhere."""
     log = _recorded("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")
     if not TRUTH.is_file():
         pytest.skip("the list of what is flown in it is not at hand")

@@ -1,4 +1,4 @@
-"""What `find --out` writes: cuts as native CSV with their maps, a segment file, manoeuvres.json and a page of pictures."""
+"""Files of a segmentation: cuts as native CSV with maps, a segment file, manoeuvres.json, a page of pictures."""
 
 from __future__ import annotations
 
