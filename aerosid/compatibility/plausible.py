@@ -33,7 +33,8 @@ def implausible_positions(agreement: KinematicConsistency, mean_chord: float | N
         if distance > longest:
             sentences.append(
                 f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, "
-                f"cannot be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is wrong "
-                "is something else that looks the same, a delay or a scale; measure the position and give it in the map."
+                f"cannot be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is "
+                "wrong is something else that looks the same, a delay or a scale; measure the position and give it in "
+                "the map."
             )
     return tuple(sentences)
