@@ -11,9 +11,10 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts, whole_flight_sentence
 from aerosid.model_error.paper_chain import ChainSettings
 

@@ -1,4 +1,4 @@
-"""A flight log as native CSV, and the channel map that keeps what its header cannot say."""
+"""Writing of a flight log as native CSV, and of the channel map that keeps what its header cannot say."""
 
 from __future__ import annotations
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerosid.loop.result import DerivativeRow, ErrorRow
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.open_loop_errors import ErrorRow
 
 __all__ = ["PatternSettings", "told_of_patterns"]
 

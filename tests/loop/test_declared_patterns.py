@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from aerosid.loop.declared_patterns import told_of_patterns
-from aerosid.loop.result import DerivativeRow, ErrorRow
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.open_loop_errors import ErrorRow
 
 DECLARED = {
     ("C_X", "alpha"): 0.3,
