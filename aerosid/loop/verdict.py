@@ -63,11 +63,21 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     pairs = [
         (row.before / row.noise, row.after / row.noise)
         for row in errors
-        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+        if row.role == role
+        and row.before is not None
+        and row.after is not None
+        and row.noise > 0.0
+        and not row.noise_doubt
     ]
+    unknown = list(dict.fromkeys(row.channel for row in errors if row.role == role and row.noise_doubt))
     if pairs:
         before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
         sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
+    if unknown:
+        sentence += (
+            f" The noise of {', '.join(unknown)} cannot be estimated from the log (filtered, interpolated or repeated "
+            "samples): nothing is said in units of it."
+        )
     return sentence
 
 
