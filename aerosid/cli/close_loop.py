@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
 from aerosid.loop.closed_loop import Told, close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
+from aerosid.loop.provenance import Provenance, today, unusual_settings
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts, whole_flight_sentence
@@ -21,6 +23,7 @@ from aerosid.model_error.paper_chain import ChainSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 7
+_OUT = "--out"
 
 FEWEST = 10
 """Samples of a log without which nothing is estimated."""
@@ -54,6 +57,36 @@ def loop_settings(
         next_flight=next_flight,
         limits=dict(read_limit(text) for text in limits),
     )
+
+
+def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remarks: str) -> Provenance:
+    """What the title block says of the call: day, changed settings, command line, analyst and remarks.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Those after `aerosid`. Where files go is left out: the same inputs give the same bytes anywhere.
+    settings : LoopSettings
+        As the words set them.
+    analyst, remarks : str
+        As given; empty where not.
+
+    Raises
+    ------
+    UsageError
+        Where SOURCE_DATE_EPOCH is no whole number of seconds.
+    """
+    return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
+
+
+def command_line(words: Sequence[str]) -> str:
+    """The words after `aerosid` as a shell takes them, without where files go."""
+    kept, skipped = ["aerosid"], False
+    for word in words:
+        if not skipped and word != _OUT and not word.startswith(f"{_OUT}="):
+            kept.append(word)
+        skipped = word == _OUT and not skipped
+    return shlex.join(kept)
 
 
 def _density(text: str | None) -> tuple[float, float, float, float] | None:
