@@ -1,4 +1,4 @@
-"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+"""The verdict of a loop in one word and one sentence."""
 
 from __future__ import annotations
 
@@ -65,12 +65,22 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     pairs = [
         (row.before / row.noise, row.after / row.noise)
         for row in errors
-        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+        if row.role == role
+        and row.before is not None
+        and row.after is not None
+        and row.noise > 0.0
+        and not row.noise_doubt
     ]
+    unknown = list(dict.fromkeys(row.channel for row in errors if row.role == role and row.noise_doubt))
     if pairs:
         before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
         sentence += (
             f" Median error on the {role} flight: {number(before)} times the noise before, {number(after)} after."
+        )
+    if unknown:
+        sentence += (
+            f" The noise of {', '.join(unknown)} cannot be estimated from the log (filtered, interpolated or repeated "
+            "samples): nothing is said in units of it."
         )
     return sentence
 

@@ -24,7 +24,8 @@ def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:
     """Where errors stand on a line from the noise (1) to the largest multiple of it, in per cent of its length."""
-    multiples = [value / row.noise for row in rows for value in (row.before, row.after) if value and row.noise > 0.0]
+    known = [row for row in rows if row.noise > 0.0 and not row.noise_doubt]
+    multiples = [value / row.noise for row in known for value in (row.before, row.after) if value]
     decades = max(1.0, math.log10(max(multiples, default=10.0)))
 
     def place(value: float | None, noise: float) -> float | None:

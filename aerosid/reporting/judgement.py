@@ -85,7 +85,8 @@ def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
             "constants of the coefficients are re-estimated on it: its trim, centre of gravity or instrument zeros "
             "differ from those of the fitted flights."
         )
-    above = [row for row in rows if _rest(row) is not None and (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
+    known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
+    above = [row for row in known if (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
     if above:
         times = [f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" for row in above]
         yield f"On {log} the error stays above the measurement noise in {listed(times)}."
