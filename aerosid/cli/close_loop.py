@@ -5,17 +5,16 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from aerosid.aircraft import Aircraft
-from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
-from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats import read_log
-from aerosid.loop.closed_loop import Told, close_loop
-from aerosid.loop.next_flight.flight_limits import read_limit
-from aerosid.loop.result import ClosedLoop
-from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.paper_chain import ChainSettings
+
+if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
+    from aerosid.aircraft import Aircraft
+    from aerosid.logs.flight_log import FlightLog
+    from aerosid.loop.closed_loop import Told
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 7
@@ -40,8 +39,13 @@ def loop_settings(
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
+    density = _density(error_density)
+    from aerosid.loop.next_flight.flight_limits import read_limit
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.model_error.paper_chain import ChainSettings
+
     return LoopSettings(
-        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
+        chain=ChainSettings(filtering=prefilter, error_density=density),
         priors=priors,
         seed=seed,
         flight_phase=flight_phase,
@@ -73,6 +77,8 @@ def read_logs(
     LogError
         Where a log cannot be used, or the cut leaves fewer than ten samples.
     """
+    from aerosid.logs.formats import read_log
+
     logs = []
     for path in paths:
         log = read_log(path, channels)
@@ -92,6 +98,8 @@ def with_progress(
     judged: Told,
 ) -> ClosedLoop:
     """The loop, with a progress bar on the terminal; silent where stderr is none."""
+    from aerosid.compiled.kernel_cache import compilation_announced
+
     with compilation_announced(_say_once()):
         return _run(identification, aircraft, validation, settings, judged)
 
@@ -119,6 +127,8 @@ def _run(
     settings: LoopSettings,
     judged: Told,
 ) -> ClosedLoop:
+    from aerosid.loop.closed_loop import close_loop
+
     if not sys.stderr.isatty():
         return close_loop(identification, aircraft, validation, settings, judged=judged)
     from rich.console import Console

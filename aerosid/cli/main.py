@@ -192,15 +192,16 @@ def close_loop_command(
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
-    from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_next_flight, print_summary, write_report
 
-    settings = loop_settings(
-        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
-    )
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)
+    settings = loop_settings(
+        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
+    )
+    from aerosid.loop.verdict import Verdict
+    from aerosid.reporting import print_next_flight, print_summary, write_report
+
     directory = out or Path("reports") / identification[0].name
     output = console()
     result = with_progress(
