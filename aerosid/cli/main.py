@@ -190,12 +190,13 @@ def close_loop_command(
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
-    from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
 
-    declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)
+    from aerosid.aircraft import load_aircraft
+
+    declared = load_aircraft(aircraft)
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
     )
