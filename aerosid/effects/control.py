@@ -1,4 +1,4 @@
-"""Effects of the control system: the surface that acts is not the one that was recorded, or acts later."""
+"""Control-system effects: lag, delay, rate limit and dead band between recorded and acting surface."""
 
 from __future__ import annotations
 

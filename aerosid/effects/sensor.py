@@ -1,4 +1,4 @@
-"""Effects of a sensor: it reads late, slowly, with a bias or a wrong scale."""
+"""Sensor faults: bias, scale, delay, lag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fly an aerodynamic model on paper: trim it, drive it, add sensor noise, and return what a recorder would hold."""
+"""Simulated flights: trim, manoeuvre, sensor noise, and the log that a recorder would hold."""
 
 from __future__ import annotations
 

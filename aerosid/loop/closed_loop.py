@@ -1,4 +1,4 @@
-"""Close the loop: from manoeuvres and a declared aircraft to what is missing, a completed model and its errors."""
+"""The closed loop: findings with d(t), simulations, tables, linear models and the next flight."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
+from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
 from aerosid.loop.effect_rows import Effect, effect_row
 from aerosid.loop.flying_qualities import Requirement
@@ -70,6 +71,7 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     identified = identify(identification, aircraft, validation, settings, progress)
+    aircraft = identified.aircraft
     if identified.found is None:
         contradicted = contradicted_loop(identified, aircraft, settings.seed)
         judged(contradicted)
@@ -86,6 +88,7 @@ def _judged(identified: Identification, found: Attribution, aircraft: Aircraft, 
     simulated, errors, coefficients = compare(identified.declared, found, aircraft, manoeuvres, others)
     effects = _effects(found, {}, errors)
     verdict = judge(found, manoeuvres, others)
+    rows = derivative_rows(aircraft, found, None, scatter(found.completed, manoeuvres))
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -94,10 +97,10 @@ def _judged(identified: Identification, found: Attribution, aircraft: Aircraft, 
         identification=tuple(manoeuvre.log for manoeuvre in manoeuvres),
         validation=tuple(manoeuvre.log for manoeuvre in others),
         verdict=verdict,
-        summary=summarise(verdict, effects, tuple(errors)),
+        summary=" ".join((summarise(verdict, effects, tuple(errors)), *told_of_patterns(rows, errors))),
         effects=effects,
         alternatives=tuple(effect_row(n, other, {}, None) for n, other in enumerate(found.alternatives, start=1)),
-        derivatives=derivative_rows(aircraft, found, None, scatter(found.completed, manoeuvres)),
+        derivatives=rows,
         coefficients=tuple(coefficients),
         errors=tuple(errors),
         simulated=tuple(simulated),

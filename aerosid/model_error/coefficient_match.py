@@ -1,4 +1,4 @@
-"""The coefficients as the sensors measured them beside those of the model: how much of their variance is explained."""
+"""Measured coefficients against those of the model: explained variance."""
 
 from __future__ import annotations
 

@@ -13,7 +13,8 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
-from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
+from aerosid.notation import MISSING, number, p_value, with_deviation
+from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",
