@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from aerosid.aircraft import Aircraft
+from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
-from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.closed_loop import Told, close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
+from aerosid.loop.provenance import Provenance, today, unusual_settings
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts, whole_flight_sentence
@@ -20,6 +23,7 @@ from aerosid.model_error.paper_chain import ChainSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 7
+_OUT = "--out"
 
 FEWEST = 10
 """Samples of a log without which nothing is estimated."""
@@ -53,6 +57,36 @@ def loop_settings(
         next_flight=next_flight,
         limits=dict(read_limit(text) for text in limits),
     )
+
+
+def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remarks: str) -> Provenance:
+    """What the title block says of the call: day, changed settings, command line, analyst and remarks.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Those after `aerosid`. Where files go is left out: the same inputs give the same bytes anywhere.
+    settings : LoopSettings
+        As the words set them.
+    analyst, remarks : str
+        As given; empty where not.
+
+    Raises
+    ------
+    UsageError
+        Where SOURCE_DATE_EPOCH is no whole number of seconds.
+    """
+    return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
+
+
+def command_line(words: Sequence[str]) -> str:
+    """The words after `aerosid` as a shell takes them, without where files go."""
+    kept, skipped = ["aerosid"], False
+    for word in words:
+        if not skipped and word != _OUT and not word.startswith(f"{_OUT}="):
+            kept.append(word)
+        skipped = word == _OUT and not skipped
+    return shlex.join(kept)
 
 
 def _density(text: str | None) -> tuple[float, float, float, float] | None:
@@ -169,21 +203,59 @@ def refuse_whole_flight(log: FlightLog) -> None:
 
 
 def with_progress(
-    identification: Sequence[FlightLog], aircraft: Aircraft, validation: Sequence[FlightLog], settings: LoopSettings
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    judged: Told,
 ) -> ClosedLoop:
     """The loop, with a progress bar on the terminal; silent where stderr is none."""
+    with compilation_announced(_say_once()):
+        return _run(identification, aircraft, validation, settings, judged)
+
+
+def _say_once() -> Callable[[str], None]:
+    """Says before the first compilation what takes so long, and that it happens once."""
+    said: list[str] = []
+
+    def say(kernel: str) -> None:
+        if not said:
+            sys.stderr.write(
+                "Compiling the numerical kernels: once for this user, Python and processor, up to some minutes "
+                "(`aerosid warm-up` does it ahead, on all cores).\n"
+            )
+            sys.stderr.flush()
+        said.append(kernel)
+
+    return say
+
+
+def _run(
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    judged: Told,
+) -> ClosedLoop:
     if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings)
+        return close_loop(identification, aircraft, validation, settings, judged=judged)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=_STAGES)
+
+        def shown(result: ClosedLoop) -> None:
+            bar.stop()
+            judged(result)
+            bar.start()
+
         return close_loop(
             identification,
             aircraft,
             validation,
             settings,
             progress=lambda stage: bar.update(task, description=stage, advance=1),
+            judged=shown,
         )

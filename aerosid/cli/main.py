@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -52,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
-        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+        told = [word for word in words if word != _DEBUG]
+        result = app(told, standalone_mode=False, obj=told)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -106,6 +108,7 @@ app.command("find")(find_command)
 
 @app.command("close-loop")
 def close_loop_command(
+    context: typer.Context,
     logs: LogsArgument,
     aircraft: Annotated[
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
@@ -173,26 +176,36 @@ def close_loop_command(
             show_default=False,
         ),
     ] = None,
+    analyst: Annotated[
+        str, typer.Option("--analyst", metavar="NAME", help="Who signs, for the title block.", show_default=False)
+    ] = "",
+    remarks: Annotated[
+        str, typer.Option("--remarks", metavar="TEXT", help="Remarks for the title block.", show_default=False)
+    ] = "",
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.aircraft import load_aircraft
-    from aerosid.cli.close_loop import loop_settings, read_roles, with_progress
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, with_progress
     from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_summary, write_report
+    from aerosid.reporting import print_next_flight, print_summary, write_report
 
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
     )
+    made = provenance(context.obj or (), settings, analyst, remarks)
     declared = load_aircraft(aircraft)
     roled = read_roles(logs, validate or [], channels, start, stop, find=find)
     directory = out or Path("reports") / roled.identification[0].name
-    result = with_progress(roled.identification, declared, roled.validation, settings)
-    files = write_report(result, directory, interactive=not static)
     output = console()
-    print_summary(result, output)
+    result = with_progress(
+        roled.identification, declared, roled.validation, settings, judged=lambda known: print_summary(known, output)
+    )
+    result = replace(result, provenance=made)
+    print_next_flight(result, output)
+    files = write_report(result, directory, interactive=not static)
     output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 

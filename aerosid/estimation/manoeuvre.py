@@ -15,6 +15,7 @@ from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
+from aerosid.notation import plain
 from aerosid.signals.noise import calmed
 
 LONGEST_ANGLE = 0.15
@@ -186,14 +187,14 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return _bridged(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
-            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
             return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
                 "density; add one of them."
             )
-        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        notes.append(f"Density is the aircraft file's, {plain(aircraft.density)} kg/m^3.")
         return np.full(log.time.size, aircraft.density)
     if name == "thrust":
         if aircraft.thrust is None:

@@ -69,6 +69,8 @@ class FlightLog:
         Standard deviation of a channel's noise in `units`, where the channel map or the aircraft file gives it.
     resolution : mapping of str to float
         Its resolution, likewise.
+    channel_map, channel_map_sha256 : str
+        The channel map that the file was read with, and SHA-256 of its bytes; empty where none was needed.
 
     Raises
     ------
@@ -87,6 +89,8 @@ class FlightLog:
     sha256: str = ""
     noise: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
+    channel_map: str = ""
+    channel_map_sha256: str = ""
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -118,7 +122,7 @@ class FlightLog:
     def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
         """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
         mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
-        known = (dict(self.noise), dict(self.resolution))
+        known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256)
         return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256, *known)
 
     def __contains__(self, name: object) -> bool:
@@ -134,6 +138,11 @@ class FlightLog:
                 f"{self.path or self.name}: channel {name} is not in the log (it holds {held}); "
                 "add the column or map it in a channel map."
             ) from None
+
+    def __repr__(self) -> str:
+        """One line, however long the log: name, samples, span and channels."""
+        span = f"{self.time[0]:g} ... {self.time[-1]:g} s"
+        return f"<FlightLog {self.name}: {self.samples} samples, {span}, {', '.join(self.channels) or 'no channel'}>"
 
     @property
     def samples(self) -> int:
