@@ -14,6 +14,7 @@ _UNITS = {
     "reference.wing_area": "m^2",
     "reference.mean_chord": "m",
     "reference.airspeed": "m/s",
+    "reference.length": "m",
     "mass.mass": "kg",
     "mass.I_yy": "kg m^2",
     "air.density": "kg/m^3",
@@ -55,6 +56,7 @@ class _ReferenceTable(_Table):
     wing_area: _Positive
     mean_chord: _Positive
     airspeed: _Positive | None = None
+    length: _Positive | None = None
 
 
 class _MassTable(_Table):

@@ -12,6 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.quality import degrees_findings
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
 from aerosid.loop.closed_loop import Told, close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
@@ -147,7 +148,7 @@ def read_roles(
             if find and role == ROLES[0]:
                 roled[role] += _found(log)
             else:
-                refuse_whole_flight(log)
+                refuse_unusable(log)
                 roled[role].append(require_samples(log, FEWEST))
     if not roled[ROLES[0]]:
         raise UsageError(
@@ -189,14 +190,17 @@ def _found(log: FlightLog) -> tuple[FlightLog, ...]:
     return cuts
 
 
-def refuse_whole_flight(log: FlightLog) -> None:
-    """Stop before a whole flight is taken for one manoeuvre.
+def refuse_unusable(log: FlightLog) -> None:
+    """Stop before a whole flight is taken for one manoeuvre, or degrees for radians.
 
     Raises
     ------
     LogError
-        With the spans that look useful.
+        With the spans that look useful, or the channel and its unit.
     """
+    wrong = degrees_findings(log)
+    if wrong:
+        raise LogError(f"{log.path or log.name}: {wrong[0]}")
     sentence = whole_flight_sentence(log)
     if sentence is not None:
         raise LogError(sentence)

@@ -301,6 +301,15 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     return findings
 
 
+def degrees_findings(log: FlightLog) -> list[Finding]:
+    """The angles that no aircraft reaches in radians."""
+    return [
+        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
+        for name in log.channels
+        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+    ]
+
+
 def _most_radians(log: FlightLog, name: str) -> float:
     """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
     angle = name in MOST_RADIANS or name.startswith("delta_")
@@ -316,11 +325,7 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
-    findings += [
-        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
-        for name in log.channels
-        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
-    ]
+    findings += degrees_findings(log)
     slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))
