@@ -10,10 +10,10 @@ Nothing is imported before it is used: `import aerosid` costs no more than Pytho
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in `typing`, whose import would take as long as all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from aerosid.aircraft import Aircraft, load_aircraft, save_aircraft
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
     from aerosid.loop.verdict import Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
@@ -30,10 +31,12 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
+    "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.settings",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
     "close_loop": "aerosid.loop.closed_loop",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
@@ -45,10 +48,12 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
     "save_aircraft",
@@ -60,6 +65,8 @@ def __getattr__(name: str) -> Any:
     """A public name, imported from its home; AttributeError for any other."""
     if name not in _HOMES:
         raise AttributeError(f"module 'aerosid' has no attribute {name!r}")
+    import importlib
+
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

@@ -1,32 +1,36 @@
-"""From an aircraft file to an `Aircraft`, or to one sentence about what is wrong in it."""
+"""Reading of aircraft files."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
-from aerosid.aircraft.schema import (
-    AircraftFile,
-    CandidatesTable,
-    DerivativesTable,
-    EffectTable,
-    LimitsTable,
-    meant,
-    read_tables,
-    shown,
-)
+from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
-from aerosid.flight_model.terms import Term, parse_term
+from aerosid.flight_model.terms import VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
 
+if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
+    from aerosid.aircraft.schema import (
+        AircraftFile,
+        CandidatesTable,
+        DerivativesTable,
+        EffectTable,
+        FuelUsedTable,
+        LimitsTable,
+    )
+
 _LARGEST_FILE = 1_000_000
+_MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
 
 
 def load_aircraft(path: str | Path) -> Aircraft:
@@ -80,6 +84,8 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    from aerosid.aircraft.schema import read_tables
+
     tables = read_tables(document, path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
@@ -91,6 +97,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         wing_area=tables.reference.wing_area,
         mean_chord=tables.reference.mean_chord,
         airspeed=tables.reference.airspeed,
+        length=tables.reference.length,
         mass=tables.mass.mass,
         I_yy=tables.mass.I_yy,
         density=None if tables.air is None else tables.air.density,
@@ -108,6 +115,9 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        fuel=_read_fuel(path, tables.fuel),
+        noise=dict(tables.noise),
+        resolution=dict(tables.resolution),
         span=tables.reference.span,
         I_xx=tables.mass.I_xx,
         I_zz=tables.mass.I_zz,
@@ -155,6 +165,22 @@ def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, flo
             raise AircraftError(f"{path}: limits.{name} is [{low:g}, {high:g}], expected the lower number first")
         limits[name] = (low, high)
     return limits
+
+
+def _read_fuel(path: str, table: FuelUsedTable | None) -> FuelTable | None:
+    """The fuel table, its columns of one length and its fuel used increasing."""
+    if table is None:
+        return None
+    if any(later <= earlier for earlier, later in pairwise(table.used)):
+        raise AircraftError(f"{path}: fuel.used does not increase throughout, expected kg in rising order; sort it")
+    for name in ("mass", "I_yy", "x_cg"):
+        column = getattr(table, name)
+        if column and len(column) != len(table.used):
+            raise AircraftError(
+                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for "
+                "each; complete it"
+            )
+    return FuelTable(tuple(table.used), tuple(table.mass), tuple(table.I_yy), tuple(table.x_cg))
 
 
 def _find(path: str | Path) -> Path:
@@ -228,6 +254,7 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
             term = parse_term(text)
         except AircraftError as error:
             raise AircraftError(f"{path}: {key}: {error}") from None
+        _refuse_misspelt(path, key, text, term)
         if term in spelling:
             raise AircraftError(
                 f'{path}: {key} holds the term {term} twice, as "{spelling[term]}" and "{text}", expected it once; '
@@ -236,6 +263,30 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
         terms[text] = term
         spelling[term] = text
     return terms
+
+
+def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
+    """Refuse a term that names no channel known here and all but one that is: it would only be missed in the log.
+
+    Raises
+    ------
+    AircraftError
+        With the known name that is nearest.
+    """
+    known = {*VARIABLES, *CHANNELS, "C_T"}
+    plain = {name.replace("_", "").lower(): name for name in known}
+    for name in sorted(term.variables - known):
+        bare = name.replace("_", "").lower()
+        near = plain.get(bare)
+        # A second vane is alpha2, a tab delta_e_tab: channels of their own.
+        if near is None and name.isalpha():
+            close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT)
+            near = plain[close[0]] if close else None
+        if near is not None:
+            raise AircraftError(
+                f'{path}: {key} holds the term "{text}", which names {name}; expected a channel or a variable of '
+                f"terms; did you mean {near}?"
+            )
 
 
 def _read_candidates(
@@ -260,6 +311,8 @@ def _read_candidates(
 
 def _read_effect(path: str, number: int, table: EffectTable, coefficients: Sequence[str]) -> DeclaredEffect:
     """One declared effect; `number` counts from 1 as a reader of the file does."""
+    from aerosid.aircraft.schema import meant, shown
+
     key = f"{path}: effects[{number}]"
     if table.kind == "aero_term":
         raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")

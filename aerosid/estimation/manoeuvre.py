@@ -1,4 +1,4 @@
-"""Turn a flight log into the arrays that the flight model takes: inputs without gaps, outputs with them."""
+"""The manoeuvre as arrays: inputs without gaps, outputs with them, noise levels, substeps."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL, Axes, input_columns_of, state_vector
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.signals.noise import calmed, estimate_noise
+from aerosid.notation import plain
+from aerosid.signals.noise import calmed
 
 LONGEST_ANGLE = 0.15
 """rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
@@ -137,14 +138,14 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     variance = np.zeros(len(extra))
     for j, name in enumerate(extra):
         if name.startswith("delta_"):
-            variance[j] = estimate_noise(log.time, log[name]) ** 2
+            variance[j] = channel_noise(log, name).deviation ** 2
     measured = np.full((log.time.size, len(axes.outputs)), np.nan)
     noise = np.full(len(axes.outputs), np.nan)
     positions = np.zeros((len(axes.outputs), 3))
     for i, name in enumerate(axes.outputs):
         if name in log and np.isfinite(log[name]).sum() >= FEWEST:
             measured[:, i] = log[name]
-            noise[i] = estimate_noise(log.time, log[name])
+            noise[i] = channel_noise(log, name).deviation
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
     substeps = _substeps(log, aircraft, inputs)
     # A copy: kernels compile anew for arrays that may not be written.
@@ -238,14 +239,14 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return _bridged(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
-            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
             return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
                 "density; add one of them."
             )
-        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        notes.append(f"Density is the aircraft file's, {plain(aircraft.density)} kg/m^3.")
         return np.full(log.time.size, aircraft.density)
     if name == "thrust":
         if aircraft.thrust is None:
@@ -278,6 +279,8 @@ def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+
     samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
     smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
     return smooth

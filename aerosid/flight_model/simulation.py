@@ -1,4 +1,4 @@
-"""Fly an aerodynamic model on paper: trim it, drive it, add sensor noise, and return what a recorder would hold."""
+"""Simulated flights: trim, manoeuvre, sensor noise, and the log that a recorder would hold."""
 
 from __future__ import annotations
 
@@ -75,11 +75,13 @@ def trim(
         if name in model.columns:
             inputs[model.columns.index(name)] = value
 
+    values = np.array(model.values)  # the kernel is compiled for arrays that can be written
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, weights = unknown
         inputs[thrust], inputs[place] = weights * mass * GRAVITY, delta_e
         x = level_state(model, airspeed, float(alpha))
-        evaluate(x, inputs, model.values, model.table, model.constants, positions, work, False, False)
+        evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
         return work.rates[places]
 
     solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)

@@ -1,4 +1,4 @@
-"""The coefficients as the sensors measured them beside those of the model: how much of their variance is explained."""
+"""Measured coefficients against those of the model: explained variance."""
 
 from __future__ import annotations
 
@@ -152,7 +152,9 @@ def _modelled(
     """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
     motion = dict(zip(LONGITUDINAL.integrated, states.T, strict=True))
     known = np.isfinite(sum(motion[name] for name in coupled_of(LONGITUDINAL)))
-    found = coefficients_along(np.where(np.isnan(states), 1.0, states), flight, values, model.table, model.constants)
+    found = coefficients_along(
+        np.where(np.isnan(states), 1.0, states), flight, np.array(values), model.table, model.constants
+    )
     alpha = np.arctan2(motion["w"], motion["u"])
     c = dict(zip(loads_of(LONGITUDINAL), found.T, strict=True))
     c_x = c["C_X"] + c["C_L"] * np.sin(alpha) - c["C_D"] * np.cos(alpha)
