@@ -1,1 +1,1 @@
-"""A recorded flight: read from any recorder, brought to SI on one time base, judged."""
+"""A recorded flight: read from any format, in SI, on one time base, and judged."""
