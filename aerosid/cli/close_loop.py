@@ -73,9 +73,7 @@ def read_logs(
     """
     logs = []
     for path in paths:
-        log = read_log(path, channels)
-        if start is not None or stop is not None:
-            log = log.between(log.time[0] if start is None else start, log.time[-1] if stop is None else stop)
+        log = read_log(path, channels, start, stop)
         if log.time.size < 10:
             raise LogError(f"{path}: {log.time.size} samples are too few to estimate anything; give at least 10.")
         logs.append(log)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from aerosid.logs.recording import AnyArray, Clock, FloatArray, IntArray, Stream
 
 
+_NAMED = 8  # holes in one sentence
+
+
 @dataclass(frozen=True)
 class StampSettings:
     """When stamps count as faulty.
@@ -27,12 +30,16 @@ class StampSettings:
         stands alone behind so long a silence. Found on PX4's sample_log_small.ulg, which is no evidence for it.
     stray_share : float
         Of all messages; a group of messages with fewer is stray.
+    coarse_share : float
+        Of the stamps; where more repeat the one before, the clock is coarser than the sampling, and otherwise a stamp
+        is wrong.
     """
 
     hole: float = 5.0
     restart: float = 0.5
     stray: float = 5.0
     stray_share: float = 0.02
+    coarse_share: float = 0.02
 
 
 DEFAULTS = StampSettings()
@@ -163,6 +170,33 @@ def _own_boots(stream: Stream, settings: StampSettings) -> Stream:
     return replace(stream, boots=np.cumsum(boots))
 
 
+def spread_repeats(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> tuple[FloatArray, str | None]:
+    """Stamps of a clock coarser than the sampling, spread evenly up to the next one, and a note; else as they are.
+
+    Parameters
+    ----------
+    seconds : ndarray, shape (N,)
+        Stamps, not decreasing, s.
+    settings : StampSettings
+        From which share of repeats on it is the clock.
+    """
+    first = np.flatnonzero(np.concatenate([[True], np.diff(seconds) > 0.0]))
+    repeats = seconds.size - first.size
+    if repeats < max(1.0, settings.coarse_share * seconds.size) or first.size < 3:
+        return seconds, None
+    resolution = float(np.min(np.diff(seconds[first])))
+    count = np.diff(np.concatenate([first, [seconds.size]]))
+    # A gap after the stamp is no time in which its samples lie.
+    room = np.minimum(np.concatenate([np.diff(seconds[first]), [resolution]]), resolution)
+    within = np.arange(seconds.size) - np.repeat(first, count)
+    spread = seconds + within * np.repeat(room / count, count)
+    note = (
+        f"stamps have a resolution of {resolution:g} s and {repeats} of {seconds.size} repeat: samples of one stamp are "
+        f"spread evenly over it, and no time is known better than to {resolution:g} s"
+    )
+    return spread, note
+
+
 def holes(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> NDArray[np.float64]:
     """Start and end, s, of each step longer than `settings.hole` medians; shape (n, 2).
 
@@ -210,8 +244,38 @@ def flight_span(stamps: list[FloatArray], settings: StampSettings = DEFAULTS) ->
     pooled = np.sort(np.concatenate([each for each in stamps if each.size] or [np.empty(0)]))
     if pooled.size == 0:
         return None
-    cuts = np.flatnonzero(np.diff(pooled) > settings.stray) + 1
+    steps = np.diff(pooled)
+    moving = steps[steps > 0.0]
+    # A recorder that writes every ten seconds is silent for as long between any two samples.
+    silence = max(settings.stray, 4.0 * settings.hole * float(np.median(moving)) if moving.size else 0.0)
+    cuts = np.flatnonzero(steps > silence) + 1
     groups = np.split(pooled, cuts)
-    weighty = [group for group in groups if group.size >= settings.stray_share * pooled.size]
+    weighty = [group for group in groups if group.size >= settings.stray_share * pooled.size] or groups
     start, stop = float(weighty[0][0]), float(weighty[-1][-1])
     return Span(start, stop, int(np.count_nonzero(pooled < start)), int(np.count_nonzero(pooled > stop)))
+
+
+def hole_notes(
+    cuts: list[tuple[float, float]], segments: int, fewest: int, settings: StampSettings = DEFAULTS
+) -> list[str]:
+    """One sentence on the holes that cut a record; none where there are none.
+
+    Parameters
+    ----------
+    cuts : list of (float, float)
+        Start and end of each hole, s.
+    segments, fewest : int
+        How many stretches are left, of at least how many samples.
+    settings : StampSettings
+        What a hole is.
+    """
+    if not cuts:
+        return []
+    named = ", ".join(f"{high - low:.3g} s after {low:.6g} s" for low, high in cuts[:_NAMED])
+    more = f" and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
+    count = "1 hole" if len(cuts) == 1 else f"{len(cuts)} holes"
+    left = "1 segment" if segments == 1 else f"{segments} segments"
+    return [
+        f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, nothing is "
+        f"bridged: {named}{more}; {left} of {fewest} samples or more"
+    ]

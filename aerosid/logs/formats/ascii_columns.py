@@ -10,6 +10,7 @@ from aerosid.logs.formats.table import RawTable
 
 _DELIMITERS: tuple[str | None, ...] = (",", ";", "\t", None)
 _NAME_WITH_UNIT = re.compile(r"(.+?)\s*[\[(]([^\[\]()]*)[\])]")
+_SAMPLE = 65536  # bytes that show what rows are like
 _HEADER_LIMIT = 500  # lines of text before the first row of numbers: enough for any recorder's preamble
 
 
@@ -52,6 +53,17 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
         f"{path}: no row of numbers was found in its first {len(header)} lines, but columns of numbers (decimal point, "
         "separated by white space, comma, semicolon or tab) were expected; check that this is the right file."
     )
+
+
+def holds_words(data: bytes) -> bool:
+    """Whether rows of the table hold clock times or words among their numbers, which `read_ascii_columns` refuses."""
+    lines = data[:_SAMPLE].replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+    for line in lines[-2:1:-1] if len(lines) > 3 else ():
+        text = _decode(line)
+        if not text.strip():
+            continue
+        return _numeric_width(text) == (0, None)
+    return False
 
 
 def _decode(raw: bytes) -> str:

@@ -54,11 +54,12 @@ def read_irig106(data: bytes, path: str) -> Recording:
     channels: dict[str, _Collected] = {}
     counts: dict[str, int] = {}
     time_packets: list[tuple[int, datetime]] = []
-    packets, stopped = 0, ""
+    packets, stopped = _Collected("packet"), ""
     try:
         for packet in chapter10.C10(io.BytesIO(data)):
             kind = type(packet).__name__
-            packets += 1
+            packets.stamps.append(int(packet.rtc))
+            packets.words.append(int(packet.channel_id))
             label = f"{packet.channel_id}:{kind}"
             counts[label] = counts.get(label, 0) + 1
             if kind.startswith("Time"):
@@ -67,18 +68,19 @@ def read_irig106(data: bytes, path: str) -> Recording:
                 reader(packet, channels.setdefault(label, _Collected(kind)))
     except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead pychapter10 to
         stopped = " ".join(str(error).split())[:80] or type(error).__name__
-    if not packets:
+    if not packets.stamps:
         raise LogError(f"{path}: no chapter 10 packet was found; check that this is the right file.")
     notes = ["reading of IRIG 106 chapter 10 is experimental: discretes and undecoded bus words only"]
     if stopped:
-        notes.append(f"reading stopped after {packets} packets ({stopped}); what stands before is read")
+        notes.append(f"reading stopped after {len(packets.stamps)} packets ({stopped}); what stands before is read")
     if time_packets:
         notes.append(
             f"{len(time_packets)} time packets give day {time_packets[0][1].timetuple().tm_yday} of an unnamed year"
         )
         notes.append(_drift(time_packets)) if len(time_packets) > 2 else None
     streams = [_stream(label, collected) for label, collected in channels.items() if collected.stamps]
-    return Recording("irig106", tuple(streams), tuple(notes), messages=packets, counts=counts)
+    streams.append(_stream("packets", packets))
+    return Recording("irig106", tuple(streams), tuple(notes), messages=len(packets.stamps), counts=counts)
 
 
 def _drift(packets: list[tuple[int, datetime]]) -> str:
@@ -116,7 +118,7 @@ _READERS: dict[str, Callable[[Any, _Collected], None]] = {
     "ARINC429F0": _arinc429,
     "MS1553F1": _mil1553,
 }
-_COLUMN = {"DiscreteF1": "bits", "ARINC429F0": "word", "MS1553F1": "command"}
+_COLUMN = {"packet": "channel", "DiscreteF1": "bits", "ARINC429F0": "word", "MS1553F1": "command"}
 
 
 def _stream(label: str, collected: _Collected) -> Stream:
