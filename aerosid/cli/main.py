@@ -12,6 +12,7 @@ import typer
 
 from aerosid import __version__
 from aerosid.cli.batch import batch_command
+from aerosid.cli.channels import channels_command
 from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
 from aerosid.cli.fly import fly_command
@@ -103,13 +104,19 @@ def _global_options(
 def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
     """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
     from aerosid.compatibility import check_kinematics
-    from aerosid.logs.formats import read_log
+    from aerosid.logs.channel_listing import list_channels
+    from aerosid.logs.formats import FORMATS, format_of, read_log, read_recording
     from aerosid.logs.quality import check_log
+    from aerosid.reporting.channel_tables import print_notes, print_streams
     from aerosid.reporting.quality_tables import print_kinematics, print_quality
 
     output = console()
     for path in logs:
         log = read_log(path, channels)
+        if FORMATS[format_of(path)].several_clocks:
+            listing = list_channels(read_recording(path), with_columns=False)
+            print_streams(listing, str(path), output)
+            print_notes(listing, output)
         quality = check_log(log)
         print_quality(quality, output)
         agreement = check_kinematics([log])
@@ -232,6 +239,7 @@ app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
+app.command("channels")(channels_command)
 
 
 @app.command()

@@ -59,7 +59,7 @@ def microseconds_of_clock(words: Sequence[str], dates: Sequence[str] | None = No
 
 
 def _days(dates: Sequence[str]) -> IntArray | None:
-    """us since 1970 of each date; each different word is read once."""
+    """Us since 1970 of each date; each different word is read once."""
     known: dict[str, int] = {}
     for word in dict.fromkeys(dates):
         found = _date(word)

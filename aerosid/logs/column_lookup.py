@@ -63,7 +63,7 @@ def find_column(recording: Recording, wanted: int | str) -> Found:
     """
     if isinstance(wanted, int):
         return _by_number(recording, wanted)
-    exact = [found for found in _exactly(recording, wanted)]
+    exact = list(_exactly(recording, wanted))
     if exact:
         return exact[0]
     named = list(_without_instance(recording, wanted)) or list(_bare(recording, wanted))

@@ -155,9 +155,11 @@ def _choice_notes(channel: _Channel, of_several: bool) -> list[str]:
     name, notes = channel.name, []
     if of_several:
         notes.append(f"{name}: taken from {' + '.join(found.label for found in channel.found)}")
-    for found in channel.found:
-        if found.others:
-            notes.append(f"{name}: {found.label} is used; the recording also holds {', '.join(found.others)}")
+    notes += [
+        f"{name}: {found.label} is used; the recording also holds {', '.join(found.others)}"
+        for found in channel.found
+        if found.others
+    ]
     notes += _stamp_notes(channel)
     if channel.entry.note is not None:
         notes.append(f"{name}: {channel.entry.note}")
@@ -171,7 +173,7 @@ def _channel(recording: Recording, mapping: ChannelMap, name: str, entry: Channe
         raise LookupProblem(
             f"sums columns of {', '.join(one.stream.label for one in found)}, which have stamps of their own"
         )
-    clock = _clock(recording, mapping, name, entry, stream)
+    clock = _clock(recording, mapping, entry, stream)
     reason = unusable(clock)
     if reason is not None:
         others = [other.name for other in stream.clocks if other is not clock]
@@ -191,7 +193,7 @@ def _channel(recording: Recording, mapping: ChannelMap, name: str, entry: Channe
     return _Channel(name, entry, found, clock, values, unit, held, np.empty(0))
 
 
-def _clock(recording: Recording, mapping: ChannelMap, name: str, entry: ChannelColumnMap, stream: Stream) -> Clock:
+def _clock(recording: Recording, mapping: ChannelMap, entry: ChannelColumnMap, stream: Stream) -> Clock:
     """The stamps of a channel: the map's column of time, the clock that it names, or the stream's own first one."""
     wanted = entry.clock or mapping.clock
     if wanted is not None and (clock := stream.clock(wanted)) is not None:
@@ -205,7 +207,8 @@ def _clock(recording: Recording, mapping: ChannelMap, name: str, entry: ChannelC
     clock = stream.clock()
     if clock is None:
         raise LookupProblem(
-            f"has no stamps: {stream.label or 'the table'} does not say which column is its time, give it by the key `time`"
+            f"has no stamps: {stream.label or 'the table'} does not say which column is its time; give it by the key "
+            "`time`"
         )
     return clock
 
@@ -224,7 +227,7 @@ def _mapped_clock(
     unit = unit or found.column.unit
     if unit not in TICKS:
         raise LookupProblem(
-            f"has its time in {found.label} in {unit or 'no unit'}, but s, ms, us, ns or HH:MM:SS was expected"
+            f"has its time in {found.label} in {unit or 'no unit'}, but s, ms, us, ns or HH:MM:SS was expected; give it"
         )
     stamps = found.column.load()
     if stamps.dtype.kind in "iu" and factor == 1.0 and offset == 0.0:
@@ -296,8 +299,8 @@ def _longest_boot(channels: list[_Channel], notes: list[str]) -> int | None:
     ]
     others = ", ".join(span for k, span in enumerate(spans) if k != longest)
     notes.append(
-        f"the clock begins anew within the file: {counts.size} runs, the longest ({spans[longest]}) is used; the others "
-        f"({others}) overlap it in time and are left out"
+        f"the clock begins anew within the file: {counts.size} runs, the longest ({spans[longest]}) is used; the "
+        f"others ({others}) overlap it in time and are left out"
     )
     return longest
 
@@ -360,7 +363,8 @@ def _align(channels: list[_Channel], mapping: ChannelMap, place: Place, notes: l
         fit = fit_clocks(*_finite(fixed), *_finite(moved))
         if fit is None:
             raise LogError(
-                f"{place.log}: {name} and {reference} do not show the same signal, so their clocks cannot be laid over each other; remove the pair from [align]."
+                f"{place.log}: {name} and {reference} do not show the same signal, so their clocks cannot be laid over "
+                "each other; remove the pair from [align]."
             )
         notes.append(_fit_note(name, reference, fit))
         for channel in channels:

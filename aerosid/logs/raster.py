@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -54,8 +54,8 @@ class RasterSettings:
     finest: float = 2.0
     fewest: int = 10
     too_slow: float = 2.0
-    stamps: StampSettings = StampSettings()
-    resampling: ResamplingSettings = ResamplingSettings()
+    stamps: StampSettings = field(default_factory=StampSettings)
+    resampling: ResamplingSettings = field(default_factory=ResamplingSettings)
 
 
 DEFAULTS = RasterSettings()
@@ -137,7 +137,7 @@ def onto_one_raster(
         late, early = max(leading, key=lambda t: t.time[0]), min(leading, key=lambda t: t.time[-1])
         raise LogError(
             f"{label}: channel {late.name} begins at {late.time[0]:.6g} s, after {early.name} ends at "
-            f"{early.time[-1]:.6g} s, so that nothing is left in common; map channels of one stretch, or align their clocks."
+            f"{early.time[-1]:.6g} s, so that nothing is left in common; map channels of one stretch, or align clocks."
         )
     base = _base(leading, raster, label)
     interval = 1.0 / base if isinstance(base, float) else median_step(base.time)
@@ -153,7 +153,7 @@ def onto_one_raster(
         source = base.name if isinstance(base, Track) else "the map's raster"
         raise LogError(
             f"{label}: at the {1.0 / interval:.3g} Hz of {source} no stretch of {settings.fewest} samples lies between "
-            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} holes; record longer, or leave that channel out of the map."
+            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} holes; record longer, or leave that channel out."
         )
     notes = [*_raster_notes(base, interval, tracks, settings), *hole_notes(cuts, len(segments), settings.fewest)]
     return segments, notes
@@ -175,12 +175,12 @@ def _base(leading: list[Track], raster: float | str | None, label: str) -> Track
 
 def _refuse_slow_controls(leading: list[Track], interval: float, label: str, settings: RasterSettings) -> None:
     for track in leading:
-        step = median_step(track.time)
-        if track.name.startswith(CONTROL) and step * settings.slowest_control > interval * 1.001:
+        rate, wanted = 1.0 / median_step(track.time), 1.0 / interval
+        if track.name.startswith(CONTROL) and rate < 0.999 * settings.slowest_control * wanted:
             raise LogError(
-                f"{label}: control {track.name} is sampled at {1.0 / step:.3g} Hz and the motion at {1.0 / interval:.3g} Hz, "
-                f"but a control needs at least {settings.slowest_control:g} of the motion's rate, because what moves "
-                f"between its samples is not known; record it faster, or set `raster = {1.0 / step:.3g}` in the map."
+                f"{label}: control {track.name} is sampled at {rate:.3g} Hz and the motion at {wanted:.3g} Hz, but a "
+                f"control needs at least {settings.slowest_control:g} of the motion's rate, because what moves between "
+                f"its samples is not known; record it faster, or set `raster = {rate:.3g}` in the map."
             )
 
 

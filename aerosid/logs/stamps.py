@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from aerosid.logs.recording import AnyArray, Clock, FloatArray, IntArray, Stream
 
-
 _NAMED = 8  # holes in one sentence
 
 
@@ -191,8 +190,8 @@ def spread_repeats(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> t
     within = np.arange(seconds.size) - np.repeat(first, count)
     spread = seconds + within * np.repeat(room / count, count)
     note = (
-        f"stamps have a resolution of {resolution:g} s and {repeats} of {seconds.size} repeat: samples of one stamp are "
-        f"spread evenly over it, and no time is known better than to {resolution:g} s"
+        f"stamps have a resolution of {resolution:g} s and {repeats} of {seconds.size} repeat: samples of one stamp "
+        f"are spread evenly over it, and no time is known better than to {resolution:g} s"
     )
     return spread, note
 
@@ -275,7 +274,8 @@ def hole_notes(
     more = f" and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
     count = "1 hole" if len(cuts) == 1 else f"{len(cuts)} holes"
     left = "1 segment" if segments == 1 else f"{segments} segments"
-    return [
+    sentence = (
         f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, nothing is "
         f"bridged: {named}{more}; {left} of {fewest} samples or more"
-    ]
+    )
+    return [sentence]

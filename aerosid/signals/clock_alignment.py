@@ -87,10 +87,10 @@ def fit_clocks(
     Notes
     -----
     Both are low-passed to the slower one's band. The largest cross-correlation starts Gauss-Newton on
-    y(s) - g x(t(s)) - c over offset, drift, g and c. The slope of y is the instrument for that of x: the noise in a slope
-    would otherwise count as signal and make deviations too small. What is left over is coloured, so the covariance is the
-    sandwich of W. K. Newey and K. D. West (Econometrica 55, 1987, pp. 703-708, eq. 5) with the lag of their 1994 rule
-    of thumb widened to where the residual's correlation dies out.
+    y(s) - g x(t(s)) - c over offset, drift, g and c. The slope of y is the instrument for that of x: the noise in a
+    slope would otherwise count as signal and make deviations too small. What is left over is coloured, so the
+    covariance is the sandwich of W. K. Newey and K. D. West (Econometrica 55, 1987, pp. 703-708, eq. 5) with the lag of
+    their 1994 rule of thumb, widened to where the residual's correlation dies out.
     """
     from scipy.interpolate import CubicSpline
 

@@ -23,7 +23,7 @@ from aerosid.logs.recording import Recording, Stream, column
 if TYPE_CHECKING:
     from aerosid.logs.formats.channel_map import ChannelMap
 
-__all__ = ["FORMATS", "Channels", "Format", "read_log", "read_recording", "read_segments", "ready_maps"]
+__all__ = ["FORMATS", "Channels", "Format", "format_of", "read_log", "read_recording", "read_segments", "ready_maps"]
 
 Channels = str | Path | Mapping[str, Any]
 """A channel map: its file, the name of a ready one, or its content."""
@@ -49,6 +49,8 @@ class Format:
         The channel map that comes with aerosid and is used where there is no other.
     extra : str or None
         The extra of aerosid that installs what reads it.
+    several_clocks : bool
+        Whether its streams have stamps of their own.
     """
 
     read: Callable[[bytes, str], RawTable | Recording]
@@ -58,6 +60,7 @@ class Format:
     magic: tuple[bytes, ...] = ()
     ready_map: str | None = None
     extra: str | None = None
+    several_clocks: bool = False
 
 
 def _late(module: str, function: str) -> Callable[[bytes, str], Recording]:
@@ -100,7 +103,9 @@ FORMATS: dict[str, Format] = {
     "feather": Format(
         _late("arrow", "read_feather"), (".feather", ".arrow"), False, "Feather, Arrow IPC", (b"ARROW1", b"FEA1")
     ),
-    "ulog": Format(_late("ulog", "read_ulog"), (".ulg",), False, "PX4 ULog", (b"ULog\x01\x12\x35",), "px4"),
+    "ulog": Format(
+        _late("ulog", "read_ulog"), (".ulg",), False, "PX4 ULog", (b"ULog\x01\x12\x35",), "px4", several_clocks=True
+    ),
     "dataflash": Format(
         _late("dataflash", "read_dataflash"),
         (".bin",),
@@ -108,17 +113,39 @@ FORMATS: dict[str, Format] = {
         "ArduPilot DataFlash, binary",
         (b"\xa3\x95\x80",),
         "ardupilot",
+        several_clocks=True,
     ),
     "dataflash_text": Format(
-        _late("dataflash", "read_dataflash_text"), (".log",), False, "ArduPilot DataFlash, text", (), "ardupilot"
+        _late("dataflash", "read_dataflash_text"),
+        (".log",),
+        False,
+        "ArduPilot DataFlash, text",
+        (),
+        "ardupilot",
+        several_clocks=True,
     ),
     "tlog": Format(
-        _late("mavlink_log", "read_tlog"), (".tlog",), False, "MAVLink telemetry log", (), "mavlink", "mavlink"
+        _late("mavlink_log", "read_tlog"),
+        (".tlog",),
+        False,
+        "MAVLink telemetry log",
+        (),
+        "mavlink",
+        "mavlink",
+        several_clocks=True,
     ),
     "mdf4": Format(
-        _late("mdf4", "read_mdf4"), (".mf4", ".mdf"), False, "ASAM MDF 4", (b"MDF     ", b"UnFinMF "), extra="mdf4"
+        _late("mdf4", "read_mdf4"),
+        (".mf4", ".mdf"),
+        False,
+        "ASAM MDF 4",
+        (b"MDF     ", b"UnFinMF "),
+        extra="mdf4",
+        several_clocks=True,
     ),
-    "tdms": Format(_late("tdms", "read_tdms"), (".tdms",), False, "LabVIEW TDMS", (b"TDSm",), extra="tdms"),
+    "tdms": Format(
+        _late("tdms", "read_tdms"), (".tdms",), False, "LabVIEW TDMS", (b"TDSm",), extra="tdms", several_clocks=True
+    ),
     "irig106": Format(
         _late("irig106", "read_irig106"),
         (".ch10", ".c10"),
@@ -126,6 +153,7 @@ FORMATS: dict[str, Format] = {
         "IRIG 106 chapter 10: discretes, raw bus words (experimental)",
         (b"\x25\xeb",),
         extra="irig106",
+        several_clocks=True,
     ),
     "igc": Format(_late("igc", "read_igc"), (".igc",), False, "FAI IGC, gliders' fixes", extra="igc"),
 }
@@ -148,8 +176,8 @@ def read_log(
     path : str or Path
         The recording; may be compressed with gzip.
     channels : str, Path or mapping, optional
-        The channel map: its file, the name of a ready one (`px4`), or its content, of which `{"q": "ATT.Pitch", ...}`
-        is the shortest. Without it: LOG.channels.toml beside the log, channels.toml in its folder, or the ready map of
+        The channel map: its file, the name of a ready one (`px4`), or its content, of which `{"theta": "ATT.Pitch"}` is
+        the shortest. Without it: LOG.channels.toml beside the log, channels.toml in its folder, or the ready map of
         its format.
     start, stop : float, optional
         The span, s of the log's own time; the longest stretch without a hole inside it is read.
@@ -172,8 +200,8 @@ def read_log(
     longest = max(segments, key=overlap)
     others = ", ".join(f"{log.time[0]:.6g} to {log.time[-1]:.6g} s" for log in segments if log is not longest)
     note = (
-        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(segments)} stretches without a "
-        f"hole; the others: {others}; choose one by its span"
+        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(segments)} stretches without "
+        f"a hole; the others: {others}; choose one by its span"
     )
     return replace(longest, notes=(*longest.notes, note)).between(start, stop)
 
@@ -210,6 +238,18 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
         )
         for part in _assemble(path, data, channels)
     )
+
+
+def format_of(path: str | Path) -> str:
+    """The key of `FORMATS` by which a file would be read with a map that names none.
+
+    Raises
+    ------
+    LogError
+        If it cannot be opened, or neither its content nor its suffix tells.
+    """
+    path = Path(path)
+    return _guess_format(path, _unpacked(_read_bytes(path), str(path)), mapped=True)
 
 
 def read_recording(path: str | Path, form: str | None = None) -> Recording:

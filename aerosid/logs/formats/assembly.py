@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aerosid.errors import ChannelMapError, LogError
+from aerosid.logs.derived_channels import LAWS
 from aerosid.logs.flight_log import ChannelSource, FloatArray, Position
 from aerosid.logs.formats.table import RawTable, shown
-from aerosid.logs.derived_channels import LAWS
 from aerosid.logs.formats.units import UnitProblem, conversion
 from aerosid.logs.stamps import hole_notes, holes, spread_repeats
 from aerosid.nomenclature import CHANNELS
@@ -171,7 +172,7 @@ def _first_held(
 
 
 def _judged_repeats(table: RawTable, time: FloatArray) -> tuple[RawTable, FloatArray, list[str]]:
-    """Repeated stamps: rows written twice are dropped, stamps of too coarse a clock spread; others are left as wrong."""
+    """Repeated stamps: rows written twice are dropped, those of too coarse a clock spread; others are left as wrong."""
     again = np.flatnonzero(np.diff(time) == 0.0) + 1
     if again.size == 0:
         return table, time, []
@@ -197,7 +198,7 @@ def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
     if cuts.shape[0] == 0:
         return [log]
     starts = [0, *np.searchsorted(log.time, cuts[:, 1]), log.time.size]
-    spans = [(a, b) for a, b in zip(starts, starts[1:], strict=False) if b - a >= FEWEST_SAMPLES]
+    spans = [(a, b) for a, b in pairwise(starts) if b - a >= FEWEST_SAMPLES]
     if not spans:
         raise LogError(
             f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {FEWEST_SAMPLES} samples; record without "
@@ -225,6 +226,7 @@ def listed(names: list[str] | tuple[str, ...]) -> str:
 
 
 def held_unit(name: str, unit: str) -> str:
+    """The unit a channel is held in: the glossary's, or the file's own where the glossary does not know it."""
     return CHANNELS[name].unit if name in CHANNELS else unit
 
 
@@ -305,6 +307,7 @@ def _read_with(name: str, entry: ColumnMap, table: RawTable, place: Place) -> tu
 
 
 def scaled(name: str, entry: ColumnMap, recorded: FloatArray, unit: str, place: Place) -> FloatArray:
+    """Sign * scale * x + offset, in the glossary's unit; ChannelMapError where the unit does not convert."""
     values = entry.sign * entry.scale * recorded + entry.offset
     try:
         return in_glossary_unit(name, unit, values)

@@ -212,7 +212,7 @@ def _split_instances(
     raw: AnyArray, here: IntArray, form: _Format, units: str, multipliers: str, described: _Described
 ) -> Iterator[Stream]:
     """A stream for each sender of one message; none where the message carries no stamp."""
-    stamps = [name for name in _stamp_fields(form.name, form.fields)]
+    stamps = list(_stamp_fields(form.name, form.fields))
     if not stamps:
         return
     at = units.find(_INSTANCE_UNIT)

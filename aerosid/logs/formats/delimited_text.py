@@ -183,7 +183,7 @@ def _header(lines: list[str], delimiter: str, width: int) -> _Header:
         # A data row often ends in a separator that its header lacks, or the other way round.
         if abs(len(fields) - width) > 1 or len(rows) == 2:
             break
-        rows.insert(0, (line.lstrip().startswith(("#", "%")), (fields + [""])[:width]))
+        rows.insert(0, (line.lstrip().startswith(("#", "%")), [*fields, ""][:width]))
     if not rows:
         return _Header([f"column {index + 1}" for index in range(width)], [None] * width)
     marked = [fields for mark, fields in rows if mark]
