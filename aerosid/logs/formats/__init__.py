@@ -356,10 +356,10 @@ def _guess_format(path: Path, data: bytes, *, mapped: bool) -> str:
             f"{path}: the suffix {shown(suffix)} tells no format (known are {', '.join(known)}); rename the file, or "
             "name the format in a channel map."
         )
-    if mapped and candidates[0] == "csv" and not looks_native(data):
-        return "text" if holds_words(data) else "ascii"
-    if mapped and candidates[0] == "ascii" and holds_words(data):
+    if mapped and candidates[0] in ("csv", "ascii") and holds_words(data):
         return "text"
+    if mapped and candidates[0] == "csv" and not looks_native(data):
+        return "ascii"
     return candidates[0]
 
 

@@ -10,7 +10,7 @@ from aerosid.logs.formats.table import RawTable
 
 _DELIMITERS: tuple[str | None, ...] = (",", ";", "\t", None)
 _NAME_WITH_UNIT = re.compile(r"(.+?)\s*[\[(]([^\[\]()]*)[\])]")
-_SAMPLE = 65536  # bytes that show what rows are like
+_SAMPLE, _ROWS = 65536, 40  # bytes, and rows at their end, that show what rows are like
 _HEADER_LIMIT = 500  # lines of text before the first row of numbers: enough for any recorder's preamble
 
 
@@ -56,14 +56,13 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
 
 
 def holds_words(data: bytes) -> bool:
-    """Whether rows of the table hold clock times or words among their numbers, which `read_ascii_columns` refuses."""
+    """Whether most rows of a table hold clock times or words among their numbers, which `read_ascii_columns` refuses.
+
+    One wrong field in a table of numbers does not make it a table of words.
+    """
     lines = data[:_SAMPLE].replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
-    for line in lines[-2:1:-1] if len(lines) > 3 else ():
-        text = _decode(line)
-        if not text.strip():
-            continue
-        return _numeric_width(text) == (0, None)
-    return False
+    rows = [text for line in lines[-2 : max(2, len(lines) // 2) : -1][:_ROWS] if (text := _decode(line)).strip()]
+    return 2 * sum(_numeric_width(text) == (0, None) for text in rows) > len(rows)
 
 
 def _decode(raw: bytes) -> str:

@@ -119,7 +119,7 @@ def _lines(data: bytes, path: str) -> list[str]:
 
 def _layout(lines: list[str], dialect: Dialect) -> tuple[str, int | None]:
     """The separator, and the index of the first row of data."""
-    best: tuple[int, str, int] | None = None
+    best: tuple[tuple[bool, bool, int], str, int] | None = None
     for delimiter in (dialect.delimiter,) if dialect.delimiter else _DELIMITERS:
         first = dialect.names_line
         for index, line in enumerate(lines[:_HEADER_LIMIT]) if first is None else ():
@@ -129,8 +129,11 @@ def _layout(lines: list[str], dialect: Dialect) -> tuple[str, int | None]:
                 break
         if first is not None and first < len(lines):
             width = len(_fields(lines[first], delimiter))
-            if best is None or width > best[0]:
-                best = (width, delimiter, first)
+            named = any(abs(len(_fields(line, delimiter)) - width) <= 1 for line in lines[max(first - 2, 0) : first])
+            # A comma may be the mark of decimals; the others stand in no number.
+            worth = (named and width > 2, delimiter != ",", width)
+            if best is None or worth > best[0]:
+                best = (worth, delimiter, first)
     return (dialect.delimiter or ",", None) if best is None else (best[1], best[2])
 
 
