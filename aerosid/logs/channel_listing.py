@@ -15,6 +15,7 @@ _BLOCKS = "▁▂▃▄▅▆▇█"
 _SPARKS = 24  # characters of a sparkline
 _SPAN_OF = 20  # samples of a stream that counts for the recording's span: less is settings and events
 _SINCE_1970 = 1e8  # s
+_LARGEST = 1e150
 
 
 @dataclass(frozen=True)
@@ -174,8 +175,10 @@ def _listed_stream(stream: Stream, clock: Clock | None, origin: int, settings: S
 
 def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyArray) -> ListedChannel:
     values = recorded.astype(np.float64)
+    # Beyond, a sum overflows: such numbers are damage.
+    values[~(np.abs(values) < _LARGEST)] = np.nan
     held = values[np.isfinite(values)]
-    repeats = float(np.mean(np.diff(held) == 0.0)) if held.size > 1 else 0.0
+    repeats = float(np.mean(held[1:] == held[:-1])) if held.size > 1 else 0.0
     label = f"{stream.label}.{name}" if stream.label else name
     return ListedChannel(
         label,

@@ -188,8 +188,11 @@ def _channel(recording: Recording, mapping: ChannelMap, name: str, entry: Channe
     raw = [np.asarray(one.column.load()) for one in found]
     held = entry.held or any(values.dtype.kind == "b" for values in raw)
     recorded = np.column_stack([values.astype(np.float64) for values in raw])
-    recorded = np.where(np.isinf(recorded), np.nan, recorded)
-    values = scaled(name, entry, initialised(name, recorded, []).sum(axis=1), unit, place)
+    recorded = np.where(np.isfinite(recorded), recorded, np.nan)
+    # Damaged bytes make numbers whose product overflows; such a sample is missing.
+    with np.errstate(all="ignore"):
+        values = scaled(name, entry, initialised(name, recorded, []).sum(axis=1), unit, place)
+    values = np.where(np.isfinite(values), values, np.nan)
     return _Channel(name, entry, found, clock, values, unit, held, np.empty(0))
 
 

@@ -270,7 +270,7 @@ def read_recording(path: str | Path, form: str | None = None) -> Recording:
     path = Path(path)
     data = _unpacked(_read_bytes(path), str(path))
     name = form or _guess_format(path, data, mapped=True)
-    if name == "ascii":
+    if name == "ascii" and holds_words(data):
         name = "text"
     found = FORMATS[name].read(data, str(path))
     return found if isinstance(found, Recording) else _as_recording(name, found)

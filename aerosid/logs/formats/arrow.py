@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.formats.damaged_columns import guarded
 from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, Recording, Stream
 
 PARQUET = b"PAR1"
@@ -31,7 +32,7 @@ def read_parquet(data: bytes, path: str) -> Recording:
         schema = file.schema_arrow
         table = partial(_parquet_column, data)
         return _recording("parquet", schema, table, path)
-    except pa.ArrowException as error:
+    except (pa.ArrowException, OSError) as error:
         raise LogError(f"{path}: {_damaged(error)}") from None
 
 
@@ -49,7 +50,7 @@ def read_feather(data: bytes, path: str) -> Recording:
     try:
         table = feather.read_table(io.BytesIO(data))
         return _recording("feather", table.schema, partial(_table_column, table), path)
-    except pa.ArrowException as error:
+    except (pa.ArrowException, OSError) as error:
         raise LogError(f"{path}: {_damaged(error)}") from None
 
 
@@ -80,7 +81,8 @@ def _recording(form: str, schema: Any, load: Any, path: str) -> Recording:
         elif pa.types.is_integer(field.type) or pa.types.is_floating(field.type) or pa.types.is_boolean(field.type):
             metadata = field.metadata or {}
             unit = metadata.get(b"unit", metadata.get(b"units"))
-            columns[field.name] = Column(partial(_numbers, load, field.name), unit.decode() if unit else None)
+            unit = unit.decode("utf-8", "replace") if unit else None
+            columns[field.name] = guarded(partial(_numbers, load, field.name), path, field.name, unit)
     if not columns:
         raise LogError(f"{path}: the table holds no column of numbers; check that this is the right file.")
     return Recording(form, (Stream("", columns, tuple(clocks)),))

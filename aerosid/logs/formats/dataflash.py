@@ -337,7 +337,7 @@ def read_dataflash_text(data: bytes, path: str) -> Recording:
     lines_of_file = csv.reader(data.decode("latin-1").splitlines(), skipinitialspace=True, quoting=csv.QUOTE_NONE)
     for number, line in enumerate(lines_of_file):
         name = line[0].strip() if line else ""
-        if name == "FMT" and len(line) >= len(_FMT_FIELDS) and line[1].strip().isdigit():
+        if name == "FMT" and len(line) >= len(_FMT_FIELDS) and line[1].strip().isdigit() and line[2].strip().isdigit():
             form = _Format(line[3].strip(), int(line[2]), line[4].strip(), tuple(part.strip() for part in line[5:]))
             formats[form.name] = form
             rows.setdefault("FMT", []).append(line)
@@ -363,25 +363,26 @@ def _text_stream(form: _Format, lines: list[list[str]], order: IntArray) -> Iter
     stamps = dict(_stamp_fields(form.name, form.fields))
     if not stamps:
         return
-    table = list(zip(*lines, strict=True))
+    table = [_numbers(words) for words in zip(*lines, strict=True)]
+    names = list(form.fields)
+    # A line whose stamp is damaged has no place in time.
+    sound = np.all([np.isfinite(table[names.index(name)]) for name in stamps], axis=0)
     clocks = []
     columns: dict[str, Column] = {}
-    for name, letter, words in zip(form.fields, form.letters, table, strict=False):
-        if letter in "anNZM":
-            continue
-        values = _numbers(words)
+    for name, letter, values in zip(names, form.letters, table, strict=False):
         if name in stamps:
-            clocks.append(Clock(name, values.astype(np.int64), TICKS[stamps[name]]))
-        else:
-            columns[name] = column(values)
-    yield Stream(form.name, columns, tuple(clocks), order=order)
+            clocks.append(Clock(name, values[sound].astype(np.int64), TICKS[stamps[name]]))
+        elif letter not in "anNZM":
+            columns[name] = column(values[sound])
+    if sound.any():
+        yield Stream(form.name, columns, tuple(clocks), order=order[sound])
 
 
 def _numbers(words: tuple[str, ...]) -> AnyArray:
     try:
         return np.array(words, dtype=np.float64)
     except ValueError:
-        return np.array([_number(word) for word in words])
+        return np.array([_number(word) for word in words], dtype=np.float64)
 
 
 def _number(word: str) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.formats.damaged_columns import guarded
 from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import AnyArray, Column, Recording, Stream
 
@@ -50,7 +51,7 @@ def read_hdf5(data: bytes, path: str) -> Recording:
     by_length: dict[int, dict[str, Column]] = {}
     try:
         for name, dataset in _datasets(h5py, file):
-            for label, length, column in _columns(name, dataset, transposed=matlab):
+            for label, length, column in _columns(name, dataset, path, transposed=matlab):
                 by_length.setdefault(length, {})[label] = column
     except (OSError, RuntimeError) as error:
         detail = " ".join(str(error).split())[:80]
@@ -71,7 +72,7 @@ def _datasets(h5py: Any, group: Any, prefix: str = "") -> Iterator[tuple[str, An
             yield f"{prefix}{name}", item
 
 
-def _columns(name: str, dataset: Any, *, transposed: bool) -> Iterator[tuple[str, int, Column]]:
+def _columns(name: str, dataset: Any, path: str, *, transposed: bool) -> Iterator[tuple[str, int, Column]]:
     shape = dataset.shape
     if shape is None or dataset.dtype.kind not in "fiub" or dataset.attrs.get("MATLAB_class") == _MATLAB_TEXT:
         return
@@ -80,14 +81,14 @@ def _columns(name: str, dataset: Any, *, transposed: bool) -> Iterator[tuple[str
     unit = dataset.attrs.get("units", dataset.attrs.get("unit"))
     unit = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else unit if isinstance(unit, str) else None
     if len(shape) == 1 or min(shape) == 1:
-        yield name, max(shape), Column(partial(_load, dataset, None, 0), unit)
+        yield name, max(shape), guarded(partial(_load, dataset, None, 0), path, name, unit)
         return
     # Samples run down MATLAB's rows, which are this file's columns; elsewhere along the longer side.
     along = 1 if transposed else int(shape[1] > shape[0])
     width = shape[1 - along]
     if width <= _MOST_COLUMNS:
         for index in range(width):
-            yield f"{name}[{index}]", shape[along], Column(partial(_load, dataset, index, along), unit)
+            yield f"{name}[{index}]", shape[along], guarded(partial(_load, dataset, index, along), path, name, unit)
 
 
 def _load(dataset: Any, index: int | None, along: int) -> AnyArray:

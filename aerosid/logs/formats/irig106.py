@@ -16,6 +16,7 @@ from aerosid.logs.recording import Clock, Column, Recording, Stream, column
 
 SYNC = b"\x25\xeb"
 TICK = 1e-7  # s: the relative time counter runs at 10 MHz
+_COUNTER = (1 << 48) - 1  # the counter has 48 bits
 _WORD = 4  # bytes of a discrete's state and of an ARINC 429 word
 
 
@@ -94,7 +95,7 @@ def _drift(packets: list[tuple[int, datetime]]) -> str:
 
 def _discrete(packet: Any, into: _Collected) -> None:
     for message in packet:
-        into.stamps.append(int(message.ipts))
+        into.stamps.append(int(message.ipts) & _COUNTER)
         into.words.append(int.from_bytes(message.data[:_WORD], "little"))
 
 
@@ -109,7 +110,7 @@ def _arinc429(packet: Any, into: _Collected) -> None:
 
 def _mil1553(packet: Any, into: _Collected) -> None:
     for message in packet:
-        into.stamps.append(int(message.ipts))
+        into.stamps.append(int(message.ipts) & _COUNTER)
         into.words.append(int.from_bytes(message.data[:2], "little"))
 
 

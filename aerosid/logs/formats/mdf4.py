@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.formats.damaged_columns import guarded
 from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import AnyArray, Clock, Column, Recording, Stream
 
@@ -48,7 +49,7 @@ def read_mdf4(data: bytes, path: str) -> Recording:
     streams, notes = [], []
     for index, group in enumerate(file.groups):
         if group.channel_group.cycles_nr:
-            stream = _stream(file, index, group)
+            stream = _stream(file, index, group, path)
             if stream.columns:
                 streams.append(stream)
     if not streams:
@@ -86,7 +87,7 @@ def _utc(start: Any) -> datetime | None:
     return start.astimezone(UTC) if isinstance(start, datetime) and start.year > 1970 else None
 
 
-def _stream(file: Any, index: int, group: Any) -> Stream:
+def _stream(file: Any, index: int, group: Any, path: str) -> Stream:
     stamps = np.asarray(file.get_master(index), dtype=np.float64)
     columns: dict[str, Column] = {}
     for at, channel in enumerate(group.channels):
@@ -94,7 +95,8 @@ def _stream(file: Any, index: int, group: Any) -> Stream:
             continue
         numeric = channel.data_type in _NUMBER_TYPES
         if numeric and not _is_array(group, at):
-            columns[channel.name] = Column(partial(_load, file, index, at), _unit(channel))
+            load = partial(_load, file, index, at)
+            columns[channel.name] = guarded(load, path, channel.name, _unit(channel))
     return Stream(f"group {index}", columns, (Clock("master", stamps, 1.0),))
 
 

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.formats.damaged_columns import guarded
 from aerosid.logs.formats.missing_library import library
-from aerosid.logs.recording import AnyArray, Clock, Column, Recording, Stream
+from aerosid.logs.recording import AnyArray, Clock, Recording, Stream
 
 MAGIC = b"TDSm"
 _NO_START = np.datetime64("1904-01-02")  # LabVIEW's zero: a channel that says so says nothing
@@ -50,7 +51,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
         except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead npTDMS to
             detail = " ".join(str(error).split())[:80] or type(error).__name__
             raise LogError(f"{path}: the TDMS file is damaged or truncated ({detail}); copy it again.") from None
-    streams, start = _streams(channels)
+    streams, start = _streams(channels, path)
     if not streams:
         raise LogError(f"{path}: no channel holds numbers; check that this is the right file.")
     notes = []
@@ -89,7 +90,7 @@ def _lengths_differ(channels: list[Any]) -> bool:
     return any(len(lengths) > 1 for lengths in seen.values())
 
 
-def _streams(channels: list[Any]) -> tuple[list[Stream], datetime | None]:
+def _streams(channels: list[Any], path: str) -> tuple[list[Stream], datetime | None]:
     numeric = [channel for channel in channels if channel.dtype.kind in "fiub"]
     starts = {channel.path: _start(channel) for channel in numeric}
     known = [start for start in starts.values() if start is not None]
@@ -108,7 +109,7 @@ def _streams(channels: list[Any]) -> tuple[list[Stream], datetime | None]:
             late = 0.0 if start is None or first is None else float((start - first) / np.timedelta64(1, "us")) * 1e-6
             seconds = late + float(offset or 0.0) + np.arange(length) * float(increment)
             clocks = (Clock("wf_increment", seconds, 1.0),)
-        columns = {member.name: Column(partial(_load, member), _unit(member)) for member in members}
+        columns = {member.name: guarded(partial(_load, member), path, member.name, _unit(member)) for member in members}
         streams.append(Stream(group, columns, clocks))
     return streams, None if first is None else _utc(first)
 
