@@ -40,7 +40,7 @@ def batch_command(
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.errors import UsageError
     from aerosid.file_set import require_folder
-    from aerosid.loop.identification import LoopSettings
+    from aerosid.loop.settings import LoopSettings
     from aerosid.studies.batch import find_logs, run_batch, write_batch
     from aerosid.studies.batch.console import print_batch
     from aerosid.studies.batch.one_log import CONDITION

@@ -10,9 +10,10 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.paper_chain import ChainSettings
 
 _FILTERS = ("zero-phase", "causal", "off")

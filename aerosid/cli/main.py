@@ -18,6 +18,7 @@ from aerosid.cli.export import export_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, console
 from aerosid.cli.study import study_command
+from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
 
 app = typer.Typer(
@@ -198,7 +199,7 @@ def close_loop_command(
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
-    from aerosid.loop.result import Verdict
+    from aerosid.loop.verdict import Verdict
     from aerosid.reporting import print_summary, write_report
 
     settings = loop_settings(
@@ -240,6 +241,7 @@ app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
 app.command("channels")(channels_command)
+app.command("warm-up")(warm_up_command)
 
 
 @app.command()

@@ -1,17 +1,30 @@
-"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+"""The verdict of a loop in one word and one sentence."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 
 import numpy as np
 
-from aerosid.estimation.evidence import unexplained_channels
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.loop.result import Effect, ErrorRow, Verdict
+from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.refutation import cannot_follow
+
+
+class Verdict(Enum):
+    """The outcome of a loop; each value is a sentence for a person."""
+
+    EXPLAINED = "The named effects explain what the declared model lacks, down to the measurement noise."
+    PARTLY_EXPLAINED = "The named effects are there, but more is missing than they explain."
+    UNEXPLAINED = "The declared model is wrong, and nothing in the library explains how."
+    NOTHING_MISSING = "With its derivatives re-estimated the declared model explains the flight down to the noise."
+    NOT_EXCITED = "The manoeuvre does not excite the aircraft enough to show anything."
+    INCONSISTENT_DATA = "The measured channels contradict one another; no aerodynamic model can follow them all."
 
 
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:

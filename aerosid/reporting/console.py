@@ -8,7 +8,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.next_flight.planned_flight import NextFlight
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
 
 _STYLES = {

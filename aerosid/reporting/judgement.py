@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from aerosid.loop.result import ClosedLoop, ErrorRow, Verdict
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting.words import effect_name, number, shown_unit
 
 DECISIONS = {

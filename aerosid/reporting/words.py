@@ -9,7 +9,7 @@ from typing import NamedTuple
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Factor, parse_term
-from aerosid.loop.result import Effect
+from aerosid.loop.effect_rows import Effect
 from aerosid.nomenclature import CHANNELS
 
 DEGREES = 180.0 / math.pi

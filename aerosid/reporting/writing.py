@@ -13,7 +13,7 @@ from aerosid.errors import AircraftError, UsageError
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import compose, report_html
 from aerosid.reporting.paper import report_pdf
-from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 
 TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {

@@ -1,4 +1,4 @@
-"""Terms that a coefficient alone cannot tell from a late or wrong sensor, or from a slow control, that was found."""
+"""Terms that one coefficient alone cannot tell from a sensor's or a control's fault."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import refine_on

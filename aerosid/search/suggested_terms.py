@@ -1,4 +1,4 @@
-"""Terms that the flight suggests and does not prove: what an engineer would ask for next."""
+"""Terms suggested but not proven: below the critical t-ratio."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.search.finding_rows import finding_of
 from aerosid.search.findings import Finding

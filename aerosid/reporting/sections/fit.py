@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, FitRow
+from aerosid.loop.goodness import FitRow
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.autocorrelations import autocorrelations
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 

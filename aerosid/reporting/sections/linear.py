@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, LinearRow, Parameter
+from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.step_response import step_response_chart
 from aerosid.reporting.words import MISSING, Unit, number, shown_unit, with_deviation

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from aerosid.loop.next_flight.flight_limits import MARGIN
-from aerosid.loop.result import ClosedLoop, PlannedInput, PlannedPeak, Question
+from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook

@@ -8,7 +8,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.result_schema import input_files
+from aerosid.reporting.result_json import input_files
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:

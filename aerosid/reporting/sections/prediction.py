@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, ErrorRow, Simulated
+from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook

@@ -13,8 +13,9 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
 
