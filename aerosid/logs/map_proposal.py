@@ -46,6 +46,7 @@ _UNIT_IN_NAME = {"_deg": "deg", "_degps": "deg/s", "_kt": "kt", "_ft": "ft", "_g
                  "_rad_s": "rad/s", "_m_s2": "m/s^2", "_kts": "kt", "_fps": "ft/s", "_mps": "m/s", "_radps": "rad/s",
                  "_rps": "rad/s",                  "_mps2": "m/s^2", "_ms2": "m/s^2", "_m": "m", "_1": "1"}  # fmt: skip
 _1990, _2100 = 631_152_000.0, 4_102_444_800.0  # s since 1970
+_TABLES = ("csv", "ascii", "mat")  # formats whose maps always name the column of time
 _TIME = ("time", "t", "ts", "times", "timestamp", "timeus", "dastimearray")
 
 
@@ -179,6 +180,9 @@ def _by_name(recording: Recording) -> dict[str, ProposedChannel]:
 
 def _time_column(recording: Recording) -> tuple[str, str] | None:
     """The column of time of a table whose format does not know it."""
+    clock = recording.streams[0].clock()
+    if recording.format in _TABLES and clock is not None:
+        return clock.name, next(unit for unit, tick in TICKS.items() if tick == clock.tick)
     if any(stream.clocks for stream in recording.streams):
         return None
     for stream in recording.streams:

@@ -278,9 +278,20 @@ def read_recording(path: str | Path, form: str | None = None) -> Recording:
 
 def _as_recording(name: str, table: RawTable) -> Recording:
     """A table as the one stream of a recording; its columns go by their numbers where they have no names."""
-    names = [held or f"column {index + 1}" for index, held in enumerate(table.names)]
+    from aerosid.logs.formats.delimited_text import numeric_clocks
+
+    names: list[str] = []
+    for index, held in enumerate(table.names):
+        plain = held or f"column {index + 1}"
+        names.append(plain if plain not in names else f"{plain} ({index + 1})")
     columns = {held: column(table.values[:, index], table.units[index]) for index, held in enumerate(names)}
-    return Recording(name, (Stream("", columns),))
+    whole = {
+        f"{held} {left}{one.unit}{right}": held
+        for held, one in columns.items()
+        if one.unit
+        for left, right in ("[]", "()")
+    }
+    return Recording(name, (Stream("", columns, numeric_clocks(columns), aliases=whole),))
 
 
 def _mapping(path: Path, channels: Channels | None) -> tuple[ChannelMap, str] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -246,10 +247,20 @@ def _clocks(frame: pd.DataFrame, header: _Header, columns: dict[str, Column]) ->
             if stamps is not None:
                 clocks.append(Clock(header.names[index], stamps, TICKS["us"]))
                 columns[header.names[index]] = column(stamps, "us")
-    for index, name in enumerate(header.names):
-        if name.lower() in _TIME_NAMES and name not in {clock.name for clock in clocks}:
-            clocks += _numeric_clock(name, header.units[index], columns[name])
-    return tuple(clocks)
+    known = {clock.name for clock in clocks}
+    return (*clocks, *numeric_clocks({name: one for name, one in columns.items() if name not in known}))
+
+
+def numeric_clocks(columns: Mapping[str, Column]) -> tuple[Clock, ...]:
+    """Stamps from columns of numbers that are named as time is.
+
+    Parameters
+    ----------
+    columns : mapping of str to Column
+        Of one table.
+    """
+    named = [(name, one) for name, one in columns.items() if name.lower() in _TIME_NAMES]
+    return tuple(clock for name, one in named for clock in _numeric_clock(name, one.unit, one))
 
 
 def _numeric_clock(name: str, unit: str | None, source: Column) -> list[Clock]:
