@@ -110,7 +110,13 @@ class Listing:
 
     def as_json(self) -> dict[str, Any]:
         """The listing as JSON holds it: finite numbers, None where there is none."""
-        return {"schema": 1, **asdict(self)}
+        content: dict[str, Any] = {"schema": 1, **asdict(self)}
+        stamps = {stream.label: stream for stream in self.streams}
+        for channel in content["channels"]:
+            stream = stamps[channel["stream"]]
+            channel |= {"rate": stream.rate, "first": stream.first, "last": stream.last, "holes": stream.holes}
+            channel["range"] = [channel["minimum"], channel["maximum"]]
+        return content
 
 
 def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, with_columns: bool = True) -> Listing:

@@ -24,6 +24,8 @@ class StampSettings:
     restart : float
         s; a step back by more begins another run of the recorder where the stamps after it overlap those before.
         Messages of an EKF lie up to 2.2 ms back, re-sent telemetry up to some tenths of a second.
+    most_restarts : int
+        More steps back than this are disorder, and no recorder that was started so often.
     stray : float
         s without any sample between a message and the flight; a latched message older than the log or a wrong stamp
         stands alone behind so long a silence. Found on PX4's sample_log_small.ulg, which is no evidence for it.
@@ -38,6 +40,7 @@ class StampSettings:
     restart: float = 0.5
     stray: float = 5.0
     stray_share: float = 0.02
+    most_restarts: int = 200
     coarse_share: float = 0.02
 
 
@@ -81,6 +84,8 @@ def restarts(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> IntArra
     recorder overlap in time, and sorting would mix two flights.
     """
     back = np.flatnonzero(np.diff(seconds) < -settings.restart) + 1
+    if back.size > settings.most_restarts:
+        return np.empty(0, dtype=np.int64)
     found: list[int] = []
     start = 0
     for index, at in enumerate(back):
@@ -142,22 +147,23 @@ def boot_numbers(
     at = restarts(fullest.clocks[0].seconds(), settings)
     if at.size == 0:
         return streams
-    cuts = [_first_back(usable, int(order[index - 1]), int(order[index]), settings) for index in at]
+    places = np.concatenate([stream.order for stream in usable if stream.order is not None])
+    seconds = np.concatenate([stream.clocks[0].seconds() for stream in usable])
+    rank = np.argsort(places, kind="stable")
+    places, seconds = places[rank], seconds[rank]
+    cuts = [_first_back(places, seconds, int(order[index - 1]), int(order[index]), settings) for index in at]
     return [
         stream if stream.order is None else replace(stream, boots=np.searchsorted(cuts, stream.order, side="right"))
         for stream in streams
     ]
 
 
-def _first_back(streams: list[Stream], low: int, high: int, settings: StampSettings) -> int:
+def _first_back(places: IntArray, seconds: FloatArray, low: int, high: int, settings: StampSettings) -> int:
     """The first place in (low, high] of a message that is stamped far before those ahead of it."""
-    order = np.concatenate([stream.order for stream in streams if stream.order is not None])
-    seconds = np.concatenate([stream.clocks[0].seconds() for stream in streams])
-    rank = np.argsort(order, kind="stable")
-    order, seconds = order[rank], seconds[rank]
-    newest = float(np.median(seconds[order <= low][-5:]))
-    between = (order > low) & (order <= high) & (seconds < newest - settings.restart)
-    return int(order[between][0]) if between.any() else high
+    first, last = np.searchsorted(places, [low, high], side="right")
+    newest = float(np.median(seconds[max(first - 5, 0) : first]))
+    between = np.flatnonzero(seconds[first:last] < newest - settings.restart)
+    return int(places[first + between[0]]) if between.size else high
 
 
 def _own_boots(stream: Stream, settings: StampSettings) -> Stream:

@@ -116,7 +116,7 @@ FORMATS: dict[str, Format] = {
         several_clocks=True,
     ),
     "dataflash_text": Format(
-        _late("dataflash", "read_dataflash_text"),
+        _late("dataflash_text", "read_dataflash_text"),
         (".log",),
         False,
         "ArduPilot DataFlash, text",

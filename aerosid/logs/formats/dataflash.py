@@ -1,8 +1,7 @@
-"""ArduPilot DataFlash logs (.bin, .log): self-describing messages, columns decoded with numpy."""
+"""ArduPilot DataFlash logs (.bin): self-describing messages, columns decoded with numpy."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -14,7 +13,7 @@ import numpy as np
 from aerosid.compiled import njit
 from aerosid.errors import LogError
 from aerosid.logs.gps_time import utc_of_gps
-from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, IntArray, Recording, Stream, column
+from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, FloatArray, IntArray, Recording, Stream
 from aerosid.logs.stamps import boot_numbers
 
 MAGIC = b"\xa3\x95\x80"
@@ -23,7 +22,7 @@ _HEAD_LENGTH = 3
 _FMT = 128
 _FMT_LENGTH = 89
 # The format of a format is presumed: some files bring it late or never.
-_FMT_FIELDS = ("Type", "Length", "Name", "Format", "Columns")
+FMT_FIELDS = ("Type", "Length", "Name", "Format", "Columns")
 # Letter of a field: its numpy type and the divisor that the letter itself carries. Division, because 250/100 is 2.5
 # and 250*0.01 is not. (https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html)
 _LETTERS: dict[str, tuple[str, float]] = {
@@ -37,12 +36,12 @@ _SCALED = "cCeEL"
 _STAMPS = {"SampleUS": "us", "TimeUS": "us", "TimeMS": "ms"}
 _INSTANCE_UNIT = "#"
 _NO_MULTIPLIER = "-?"
-_BOOKKEEPING = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG")
+BOOKKEEPING = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG")
 _FIX_3D = 3
 
 
 @dataclass
-class _Format:
+class MessageFormat:
     """What a FMT message says of a type."""
 
     name: str
@@ -101,7 +100,7 @@ def read_dataflash(data: bytes, path: str) -> Recording:
     described = _descriptions(raw, positions, kinds, formats)
     streams, counts, unsound = _streams(raw, positions, kinds, formats, described)
     notes = _notes(skipped, unknown, int(positions.size), raw.size, unsound)
-    return _recording("dataflash", streams, counts, notes)
+    return finished_recording("dataflash", streams, counts, notes)
 
 
 @njit
@@ -153,21 +152,21 @@ def _text(raw: bytes) -> str:
     return raw.split(b"\0", 1)[0].decode("latin-1").strip()
 
 
-def _formats(raw: AnyArray, positions: IntArray, kinds: AnyArray) -> dict[int, _Format]:
-    found: dict[int, _Format] = {_FMT: _Format("FMT", _FMT_LENGTH, "BBnNZ", _FMT_FIELDS)}
+def _formats(raw: AnyArray, positions: IntArray, kinds: AnyArray) -> dict[int, MessageFormat]:
+    found: dict[int, MessageFormat] = {_FMT: MessageFormat("FMT", _FMT_LENGTH, "BBnNZ", FMT_FIELDS)}
     for place in positions[kinds == _FMT]:
         body = raw[place + _HEAD_LENGTH : place + _FMT_LENGTH].tobytes()
         fields = tuple(name for name in _text(body[22:86]).split(",") if name)
-        found[body[0]] = _Format(_text(body[2:6]), body[1], _text(body[6:22]), fields)
+        found[body[0]] = MessageFormat(_text(body[2:6]), body[1], _text(body[6:22]), fields)
     return found
 
 
-def _records(raw: AnyArray, positions: IntArray, form: _Format) -> AnyArray:
+def _records(raw: AnyArray, positions: IntArray, form: MessageFormat) -> AnyArray:
     layout = form.layout()
     return _gathered(raw, positions, _HEAD_LENGTH, layout.itemsize).view(layout).ravel()
 
 
-def _descriptions(raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, _Format]) -> _Described:
+def _descriptions(raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, MessageFormat]) -> _Described:
     described = _Described()
     for kind, form in formats.items():
         here = positions[kinds == kind]
@@ -178,7 +177,7 @@ def _descriptions(raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: 
     return described
 
 
-def _describe(described: _Described, form: _Format, record: Any) -> None:
+def _describe(described: _Described, form: MessageFormat, record: Any) -> None:
     if form.name == "UNIT":
         described.units[chr(int(record["Id"]) & 0xFF)] = _text(bytes(record["Label"]))
     elif form.name == "MULT":
@@ -189,7 +188,7 @@ def _describe(described: _Described, form: _Format, record: Any) -> None:
 
 
 def _streams(
-    raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, _Format], described: _Described
+    raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, MessageFormat], described: _Described
 ) -> tuple[list[Stream], dict[str, int], list[str]]:
     streams: list[Stream] = []
     counts: dict[str, int] = {}
@@ -199,7 +198,7 @@ def _streams(
         if here.size == 0:
             continue
         counts[form.name] = counts.get(form.name, 0) + int(here.size)
-        if form.name in _BOOKKEEPING:
+        if form.name in BOOKKEEPING:
             continue
         if not form.sound:
             unsound.append(form.name)
@@ -209,10 +208,10 @@ def _streams(
 
 
 def _split_instances(
-    raw: AnyArray, here: IntArray, form: _Format, units: str, multipliers: str, described: _Described
+    raw: AnyArray, here: IntArray, form: MessageFormat, units: str, multipliers: str, described: _Described
 ) -> Iterator[Stream]:
     """A stream for each sender of one message; none where the message carries no stamp."""
-    stamps = list(_stamp_fields(form.name, form.fields))
+    stamps = list(stamp_fields(form.name, form.fields))
     if not stamps:
         return
     at = units.find(_INSTANCE_UNIT)
@@ -234,10 +233,12 @@ def _split_instances(
         yield Stream(form.name, columns, clocks, instance, mine)
 
 
-def _stamp_fields(message: str, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+def stamp_fields(message: str, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """The fields of a message that hold stamps, with their units, the autopilot's own first."""
     # Before 2014 TimeMS of a GPS message was the GPS time of the week, and T the autopilot's clock.
     if message in ("GPS", "GPS2") and "T" in fields and "TimeMS" in fields:
         yield "T", "ms"
+        yield "TimeMS", "ms"
         return
     for name, unit in _STAMPS.items():
         if name in fields:
@@ -254,7 +255,7 @@ def _unit_of(index: int, letter: str, units: str, multipliers: str, described: _
     return described.multipliers.get(multipliers[index], 1.0) or 1.0, unit
 
 
-def _field(raw: AnyArray, here: IntArray, form: _Format, name: str, factor: float) -> AnyArray:
+def _field(raw: AnyArray, here: IntArray, form: MessageFormat, name: str, factor: float) -> AnyArray:
     """One field of all messages of one type, in the unit that the file names; shape (n,)."""
     layout = form.layout()
     fields = layout.fields
@@ -293,7 +294,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     return notes
 
 
-def _recording(form: str, streams: list[Stream], counts: dict[str, int], notes: list[str]) -> Recording:
+def finished_recording(form: str, streams: list[Stream], counts: dict[str, int], notes: list[str]) -> Recording:
     """The parts common to binary and text: what was dropped, absolute time, the recorder's starts."""
     dropped = [stream for stream in streams if stream.name == "DSF" and "Dp" in stream.columns]
     if dropped:
@@ -309,84 +310,21 @@ def _utc_of_zero(streams: list[Stream]) -> datetime | None:
     """Absolute time at zero of the autopilot's clock, from the first message with a fix in three dimensions."""
     for stream in streams:
         week = next((name for name in ("GWk", "Week") if name in stream.columns), None)
-        milliseconds = next((name for name in ("GMS", "TimeMS") if name in stream.columns), None)
-        if stream.name != "GPS" or week is None or milliseconds is None or "Status" not in stream.columns:
+        of_week = _gps_seconds(stream)
+        if stream.name != "GPS" or week is None or of_week is None or "Status" not in stream.columns:
             continue
         weeks = stream.columns[week].load()
-        fixed = np.flatnonzero((stream.columns["Status"].load() >= _FIX_3D) & (weeks > 0))
+        fixed = np.flatnonzero((stream.columns["Status"].load() >= _FIX_3D) & (weeks > 0) & np.isfinite(of_week))
         if fixed.size:
             at = int(fixed[0])
-            factor = 1.0 if stream.columns[milliseconds].unit in (None, "ms") else 1e3
-            of_week = float(stream.columns[milliseconds].load()[at]) * factor
-            return utc_of_gps(int(weeks[at]), of_week * 1e-3 - float(stream.clocks[0].seconds()[at]))
+            return utc_of_gps(int(weeks[at]), float(of_week[at]) - float(stream.clocks[0].seconds()[at]))
     return None
 
 
-def read_dataflash_text(data: bytes, path: str) -> Recording:
-    """The messages of a DataFlash log in text form (.log), one stream a type.
-
-    Raises
-    ------
-    LogError
-        If no message in it is described.
-    """
-    formats: dict[str, _Format] = {}
-    rows: dict[str, list[list[str]]] = {}
-    places: dict[str, list[int]] = {}
-    unread = 0
-    lines_of_file = csv.reader(data.decode("latin-1").splitlines(), skipinitialspace=True, quoting=csv.QUOTE_NONE)
-    for number, line in enumerate(lines_of_file):
-        name = line[0].strip() if line else ""
-        if name == "FMT" and len(line) >= len(_FMT_FIELDS) and line[1].strip().isdigit() and line[2].strip().isdigit():
-            form = _Format(line[3].strip(), int(line[2]), line[4].strip(), tuple(part.strip() for part in line[5:]))
-            formats[form.name] = form
-            rows.setdefault("FMT", []).append(line)
-        elif name in formats and len(line) - 1 == len(formats[name].fields):
-            rows.setdefault(name, []).append(line[1:])
-            places.setdefault(name, []).append(number)
-        elif line and formats:
-            unread += 1
-    if not formats or not set(rows) - {"FMT"}:
-        raise LogError(f"{path}: no line is a described DataFlash message; check that this is the right file.")
-    streams = [
-        stream
-        for name, lines in rows.items()
-        if name not in _BOOKKEEPING
-        for stream in _text_stream(formats[name], lines, np.array(places[name]))
-    ]
-    counts = {name: len(lines) for name, lines in rows.items()}
-    notes = [f"{unread} lines are no described message and not read"] if unread else []
-    return _recording("dataflash_text", streams, counts, notes)
-
-
-def _text_stream(form: _Format, lines: list[list[str]], order: IntArray) -> Iterator[Stream]:
-    stamps = dict(_stamp_fields(form.name, form.fields))
-    if not stamps:
-        return
-    table = [_numbers(words) for words in zip(*lines, strict=True)]
-    names = list(form.fields)
-    # A line whose stamp is damaged has no place in time.
-    sound = np.all([np.isfinite(table[names.index(name)]) for name in stamps], axis=0)
-    clocks = []
-    columns: dict[str, Column] = {}
-    for name, letter, values in zip(names, form.letters, table, strict=False):
-        if name in stamps:
-            clocks.append(Clock(name, values[sound].astype(np.int64), TICKS[stamps[name]]))
-        elif letter not in "anNZM":
-            columns[name] = column(values[sound])
-    if sound.any():
-        yield Stream(form.name, columns, tuple(clocks), order=order[sound])
-
-
-def _numbers(words: tuple[str, ...]) -> AnyArray:
-    try:
-        return np.array(words, dtype=np.float64)
-    except ValueError:
-        return np.array([_number(word) for word in words], dtype=np.float64)
-
-
-def _number(word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return float("nan")
+def _gps_seconds(stream: Stream) -> FloatArray | None:
+    """Seconds of the GPS week, from whichever field holds them; None where none does."""
+    if "GMS" in stream.columns:
+        milliseconds = stream.columns["GMS"]
+        return milliseconds.load() * (1e-3 if milliseconds.unit in (None, "ms") else 1.0)
+    clock = stream.clock("TimeMS")
+    return None if clock is None or len(stream.clocks) < 2 else clock.seconds()
