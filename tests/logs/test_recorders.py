@@ -9,7 +9,7 @@ import pytest
 from recordings import recorder, recorder_facts
 
 from aerosid.errors import LogError
-from aerosid.logs.formats import read_recording
+from aerosid.logs.formats import read_log, read_recording, read_segments
 from aerosid.logs.recording import TICKS, AnyArray, Clock, Recording, Stream
 from aerosid.logs.stamps import unusable
 
@@ -315,3 +315,19 @@ def test_truncated_hdf5_is_refused_in_one_sentence(tmp_path: Any) -> None:
     path.write_bytes(whole[: 2 * len(whole) // 3])
     with pytest.raises(LogError, match=r"log\.h5: the HDF5 file is damaged or truncated .*copy or save it again\.$"):
         read_recording(path)
+
+
+def test_a_folder_of_topics_is_one_recording() -> None:
+    """Every topic is gone for 0.7 to 0.8 s at seven places: eight segments or more, no sample in a hole."""
+    folder = recorder("px4/proto_flt09/Proto_FLT09_airspeed_0.csv.gz").parent
+    parts = read_segments(folder)
+    for hole in (355.92, 440.9, 608.57, 682.86, 831.2):
+        assert not any(np.any(np.abs(part.time - hole - 0.35) < 0.2) for part in parts)
+    assert sum(part.time[-1] - part.time[0] for part in parts) > 500.0
+    log = read_log(folder)
+    assert {"V", "p", "q", "r", "theta", "phi", "delta_e"} <= set(log.channels)
+    assert 12.0 < np.nanmean(log["V"]) < 20.0
+    rate = log["q"] * np.cos(log["phi"]) - log["r"] * np.sin(log["phi"])
+    pitch = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.time))])
+    level = np.abs(log["theta"]) < 1.0
+    assert np.corrcoef(np.gradient(log["theta"])[level], np.gradient(pitch)[level])[0, 1] > 0.8

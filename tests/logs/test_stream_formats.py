@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime as dt
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pytest
 import recorder_files as files
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from pyarrow import feather, parquet
 
-from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.formats import missing_library, read_log, read_recording
+from aerosid.errors import AerosidError, ChannelMapError, LogError
+from aerosid.logs.channel_listing import list_channels
+from aerosid.logs.formats import missing_library, read_log, read_recording, read_segments
 from aerosid.logs.formats.missing_library import EXTRAS
+from aerosid.logs.map_proposal import propose_map
 
 N = 60
 K = np.arange(N)
@@ -211,3 +218,89 @@ def test_a_map_that_names_nothing_that_is_there(tmp_path: Path) -> None:
         read_log(path, {"q": {"column": "sensor.y", "unit": "rad/s"}})
     with pytest.raises(ChannelMapError, match="holds none of the channels"):
         read_log(path)
+
+
+def test_a_folder_of_topics(tmp_path: Path) -> None:
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    stamps = 1_000_000 + 20_000 * K
+    attitude = "timestamp,q[0],q[1],q[2],q[3],pitchspeed\n"
+    attitude += "".join(f"{s},1,0,0,0,{0.01 * k}\n" for k, s in enumerate(stamps))
+    speed = "timestamp,true_airspeed_m_s\n" + "".join(f"{s},{15 + 0.1 * k}\n" for k, s in enumerate(stamps))
+    write(folder, "FLT_vehicle_attitude_0.csv", attitude)
+    write(folder, "FLT_airspeed_0.csv", speed)
+    log = read_log(folder)
+    assert_allclose(log.time, 1e-6 * stamps, rtol=1e-12)
+    assert_allclose(log["q"], 0.01 * K)
+    assert_allclose(log["V"], 15 + 0.1 * K)
+    assert_allclose(log["theta"], 0.0)
+
+
+ATT: files.Fmt = (10, "ATT", "Qcc", "TimeUS,Roll,Pitch")
+
+
+def samples(folder: Path) -> dict[str, bytes]:
+    """One small good file a format, by its name."""
+    time = 0.01 * np.arange(200)
+    rows = [(10_000 * int(k) + 1_000_000, float(k)) for k in range(200)]
+    table = pa.table({"time": time, "q": np.sin(time)})
+    parquet.write_table(table, folder / "good.parquet")
+    feather.write_feather(table, folder / "good.feather")
+    return {
+        "log.ulg": files.ulog([("gyro", 0, "uint64_t timestamp;float x;", rows)]),
+        "log.mf4": files.mdf4(folder / "good.mf4", [{"q": (time, np.sin(time), "rad/s")}]).read_bytes(),
+        "log.tdms": files.tdms([("g", "q", np.sin(time), {"wf_increment": 0.01})]),
+        "log.h5": files.hdf5(folder / "good.h5", {"time": time, "q": np.sin(time)}).read_bytes(),
+        "log.igc": files.igc("HFDTEDATE:030418,01", range(100, 160), range(500, 560), range(500, 560)),
+        "log.ch10": files.irig106(range(1_000_000, 5_000_000, 100_000), range(40)),
+        "log.tlog": files.tlog([(10**15 + 10_000 * k, files.attitude(10 * k, 0.1)) for k in range(60)]),
+        "log.bin": files.flash_format(files.FMT_OF_FMT)
+        + files.flash_format(ATT)
+        + b"".join(files.flash_message(ATT, 20_000 * (k + 1), 0, k) for k in range(60)),
+        "log.log": b"FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format\nFMT, 1, 20, ATT, Icc, TimeMS,Roll,Pitch\n"
+        + b"".join(b"ATT, %d, 1.0, 2.0\n" % (20 * k) for k in range(60)),
+        "log.csv": files.g1000([f"2024-05-06, 09:00:{k:02d}, , , 861.5, 100, 2, -1, 0.1" for k in range(50)]).encode(),
+        "log.parquet": (folder / "good.parquet").read_bytes(),
+        "log.feather": (folder / "good.feather").read_bytes(),
+    }
+
+
+MAPS: dict[str, Any] = {
+    "log.ulg": {"q": {"column": "gyro.x", "unit": "rad/s"}},
+    "log.mf4": {"q": "q"},
+    "log.igc": {"h": "gps_alt"},
+    "log.ch10": {"bits": {"column": "bits", "unit": "1"}},
+    "log.csv": "garmin_g1000",
+} | {
+    name: {"schema": 1, "time": {"column": "time", "unit": "s"}, "channels": {"q": {"column": "q", "unit": "rad/s"}}}
+    for name in ("log.h5", "log.parquet", "log.feather")
+}
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@given(st.data())
+def test_damaged_recordings_are_read_or_refused_in_one_sentence(tmp_path: Path, data: st.DataObject) -> None:
+    for module in ("asammdf", "nptdms", "h5py", "aerofiles", "chapter10", "pymavlink"):
+        pytest.importorskip(module)
+    if not _SAMPLES:
+        _SAMPLES.update(samples(tmp_path))
+    good = _SAMPLES
+    name = data.draw(st.sampled_from(sorted(good)))
+    content = bytearray(good[name])
+    start = data.draw(st.integers(0, len(content) - 1))
+    content[start : start + data.draw(st.integers(0, 16))] = data.draw(st.binary(max_size=16))
+    if data.draw(st.booleans()):
+        del content[data.draw(st.integers(min(start, len(content)), len(content))) :]
+    path = write(tmp_path, name, bytes(content))
+    with contextlib.suppress(AerosidError):
+        listing = list_channels(read_recording(path))
+        json.dumps(listing.as_json(), allow_nan=False)
+        propose_map(read_recording(path), str(path))
+    with contextlib.suppress(AerosidError):
+        for log in read_segments(path, MAPS.get(name)):
+            assert log.samples >= 10
+            assert not any(np.isinf(values).any() for values in log.channels.values())
+    assert path.read_bytes() == bytes(content)
+
+
+_SAMPLES: dict[str, bytes] = {}

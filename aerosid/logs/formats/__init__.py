@@ -220,10 +220,11 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
         As `read_log`.
     """
     path = Path(path)
-    label = str(path)
-    packed = _read_bytes(path)
-    data = _unpacked(packed, label)
-    digest = hashlib.sha256(packed).hexdigest()
+    if _is_topic_folder(path):
+        parts, digest = _assemble_folder(path, channels)
+    else:
+        packed = _read_bytes(path)
+        parts, digest = _assemble(path, _unpacked(packed, str(path)), channels), hashlib.sha256(packed).hexdigest()
     return tuple(
         FlightLog(
             name=_log_name(path),
@@ -233,11 +234,28 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
             sources=part.sources,
             positions=part.positions,
             notes=tuple(part.notes),
-            path=label,
+            path=str(path),
             sha256=digest,
         )
-        for part in _assemble(path, data, channels)
+        for part in parts
     )
+
+
+def _is_topic_folder(path: Path) -> bool:
+    from aerosid.logs.formats.topic_folder import topic_files
+
+    return path.is_dir() and bool(topic_files(path))
+
+
+def _assemble_folder(path: Path, channels: Channels | None) -> tuple[list[Assembled], str]:
+    from aerosid.logs.formats.topic_folder import read_topic_folder
+    from aerosid.logs.mapped_recording import map_recording
+
+    recording, digest = read_topic_folder(path)
+    mapped = _mapping(path, channels) or _mapping(path, "px4")
+    assert mapped is not None  # the ready one comes with the package
+    mapping, map_label = mapped
+    return map_recording(recording, mapping, Place(str(path), map_label)), digest
 
 
 def format_of(path: str | Path) -> str:
@@ -249,6 +267,8 @@ def format_of(path: str | Path) -> str:
         If it cannot be opened, or neither its content nor its suffix tells.
     """
     path = Path(path)
+    if _is_topic_folder(path):
+        return "ulog"
     return _guess_format(path, _unpacked(_read_bytes(path), str(path)), mapped=True)
 
 
@@ -268,6 +288,10 @@ def read_recording(path: str | Path, form: str | None = None) -> Recording:
         If it cannot be read.
     """
     path = Path(path)
+    if form is None and _is_topic_folder(path):
+        from aerosid.logs.formats.topic_folder import read_topic_folder
+
+        return read_topic_folder(path)[0]
     data = _unpacked(_read_bytes(path), str(path))
     name = form or _guess_format(path, data, mapped=True)
     if name == "ascii" and holds_words(data):

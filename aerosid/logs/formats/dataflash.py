@@ -55,6 +55,7 @@ class MessageFormat:
 
     @property
     def sound(self) -> bool:
+        """Whether letters, fields and length agree."""
         known = all(letter in _LETTERS for letter in self.letters)
         unique = len(set(self.fields)) == len(self.fields) == len(self.letters)
         return known and unique and self.layout().itemsize == self.length - _HEAD_LENGTH
