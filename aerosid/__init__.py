@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
     from aerosid.loop.verdict import Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
@@ -31,11 +32,13 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
+    "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.settings",
     "Recording": "aerosid.logs.recording",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
     "close_loop": "aerosid.loop.closed_loop",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "read_recording": "aerosid.logs.formats",
@@ -49,11 +52,13 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
     "Recording",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
     "read_recording",

@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.errors import ChannelMapError, LogError
 from aerosid.logs.column_lookup import Found, LookupProblem, find_column
 from aerosid.logs.flight_log import ChannelSource
-from aerosid.logs.formats.assembly import Assembled, Place, derive, held_unit, initialised, scaled
+from aerosid.logs.formats.assembly import Assembled, Place, derive, glossary_factor, held_unit, initialised, scaled
 from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
 from aerosid.logs.raster import DEFAULTS, RasterSettings, Track, onto_one_raster
 from aerosid.logs.recording import TICKS, Clock, FloatArray, IntArray, Recording, Stream
@@ -117,6 +117,9 @@ def _assembled(
         log.sources[channel.name] = ChannelSource(labels, channel.unit, sign, entry.scale, entry.offset, entry.delay)
         if entry.position is not None:
             log.positions[channel.name] = entry.position
+        for given, declared in ((entry.noise, log.noise), (entry.resolution, log.resolution)):
+            if given is not None:
+                declared[channel.name] = given * glossary_factor(channel.name, channel.unit)
     derive(log, mapping, place)
     return log
 

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import aerosid
 from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
+from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
-from aerosid.loop.effect_rows import effect_row
+from aerosid.loop.effect_rows import Effect, effect_row
 from aerosid.loop.flying_qualities import Requirement
 from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.identification import Identification, identify
 from aerosid.loop.linear_analysis import LinearRow, Spread, analyse_models, requirement_for
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
-from aerosid.loop.open_loop_errors import compare, validation_gain
+from aerosid.loop.open_loop_errors import ErrorRow, compare, validation_gain
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.verdict import judge, summarise, told_of_colour, told_of_refuted
@@ -28,6 +31,8 @@ from aerosid.search.confirmation import told_of_confirmed
 from aerosid.search.indistinguishable_terms import told_of_rivals
 from aerosid.search.suggested_terms import told_of_unproven
 
+Told = Callable[[ClosedLoop], None]
+
 
 def close_loop(
     identification: Sequence[FlightLog],
@@ -35,6 +40,7 @@ def close_loop(
     validation: Sequence[FlightLog] = (),
     settings: LoopSettings = USUAL,
     progress: Progress = lambda _stage: None,
+    judged: Told = lambda _result: None,
 ) -> ClosedLoop:
     """What the declared model lacks, the completed model and the errors before and after, on every log.
 
@@ -48,6 +54,9 @@ def close_loop(
         Manoeuvres that are only predicted.
     progress : callable
         Told the name of each stage as it begins.
+    judged : callable
+        Given verdict, findings and errors as soon as they are known: the result that is returned, yet without d(t),
+        the paper's chain, linear models and the next flight, none of which changes them.
 
     Raises
     ------
@@ -62,42 +71,24 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     identified = identify(identification, aircraft, validation, settings, progress)
+    aircraft = identified.aircraft
     if identified.found is None:
-        return contradicted_loop(identified, aircraft, settings.seed)
-    return _reported(identified, identified.found, aircraft, requirement, settings, progress)
-
-
-def _reported(
-    identified: Identification,
-    found: Attribution,
-    aircraft: Aircraft,
-    requirement: Requirement,
-    settings: LoopSettings,
-    progress: Progress,
-) -> ClosedLoop:
-    """The findings with all that a report shows of them: d(t), simulations, tables, linear models, the next flight."""
-    manoeuvres, others = identified.manoeuvres, identified.validation
-    pictures = None
-    if settings.paper_chain:
-        progress("estimating the model error d(t)")
-        pictures = model_error_pictures(
-            identified.plain, manoeuvres, identified.candidates, found, aircraft.coefficients, settings.chain
-        )
-    chain = pictures.chain if pictures else None
-    correlations = pictures.correlations if pictures else {}
-
+        contradicted = contradicted_loop(identified, aircraft, settings.seed)
+        judged(contradicted)
+        return contradicted
     progress("simulating every log")
-    simulated, errors, coefficients = compare(identified.declared, found, aircraft, manoeuvres, others)
-    gain = validation_gain(errors)
-    effects = tuple(effect_row(n, f, correlations, gain) for n, f in enumerate(found.findings, start=1))
-    linear, unlinearised = _linear(identified, found, aircraft, requirement, settings)
-    verdict = judge(found, manoeuvres, others)
-    rows = derivative_rows(aircraft, found, chain, scatter(found.completed, manoeuvres))
+    result = _judged(identified, identified.found, aircraft, settings)
+    judged(result)
+    return _completed(result, identified, identified.found, requirement, settings, progress)
 
-    progress("designing the next flight")
-    ahead = None
-    if settings.next_flight:
-        ahead = plan_next_flight(found, manoeuvres, rows, {**aircraft.limits, **settings.limits})
+
+def _judged(identified: Identification, found: Attribution, aircraft: Aircraft, settings: LoopSettings) -> ClosedLoop:
+    """The findings with the errors before and after on every log, and the verdict: what an engineer waits for."""
+    manoeuvres, others = identified.manoeuvres, identified.validation
+    simulated, errors, coefficients = compare(identified.declared, found, aircraft, manoeuvres, others)
+    effects = _effects(found, {}, errors)
+    verdict = judge(found, manoeuvres, others)
+    rows = derivative_rows(aircraft, found, None, scatter(found.completed, manoeuvres))
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -106,25 +97,64 @@ def _reported(
         identification=tuple(manoeuvre.log for manoeuvre in manoeuvres),
         validation=tuple(manoeuvre.log for manoeuvre in others),
         verdict=verdict,
-        summary=summarise(verdict, effects, tuple(errors)),
+        summary=" ".join((summarise(verdict, effects, tuple(errors)), *told_of_patterns(rows, errors))),
         effects=effects,
         alternatives=tuple(effect_row(n, other, {}, None) for n, other in enumerate(found.alternatives, start=1)),
         derivatives=rows,
         coefficients=tuple(coefficients),
         errors=tuple(errors),
         simulated=tuple(simulated),
+        screening=(),
+        model_error=(),
+        prefilter=prefilter_note(None, settings),
+        notes=(),
+        fit=tuple(row for each in simulated for row in fit_rows(each)),
+        innovations=tuple(innovation_rows(found.completed, manoeuvres)),
+        correlation=correlation_matrix(found.completed, found.completed_deviations),
+        kinematics=identified.agreement,
+    )
+
+
+def _completed(
+    result: ClosedLoop,
+    identified: Identification,
+    found: Attribution,
+    requirement: Requirement,
+    settings: LoopSettings,
+    progress: Progress,
+) -> ClosedLoop:
+    """The result with all that a report shows beside the verdict: d(t), linear models, the next flight."""
+    aircraft, manoeuvres = result.aircraft, identified.manoeuvres
+    pictures = None
+    if settings.paper_chain:
+        progress("estimating the model error d(t)")
+        pictures = model_error_pictures(
+            identified.plain, manoeuvres, identified.candidates, found, aircraft.coefficients, settings.chain
+        )
+    rows = derivative_rows(aircraft, found, pictures.chain if pictures else None, scatter(found.completed, manoeuvres))
+    linear, unlinearised = _linear(identified, found, aircraft, requirement, settings)
+
+    progress("designing the next flight")
+    ahead = None
+    if settings.next_flight:
+        ahead = plan_next_flight(found, manoeuvres, rows, {**aircraft.limits, **settings.limits})
+    return replace(
+        result,
+        effects=_effects(found, pictures.correlations if pictures else {}, result.errors),
+        derivatives=rows,
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),
         prefilter=prefilter_note(pictures, settings),
         notes=_notes(identified, found, pictures, unlinearised, rows, settings),
         linear=linear,
         next_flight=ahead,
-        fit=tuple(row for each in simulated for row in fit_rows(each)),
-        innovations=tuple(innovation_rows(found.completed, manoeuvres)),
-        correlation=correlation_matrix(found.completed, found.completed_deviations),
         regressors=pictures.regressors if pictures else (),
-        kinematics=identified.agreement,
     )
+
+
+def _effects(found: Attribution, correlations: dict[Entry, float], errors: Sequence[ErrorRow]) -> tuple[Effect, ...]:
+    gain = validation_gain(errors)
+    return tuple(effect_row(n, f, correlations, gain) for n, f in enumerate(found.findings, start=1))
 
 
 def _linear(

@@ -11,6 +11,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.goodness import variance_inflation
 from aerosid.model_error.paper_chain import Chain
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 
 
@@ -97,13 +98,13 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
     for row in rows:
         if row.shown:
             continue
-        error = "no bound" if row.std_error is None else f"a standard error of {row.std_error:.2g}"
+        error = "no bound" if row.std_error is None else f"a standard error of {number(row.std_error, 2)}"
         why = ""
         if row.correlation_max is not None and row.correlation_max > 0.95:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         sentences.append(
-            f"These records cannot show {row.coefficient} {row.term}: {row.value:.3g} has {error}{why}. Do not read it "
-            "as measured."
+            f"These records cannot show {row.coefficient} {row.term}: {number(row.value)} has {error}{why}. "
+            "Do not read it as measured."
         )
     return sentences
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import Agreement, KinematicConsistency, check_kinematics
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
@@ -20,6 +21,7 @@ from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
+from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.search.attribution import Attribution, attribute
@@ -34,6 +36,8 @@ class Identification:
 
     Attributes
     ----------
+    aircraft : Aircraft
+        The declared one, at the loading that was flown.
     plain : AerodynamicModel
         The declared model as its file gives it, with an input column for every candidate term.
     declared : AerodynamicModel
@@ -50,6 +54,7 @@ class Identification:
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     """
 
+    aircraft: Aircraft
     plain: AerodynamicModel
     declared: AerodynamicModel
     candidates: tuple[Entry, ...]
@@ -85,11 +90,17 @@ def identify(
     LogError
         Where a log lacks a channel that the model needs.
     AircraftError
-        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold.
+        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold, or
+        lateral coefficients.
     EstimationError
         Where the declared model cannot be simulated at all.
     """
+    aircraft.require_longitudinal("the search for what a model lacks")
     progress("reading the logs into the flight model")
+    aircraft, logs, validation = at_own_loading(aircraft, logs, validation)
+    logs, validation = (
+        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, validation)
+    )
     candidates = candidate_entries(aircraft, [*logs, *validation])
     plain = declared_model(aircraft, _mean_airspeed(logs[0]), [term for _, term in candidates])
     manoeuvres = tuple(prepare(log, aircraft, plain.columns) for log in logs)
@@ -100,7 +111,7 @@ def identify(
     progress("comparing the instruments with each other")
     agreement = check_kinematics(logs) if settings.kinematics else None
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
-        return Identification(plain, declared, candidates, manoeuvres, others, agreement, None)
+        return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, None)
 
     progress("re-estimating the declared model")
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
@@ -115,7 +126,7 @@ def identify(
 
     progress("tracing the residual")
     found, rivals = _traced(before, declared, candidates, manoeuvres, others, aircraft, agreement, settings)
-    return Identification(plain, declared, candidates, manoeuvres, others, agreement, found, rivals)
+    return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, found, rivals)
 
 
 def _traced(

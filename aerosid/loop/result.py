@@ -17,6 +17,7 @@ from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.model_error.force_history import ErrorHistory
@@ -59,3 +60,5 @@ class ClosedLoop:
     """The model error against the found terms and their closest rivals."""
     kinematics: KinematicConsistency | None = None
     """Whether the instruments agree with each other; None where too few channels are there."""
+    provenance: Provenance = NOBODY
+    """Day, settings that are not the usual ones, command line, analyst."""

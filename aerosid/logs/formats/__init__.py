@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import gzip
 import hashlib
-import importlib
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats.ascii_columns import holds_words, read_ascii_columns
+from aerosid.logs.flight_log import FlightLog, longest_stretch, stretches, with_fuel_used
+from aerosid.logs.formats.ascii_columns import holds_words
 from aerosid.logs.formats.assembly import Assembled, Place, assemble_mapped, assemble_native, cut_at_holes
-from aerosid.logs.formats.matlab5 import read_matlab5
-from aerosid.logs.formats.native_csv import looks_native, read_native_csv
+from aerosid.logs.formats.catalogue import FORMATS, Format
+from aerosid.logs.formats.native_csv import looks_native
 from aerosid.logs.formats.table import RawTable, shown
 from aerosid.logs.recording import Recording, Stream, column
 
@@ -29,135 +30,6 @@ Channels = str | Path | Mapping[str, Any]
 """A channel map: its file, the name of a ready one, or its content."""
 
 
-@dataclass(frozen=True)
-class Format:
-    """One recorder format.
-
-    Attributes
-    ----------
-    read : callable
-        From the file's bytes and its name, for messages, to its columns or, of several clocks, its streams.
-    suffixes : tuple of str
-        File suffixes by which the format is guessed; each may be followed by `.gz`.
-    self_describing : bool
-        Whether the file itself names channels and units, so that it needs no channel map.
-    description : str
-        One line for `aerosid formats`.
-    magic : tuple of bytes
-        How such a file begins, where that tells it from others; it then goes before the suffix.
-    ready_map : str or None
-        The channel map that comes with aerosid and is used where there is no other.
-    extra : str or None
-        The extra of aerosid that installs what reads it.
-    several_clocks : bool
-        Whether its streams have stamps of their own.
-    """
-
-    read: Callable[[bytes, str], RawTable | Recording]
-    suffixes: tuple[str, ...]
-    self_describing: bool
-    description: str
-    magic: tuple[bytes, ...] = ()
-    ready_map: str | None = None
-    extra: str | None = None
-    several_clocks: bool = False
-
-
-def _late(module: str, function: str) -> Callable[[bytes, str], Recording]:
-    """A reader that is imported when a file needs it: some bring compilers and libraries along."""
-
-    def read(data: bytes, path: str) -> Recording:
-        found = getattr(importlib.import_module(f"aerosid.logs.formats.{module}"), function)(data, path)
-        assert isinstance(found, Recording)  # by the readers' annotations
-        return found
-
-    return read
-
-
-FORMATS: dict[str, Format] = {
-    "csv": Format(read_native_csv, (".csv",), True, "aerosid's own: a header row `name [unit], ...`, then numbers"),
-    "ascii": Format(
-        read_ascii_columns,
-        (".asc", ".txt", ".dat", ".tsv", ".csv"),
-        False,
-        "columns separated by blanks, comma, semicolon or tab; header or none",
-    ),
-    "text": Format(
-        _late("delimited_text", "read_delimited_text"),
-        (),
-        False,
-        "tables with clock times and words: Garmin, JSBSim, X-Plane, PX4's CSV",
-    ),
-    "mat": Format(
-        read_matlab5, (".mat",), False, "MATLAB 5 to 7: one matrix, a struct, or one variable a channel", (b"MATLAB 5",)
-    ),
-    "hdf5": Format(
-        _late("hdf5", "read_hdf5"),
-        (".h5", ".hdf5", ".hdf"),
-        False,
-        "HDF5 and MATLAB 7.3: every data set of numbers by its path",
-        (b"\x89HDF\r\n\x1a\n", b"MATLAB 7.3"),
-        extra="hdf5",
-    ),
-    "parquet": Format(_late("arrow", "read_parquet"), (".parquet",), False, "Apache Parquet, one table", (b"PAR1",)),
-    "feather": Format(
-        _late("arrow", "read_feather"), (".feather", ".arrow"), False, "Feather, Arrow IPC", (b"ARROW1", b"FEA1")
-    ),
-    "ulog": Format(
-        _late("ulog", "read_ulog"), (".ulg",), False, "PX4 ULog", (b"ULog\x01\x12\x35",), "px4", several_clocks=True
-    ),
-    "dataflash": Format(
-        _late("dataflash", "read_dataflash"),
-        (".bin",),
-        False,
-        "ArduPilot DataFlash, binary",
-        (b"\xa3\x95\x80",),
-        "ardupilot",
-        several_clocks=True,
-    ),
-    "dataflash_text": Format(
-        _late("dataflash_text", "read_dataflash_text"),
-        (".log",),
-        False,
-        "ArduPilot DataFlash, text",
-        (),
-        "ardupilot",
-        several_clocks=True,
-    ),
-    "tlog": Format(
-        _late("mavlink_log", "read_tlog"),
-        (".tlog",),
-        False,
-        "MAVLink telemetry log",
-        (),
-        "mavlink",
-        "mavlink",
-        several_clocks=True,
-    ),
-    "mdf4": Format(
-        _late("mdf4", "read_mdf4"),
-        (".mf4", ".mdf"),
-        False,
-        "ASAM MDF 4",
-        (b"MDF     ", b"UnFinMF "),
-        extra="mdf4",
-        several_clocks=True,
-    ),
-    "tdms": Format(
-        _late("tdms", "read_tdms"), (".tdms",), False, "LabVIEW TDMS", (b"TDSm",), extra="tdms", several_clocks=True
-    ),
-    "irig106": Format(
-        _late("irig106", "read_irig106"),
-        (".ch10", ".c10"),
-        False,
-        "IRIG 106 chapter 10: discretes, raw bus words (experimental)",
-        (b"\x25\xeb",),
-        extra="irig106",
-        several_clocks=True,
-    ),
-    "igc": Format(_late("igc", "read_igc"), (".igc",), False, "FAI IGC, gliders' fixes", extra="igc"),
-}
-
 _READY = Path(__file__).resolve().parents[1] / "ready_maps"
 
 
@@ -167,7 +39,12 @@ def ready_maps() -> dict[str, Path]:
 
 
 def read_log(
-    path: str | Path, channels: Channels | None = None, start: float | None = None, stop: float | None = None
+    path: str | Path,
+    channels: Channels | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    *,
+    across_holes: bool = False,
 ) -> FlightLog:
     """The recorded manoeuvre as an immutable log in SI on its own time base.
 
@@ -181,6 +58,8 @@ def read_log(
         its format.
     start, stop : float, optional
         The span, s of the log's own time; the longest stretch without a hole inside it is read.
+    across_holes : bool
+        All stretches in one log, with nothing between them: for whole flights in which manoeuvres are sought.
 
     Raises
     ------
@@ -189,21 +68,10 @@ def read_log(
     ChannelMapError
         If the map is wrong or does not fit the recording, or the format needs a map and there is none.
     """
-    segments = read_segments(path, channels)
-    if len(segments) == 1:
-        return segments[0] if start is None and stop is None else segments[0].between(start, stop)
-    low, high = float("-inf") if start is None else start, float("inf") if stop is None else stop
-
-    def overlap(log: FlightLog) -> float:
-        return min(float(log.time[-1]), high) - max(float(log.time[0]), low)
-
-    longest = max(segments, key=overlap)
-    others = ", ".join(f"{log.time[0]:.6g} to {log.time[-1]:.6g} s" for log in segments if log is not longest)
-    note = (
-        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(segments)} stretches without "
-        f"a hole; the others: {others}; choose one by its span"
-    )
-    return replace(longest, notes=(*longest.notes, note)).between(start, stop)
+    whole = _read_whole(Path(path), channels)
+    if start is not None or stop is not None:
+        whole = whole.between(start, stop)
+    return whole if across_holes else longest_stretch(whole)
 
 
 def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[FlightLog, ...]:
@@ -219,26 +87,44 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
     LogError, ChannelMapError
         As `read_log`.
     """
-    path = Path(path)
+    return stretches(_read_whole(Path(path), channels))
+
+
+def _read_whole(path: Path, channels: Channels | None) -> FlightLog:
+    """Every stretch of a recording in one log that knows the holes between them."""
     if _is_topic_folder(path):
         parts, digest = _assemble_folder(path, channels)
     else:
         packed = _read_bytes(path)
         parts, digest = _assemble(path, _unpacked(packed, str(path)), channels), hashlib.sha256(packed).hexdigest()
-    return tuple(
-        FlightLog(
-            name=_log_name(path),
-            time=part.time,
-            channels=part.channels,
-            units=part.units,
-            sources=part.sources,
-            positions=part.positions,
-            notes=tuple(part.notes),
-            path=str(path),
-            sha256=digest,
-        )
-        for part in parts
+    first = parts[0]
+    used = _used_map(path, channels)
+    log = FlightLog(
+        name=_log_name(path),
+        time=np.concatenate([part.time for part in parts]),
+        channels={name: np.concatenate([part.channels[name] for part in parts]) for name in first.channels},
+        units=first.units,
+        sources=first.sources,
+        positions=first.positions,
+        noise=first.noise,
+        resolution=first.resolution,
+        notes=tuple(first.notes),
+        path=str(path),
+        sha256=digest,
+        channel_map="" if used is None else str(used),
+        channel_map_sha256="" if used is None else hashlib.sha256(_read_bytes(used)).hexdigest(),
+        holes=tuple((float(a.time[-1]), float(b.time[0])) for a, b in pairwise(parts)),
     )
+    return with_fuel_used(log)
+
+
+def _used_map(path: Path, channels: Channels | None) -> Path | None:
+    """The file of the channel map, where it is beside the recording or given as one; ready maps are aerosid's own."""
+    from aerosid.logs.formats.channel_map import find_channel_map
+
+    if isinstance(channels, Mapping) or (channels is not None and not Path(channels).exists()):
+        return None
+    return find_channel_map(path, None if channels is None else Path(channels))
 
 
 def _is_topic_folder(path: Path) -> bool:

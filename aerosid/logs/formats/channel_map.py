@@ -25,6 +25,7 @@ from aerosid.logs.formats.table import shown
 
 Column = Annotated[StrictInt, Field(ge=1)] | Annotated[StrictStr, Field(min_length=1)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class ColumnMap(BaseModel):
@@ -64,6 +65,8 @@ class ChannelColumnMap(ColumnMap):
         How late it is, s.
     position : (float, float, float), optional
         Where its sensor sits from the centre of gravity, m, body axes.
+    noise, resolution : float, optional
+        Standard deviation and resolution in the given unit; they win over what is estimated from the samples.
     held : bool
         Whether a sample holds until the next: a switch, a mode, a counter.
     time : ColumnMap, optional
@@ -75,6 +78,8 @@ class ChannelColumnMap(ColumnMap):
     """
 
     delay: Finite = 0.0
+    noise: Positive | None = None
+    resolution: Positive | None = None
     position: tuple[Finite, Finite, Finite] | None = None
     held: StrictBool = False
     time: ColumnMap | None = None
