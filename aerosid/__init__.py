@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from aerosid.aircraft import Aircraft, load_aircraft, save_aircraft
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
-    from aerosid.logs.formats import read_log
+    from aerosid.logs.formats import read_log, read_recording, read_segments
+    from aerosid.logs.recording import Recording
     from aerosid.loop.closed_loop import close_loop
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
@@ -33,12 +34,15 @@ _HOMES = {
     "FlightLog": "aerosid.logs.flight_log",
     "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.settings",
+    "Recording": "aerosid.logs.recording",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
     "close_loop": "aerosid.loop.closed_loop",
     "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
+    "read_recording": "aerosid.logs.formats",
+    "read_segments": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
     "write_report": "aerosid.reporting",
 }
@@ -50,12 +54,15 @@ __all__ = [
     "FlightLog",
     "FlightSegmentation",
     "LoopSettings",
+    "Recording",
     "Verdict",
     "bundled_folder",
     "close_loop",
     "find_manoeuvres",
     "load_aircraft",
     "read_log",
+    "read_recording",
+    "read_segments",
     "save_aircraft",
     "write_report",
 ]

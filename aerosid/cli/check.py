@@ -47,13 +47,21 @@ def check_command(
     output = console()
     declared = load_aircraft(aircraft) if aircraft else None
     held: dict[Path, FlightLog] = {}
+    shown: set[Path] = set()
     closing = []
     for span in spans_between(logs, start, stop):
         log = read_span(span, channels, held)
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
         silent = quiet or as_json
+<<<<<<< HEAD
         closing.append(_checked(log, None if silent else output, _longest(declared)))
+=======
+        if not silent and span.path not in shown:
+            shown.add(span.path)
+            _print_streams(span.path, output)
+        closing.append(_checked(log, None if silent else output, declared.mean_chord if declared else None))
+>>>>>>> formats
     if as_json:
         typer.echo(json.dumps({"schema": 1, "logs": closing}, indent=2, allow_nan=False))
     elif quiet:
@@ -62,6 +70,7 @@ def check_command(
     return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
 
 
+<<<<<<< HEAD
 def _longest(aircraft: Aircraft | None) -> float | None:
     """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
     from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
@@ -72,6 +81,21 @@ def _longest(aircraft: Aircraft | None) -> float | None:
 
 
 def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
+=======
+def _print_streams(path: Path, output: Console) -> None:
+    """First and last time, rate and holes of each stream, where a recording has several clocks."""
+    from aerosid.logs.channel_listing import list_channels
+    from aerosid.logs.formats import FORMATS, format_of, read_recording
+    from aerosid.reporting.channel_tables import print_notes, print_streams
+
+    if FORMATS[format_of(path)].several_clocks:
+        listing = list_channels(read_recording(path), with_columns=False)
+        print_streams(listing, str(path), output)
+        print_notes(listing, output)
+
+
+def _checked(log: FlightLog, output: Console | None, mean_chord: float | None) -> dict[str, object]:
+>>>>>>> formats
     """What one log is worth, printed where there is an output, and as JSON holds it."""
     from aerosid.compatibility import check_kinematics
     from aerosid.compatibility.plausible import implausible_positions

@@ -154,7 +154,7 @@ def read_roles(
     for usual, spans in ((ROLES[0], spans_between(logs, start, stop)), (ROLES[1], expand(validate))):
         for span in spans:
             role = (usual == ROLES[0] and span.role) or usual
-            log = read_span(span, channels, held)
+            log = read_span(span, channels, held, across_holes=find and role == ROLES[0])
             if find and role == ROLES[0]:
                 roled[role] += _found(log)
             else:

@@ -60,7 +60,7 @@ def find_command(
     declared = load_aircraft(aircraft) if aircraft else None
     if out is not None:
         require_folder(out)
-    recording = read_span(log, channels)
+    recording = read_span(log, channels, across_holes=True)
     if declared is not None:
         recording = with_mass(recording, declared)
     found = find_manoeuvres(recording, declared)

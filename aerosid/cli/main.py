@@ -13,6 +13,7 @@ import typer
 
 from aerosid import __version__
 from aerosid.cli.batch import batch_command
+from aerosid.cli.channels import channels_command
 from aerosid.cli.check import check_command
 from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
@@ -236,6 +237,7 @@ app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
+app.command("channels")(channels_command)
 app.command("warm-up")(warm_up_command)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -71,6 +72,8 @@ class FlightLog:
         Its resolution, likewise.
     channel_map, channel_map_sha256 : str
         The channel map that the file was read with, and SHA-256 of its bytes; empty where none was needed.
+    holes : tuple of (float, float)
+        Last time before and first after each hole that cuts the record, s.
 
     Raises
     ------
@@ -91,6 +94,7 @@ class FlightLog:
     resolution: Mapping[str, float] = field(default_factory=dict)
     channel_map: str = ""
     channel_map_sha256: str = ""
+    holes: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -122,7 +126,7 @@ class FlightLog:
     def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
         """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
         mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
-        known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256)
+        known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256, self.holes)
         return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256, *known)
 
     def __contains__(self, name: object) -> bool:
@@ -180,7 +184,46 @@ class FlightLog:
             time=self.time[keep],
             channels={name: values[keep] for name, values in self.channels.items()},
             notes=(*self.notes, note),
+            holes=tuple(hole for hole in self.holes if hole[0] >= low - 5e-10 and hole[1] <= high + 5e-10),
         )
+
+
+def stretches(log: FlightLog) -> tuple[FlightLog, ...]:
+    """The stretches of a log between its holes, in order of time; the log itself where it has none.
+
+    Parameters
+    ----------
+    log : FlightLog
+        As it was read.
+    """
+    if not log.holes:
+        return (log,)
+    edges = [0, *np.searchsorted(log.time, [after for _, after in log.holes]), log.samples]
+    spans = [(a, b) for a, b in pairwise(edges) if b - a > 1]
+    return tuple(
+        replace(log, time=log.time[a:b], channels={k: v[a:b] for k, v in log.channels.items()}, holes=())
+        for a, b in spans
+    )
+
+
+def longest_stretch(log: FlightLog) -> FlightLog:
+    """The longest stretch of a log without a hole, with a note on the others; the log itself where it has no hole.
+
+    Parameters
+    ----------
+    log : FlightLog
+        As it was read, or cut to a span.
+    """
+    parts = stretches(log)
+    if len(parts) == 1:
+        return parts[0]
+    longest = max(parts, key=lambda part: float(part.time[-1] - part.time[0]))
+    others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not longest)
+    note = (
+        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(parts)} stretches without "
+        f"a hole; the others: {others}; choose one by its span"
+    )
+    return replace(longest, notes=(*longest.notes, note))
 
 
 def with_fuel_used(log: FlightLog) -> FlightLog:

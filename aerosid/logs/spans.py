@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from aerosid.errors import LogError, UsageError
-from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.flight_log import FlightLog, longest_stretch
 from aerosid.logs.formats import read_log
 from aerosid.logs.formats.table import shown
 
@@ -112,7 +112,13 @@ def expand(texts: Iterable[str | Path]) -> tuple[Span, ...]:
     return tuple(spans)
 
 
-def read_span(text: str | Path | Span, channels: Path | None, held: dict[Path, FlightLog] | None = None) -> FlightLog:
+def read_span(
+    text: str | Path | Span,
+    channels: Path | None,
+    held: dict[Path, FlightLog] | None = None,
+    *,
+    across_holes: bool = False,
+) -> FlightLog:
     """The recording, cut to its span and named for it.
 
     Parameters
@@ -123,6 +129,8 @@ def read_span(text: str | Path | Span, channels: Path | None, held: dict[Path, F
         The channel map.
     held : dict of Path to FlightLog, optional
         Recordings that were read already: a flight of which ten spans are wanted is read once.
+    across_holes : bool
+        Keep all stretches of the span; otherwise the longest one without a hole.
 
     Raises
     ------
@@ -132,8 +140,9 @@ def read_span(text: str | Path | Span, channels: Path | None, held: dict[Path, F
     span = text if isinstance(text, Span) else parse_span(text)
     store = {} if held is None else held
     if span.path not in store:
-        store[span.path] = read_log(span.path, channels)
-    return cut_span(store[span.path], span)
+        store[span.path] = read_log(span.path, channels, across_holes=True)
+    cut = cut_span(store[span.path], span)
+    return cut if across_holes else longest_stretch(cut)
 
 
 def cut_span(log: FlightLog, span: Span) -> FlightLog:

@@ -102,7 +102,7 @@ def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[
     found = []
     for entry in logs:
         span = parse_span(entry.path)
-        log = read_span(span, channels)
+        log = read_span(span, channels, across_holes=True)
         for manoeuvre in longitudinal_manoeuvres(find_manoeuvres(log)):
             name = f"{entry.name}_{manoeuvre.start:.0f}_{manoeuvre.kind}"
             cut = Span(span.path, round(manoeuvre.cut_from, 6), round(manoeuvre.cut_to, 6), "", name)
