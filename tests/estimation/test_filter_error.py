@@ -16,9 +16,9 @@ from aerosid.effects.disturbance import unmodelled_forces
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.effect_columns import with_offsets
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
 
 COEFFICIENTS = ("C_X", "C_Z", "C_m")
 MEMORY = 0.6
@@ -76,7 +76,10 @@ def test_no_bound_is_smaller_than_among_forces_of_any_shape_and_the_covariance_f
     model, manoeuvre = problem.prepared(problem.recorded())
     plain = refine(model, [manoeuvre], model.entries, settings=BEFORE)
     spread = deviations(plain, [manoeuvre], quick=True)
-    beside = FilterError(np.zeros(len(plain.free)), spread.corrected * np.linspace(0.5, 3.0, len(plain.free)))
+    wide = spread.corrected * np.linspace(0.5, 3.0, len(plain.free))
+    beside = FilterError(
+        np.zeros(len(plain.free)), wide, ActiveEffect(unmodelled_forces(LIGHT.coefficients), ()), plain.variance
+    )
     wider = widened(spread, beside)
     assert np.all(wider.corrected >= spread.corrected)
     assert np.all(wider.corrected >= beside.deviations * (1.0 - 1e-12))
