@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
+from aerosid.aircraft.model import Aircraft, CompletionRecord, DeclaredEffect, Derivative, LogOfCompletion
 from aerosid.aircraft.schema import (
     CandidatesTable,
+    CompletedTable,
     DerivativesTable,
     EffectTable,
     LimitsTable,
@@ -104,6 +105,23 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        completion=None if tables.completed is None else _read_record(tables.completed),
+    )
+
+
+def _read_record(table: CompletedTable) -> CompletionRecord:
+    """What made a completed file's numbers."""
+    return CompletionRecord(
+        program=table.by,
+        date=table.date,
+        verdict=table.verdict,
+        declared_file=table.declared.file,
+        declared_sha256=table.declared.sha256,
+        declared_source=table.declared.source,
+        logs=tuple(LogOfCompletion(log.name, log.role, log.sha256, log.start, log.stop) for log in table.logs),
+        settings=dict(table.settings),
+        not_shown=tuple(table.not_shown),
+        bounds=table.bounds,
     )
 
 
@@ -175,7 +193,9 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
         entries = given[coefficient]
         texts = _distinct_terms(path, f"derivatives.{coefficient}", list(entries))
         derivatives += [
-            Derivative(coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed)
+            Derivative(
+                coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed, entries[text].shown
+            )
             for text, term in texts.items()
         ]
     return tuple(derivatives)

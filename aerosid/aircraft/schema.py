@@ -88,6 +88,7 @@ class _DerivativeTable(_Table):
     value: _Number
     sigma: _Sigma | None = None
     fixed: bool = False
+    shown: bool = True
 
 
 class DerivativesTable(_Table):
@@ -130,6 +131,33 @@ class EffectTable(_Table):
     parameters: dict[str, _ParameterTable] = {}
 
 
+class _CompletedLogTable(_Table):
+    name: str
+    role: str
+    sha256: str = ""
+    start: Annotated[_Number, Field(alias="from")]
+    stop: Annotated[_Number, Field(alias="to")]
+
+
+class _DeclaredTable(_Table):
+    file: str = ""
+    sha256: str = ""
+    source: str = ""
+
+
+class CompletedTable(_Table):
+    """[completed]: what made the numbers of a file that close-loop wrote."""
+
+    by: _Name
+    date: str = ""
+    verdict: str = ""
+    bounds: str = ""
+    not_shown: list[str] = []
+    settings: dict[str, str] = {}
+    declared: _DeclaredTable = _DeclaredTable()
+    logs: list[_CompletedLogTable] = []
+
+
 class AircraftFile(_Table):
     """The whole file."""
 
@@ -144,6 +172,7 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    completed: CompletedTable | None = None
 
 
 def read_tables(document: Mapping[str, Any], path: str) -> AircraftFile:
@@ -229,12 +258,15 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,
+        "completed": CompletedTable,
     }
     if not location:
         return [field.alias or name for name, field in AircraftFile.model_fields.items()]
     table = tables[str(location[0])]
     if location[0] == "derivatives" and len(location) > 1:
         table = _DerivativeTable
+    if location[0] == "completed" and len(location) > 1:
+        table = _CompletedLogTable if location[1] == "logs" else _DeclaredTable
     if location[0] == "effects" and len(location) > 2:
         table = _ParameterTable
     return [field.alias or name for name, field in table.model_fields.items()]

@@ -84,11 +84,15 @@ def read_logs(
 
 
 def with_progress(
-    identification: Sequence[FlightLog], aircraft: Aircraft, validation: Sequence[FlightLog], settings: LoopSettings
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    hold_out: Sequence[FlightLog] = (),
 ) -> ClosedLoop:
     """The loop, with a progress bar on the terminal; silent where stderr is none."""
     if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings)
+        return close_loop(identification, aircraft, validation, settings, hold_out=hold_out)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -101,4 +105,5 @@ def with_progress(
             validation,
             settings,
             progress=lambda stage: bar.update(task, description=stage, advance=1),
+            hold_out=hold_out,
         )

@@ -125,7 +125,18 @@ def close_loop_command(
     ],
     validate: Annotated[
         Optional[list[Path]],
-        typer.Option("--validate", metavar="LOG", help="A log that is only predicted; repeatable.", show_default=False),
+        typer.Option(
+            "--validate",
+            metavar="LOG",
+            help="A log that is predicted, confirms and refutes; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    hold_out: Annotated[
+        Optional[list[Path]],
+        typer.Option(
+            "--hold-out", metavar="LOG", help="A log that touches no decision; repeatable.", show_default=False
+        ),
     ] = None,
     channels: ChannelsOption = None,
     out: Annotated[
@@ -200,8 +211,9 @@ def close_loop_command(
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)
     validation = read_logs(validate or [], channels)
+    held_out = read_logs(hold_out or [], channels)
     directory = out or Path("reports") / identification[0].name
-    result = with_progress(identification, declared, validation, settings)
+    result = with_progress(identification, declared, validation, settings, held_out)
     files = write_report(result, directory, interactive=not static)
     output = console()
     print_summary(result, output)

@@ -65,6 +65,8 @@ class FlightLog:
         The file as the user named it.
     sha256 : str
         SHA-256 of the file's bytes.
+    channel_map, channel_map_sha256 : str
+        The channel map that the file was read with, and SHA-256 of its bytes; empty where none was needed.
 
     Raises
     ------
@@ -81,6 +83,8 @@ class FlightLog:
     notes: tuple[str, ...] = ()
     path: str = ""
     sha256: str = ""
+    channel_map: str = ""
+    channel_map_sha256: str = ""
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -110,7 +114,8 @@ class FlightLog:
     def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
         """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
         mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
-        return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256)
+        texts = (self.path, self.sha256, self.channel_map, self.channel_map_sha256)
+        return FlightLog, (self.name, self.time, *mappings, self.notes, *texts)
 
     def __contains__(self, name: object) -> bool:
         return name in self.channels
@@ -125,6 +130,11 @@ class FlightLog:
                 f"{self.path or self.name}: channel {name} is not in the log (it holds {held}); "
                 "add the column or map it in a channel map."
             ) from None
+
+    def __repr__(self) -> str:
+        """One line, however long the log: name, samples, span and channels."""
+        span = f"{self.time[0]:g} ... {self.time[-1]:g} s"
+        return f"<FlightLog {self.name}: {self.samples} samples, {span}, {', '.join(self.channels) or 'no channel'}>"
 
     @property
     def samples(self) -> int:

@@ -17,6 +17,8 @@ from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.provenance import NOBODY, Provenance
+from aerosid.loop.settings import USUAL, LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.model_error.force_history import ErrorHistory
@@ -59,3 +61,11 @@ class ClosedLoop:
     """The model error against the found terms and their closest rivals."""
     kinematics: KinematicConsistency | None = None
     """Whether the instruments agree with each other; None where too few channels are there."""
+    hold_out: tuple[FlightLog, ...] = ()
+    """Logs that no decision touched: predicted by the completed model after everything else."""
+    decided_by_validation: tuple[str, ...] = ()
+    """What the validation logs confirmed and refuted, a few words each; empty where they changed nothing."""
+    provenance: Provenance = NOBODY
+    """Day, settings that are not the usual ones, command line, analyst."""
+    settings: LoopSettings = USUAL
+    """All settings."""

@@ -13,6 +13,7 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
+from aerosid.reporting.roles import label_of
 from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
 
 _STYLES = {
@@ -46,7 +47,8 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
-        console.print(_errors(log, role, [row for row in result.errors if (row.log, row.role) == (log, role)]))
+        rows = [row for row in result.errors if (row.log, row.role) == (log, role)]
+        console.print(_errors(log, label_of(role, result), rows))
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
@@ -59,9 +61,13 @@ def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
 
 
 def _effects(title: str, effects: Sequence[Effect]) -> Table:
-    table = _table(title, ("", "effect"), ("value", "unit", "p", "validation"))
+    listed = any(effect.instead_of for effect in effects)
+    last = "fits worse by" if listed else "error without / with"
+    table = _table(title, ("", "effect"), ("value", "unit", "p", last))
     for effect in effects:
-        gain = effect.evidence.validation_gain
+        evidence = effect.evidence
+        gain = evidence.validation_gain if evidence.hold_out_gain is None else evidence.hold_out_gain
+        said = number(effect.worse_by, 2) if listed else MISSING if gain is None else number(gain, 2)
         sentence = effect_sentence(effect) + (f", in place of {effect.instead_of}" if effect.instead_of else "")
         cells = (
             str(effect.rank),
@@ -69,7 +75,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             with_deviation(effect.value, effect.std_error),
             effect.unit,
             p_value(effect.evidence.p_value),
-            MISSING if gain is None else f"{number(gain, 2)}×",
+            said,
         )
         table.add_row(*map(Text, cells))
     return table
@@ -92,13 +98,13 @@ def _next_flight(ahead: NextFlight) -> str:
 def _derivatives(result: ClosedLoop) -> Table:
     table = _table("Derivatives", ("", "term"), ("declared", "re-estimated", "completed model", "correlation"))
     for row in result.derivatives:
-        estimate = with_deviation(row.value, row.std_error)
+        estimate = with_deviation(row.value if row.estimate is None else row.estimate, row.std_error)
         cells = (
             row.coefficient,
             row.term,
             number(row.declared, 4),
             number(row.refitted, 4),
-            estimate if row.shown else f"not shown ({estimate})",
+            estimate if row.shown else f"{number(row.value, 4)}, not shown ({estimate})",
             number(row.correlation_max, 2),
         )
         table.add_row(*map(Text, cells))
@@ -106,8 +112,7 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
-    used = "not used for the fit" if role == "validation" else "used for the fit"
-    title = f"Error of {log} ({role}: {used}), measured - simulated, root-mean-square"
+    title = f"Error of {log} ({role}), measured - simulated, root-mean-square"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
         numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)

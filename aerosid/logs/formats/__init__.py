@@ -77,6 +77,7 @@ def read_log(path: str | Path, channel_map: str | Path | None = None) -> FlightL
     data = _unpacked(packed, label)
     map_path = None if channel_map is None else Path(channel_map)
     assembled = _assemble(path, data, map_path)
+    used = _used_map(path, map_path)
     return FlightLog(
         name=_log_name(path),
         time=assembled.time,
@@ -87,7 +88,15 @@ def read_log(path: str | Path, channel_map: str | Path | None = None) -> FlightL
         notes=tuple(assembled.notes),
         path=label,
         sha256=hashlib.sha256(packed).hexdigest(),
+        channel_map="" if used is None else str(used),
+        channel_map_sha256="" if used is None else hashlib.sha256(_read_bytes(used)).hexdigest(),
     )
+
+
+def _used_map(path: Path, given_map: Path | None) -> Path | None:
+    from aerosid.logs.formats.channel_map import find_channel_map
+
+    return find_channel_map(path, given_map)
 
 
 def _assemble(path: Path, data: bytes, given_map: Path | None) -> Assembled:

@@ -6,6 +6,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.roles import label_of
 from aerosid.reporting.simulator_tolerances import Comparison, comparisons
 
 
@@ -14,4 +15,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for row in comparisons(result):
         groups.setdefault((row.log, row.role, row.source), []).append(row)
-    return {"groups": groups} if groups else None
+    labels = {role: label_of(role, result) for _, role, _ in groups}
+    return {"groups": groups, "labels": labels} if groups else None

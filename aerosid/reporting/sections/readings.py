@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.sign_sketch import sign_sketch
+from aerosid.reporting.roles import label_of
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """The channels of every log with their sources, and the glossary's entries for them."""
     logs: list[dict[str, Any]] = []
     names: dict[str, None] = {}
-    roles = [("identification", log) for log in result.identification]
-    for role, log in [*roles, *(("validation", log) for log in result.validation)]:
+    roles = [(role, log) for role in ROLES for log in getattr(result, role)]
+    for role, log in roles:
         channels = []
         for name, values in log.channels.items():
             known = np.isfinite(values)
@@ -32,7 +34,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
                     "high": float(values[known].max()) if known.any() else None,
                 }
             )
-        logs.append({"log": log, "role": role, "channels": channels})
+        logs.append({"log": log, "role": role, "label": label_of(role, result), "channels": channels})
         names.update(dict.fromkeys(log.channels))
     label = (
         "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose above "
