@@ -1,4 +1,4 @@
-"""What an aircraft is to the rest of aerosid: geometry, mass, thrust and the declared aerodynamic model."""
+"""The declared aircraft: geometry, mass, thrust and aerodynamic model."""
 
 from __future__ import annotations
 

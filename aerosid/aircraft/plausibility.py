@@ -1,4 +1,4 @@
-"""Warnings about numbers that are legal in an aircraft file and yet unlike an aircraft."""
+"""Plausibility of an aircraft file: legal numbers that are unlike an aircraft."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From an aircraft file to an `Aircraft`, or to one sentence about what is wrong in it."""
+"""Reading of aircraft files."""
 
 from __future__ import annotations
 

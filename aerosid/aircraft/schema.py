@@ -1,4 +1,4 @@
-"""The tables and keys that an aircraft file may hold, and sentences for a file that breaks them."""
+"""Schema of the aircraft file, and sentences for a file that breaks it."""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ from aerosid.cli.export import export_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, console
 from aerosid.cli.study import study_command
+from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
 
 app = typer.Typer(
@@ -244,6 +245,7 @@ app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
+app.command("warm-up")(warm_up_command)
 
 
 @app.command()

@@ -1,4 +1,7 @@
-"""Do the instruments agree with each other? What kinematics alone say of a log, and of several of one installation."""
+"""Data compatibility of one recording or several: faults, agreement, verdict.
+
+What kinematics alone say of a log, and of several of one installation.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a log says about the flight path: the channels that drive it and see it, in stretches without gaps."""
+"""A log as the kinematic equations take it: driving and observed channels, in stretches without gaps."""
 
 from __future__ import annotations
 

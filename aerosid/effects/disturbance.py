@@ -1,4 +1,7 @@
-"""Disturbances that no channel shows: gusts, and forces that no model holds. They act as noise with a memory."""
+"""Disturbances without a channel: gusts and unmodelled forces as noise with a correlation time.
+
+They act as noise with a memory.
+"""
 
 from __future__ import annotations
 

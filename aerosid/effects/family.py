@@ -1,4 +1,4 @@
-"""What a file of the catalogue says about its effects: how they are named, when they are asked for, how one is made."""
+"""Families of effects: their names, when they are offered, how one is made."""
 
 from __future__ import annotations
 

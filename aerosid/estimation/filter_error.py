@@ -1,4 +1,4 @@
-"""Bounds that count what a model still lacks: the same structure estimated against forces of any shape."""
+"""Filter-error estimate beside unmodelled forces: bounds that count what the model lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turn a flight log into the arrays that the flight model takes: inputs without gaps, outputs with them."""
+"""The manoeuvre as arrays: inputs without gaps, outputs with them, noise levels, substeps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Estimate derivatives, effects, initial states and noise levels by maximum likelihood, from all manoeuvres jointly.
+"""Maximum-likelihood estimates of derivatives, effects, initial states and noise, over all manoeuvres.
 
 With noise-free inputs this is the output-error method; the noise of a measured surface is process noise with a known
 path, and is accounted for. The likelihood itself is in `aerosid.estimation.likelihood`.

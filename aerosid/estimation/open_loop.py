@@ -1,4 +1,4 @@
-"""Compare logs with open-loop simulations: measured inputs only, initial state estimated on that log, no feedback."""
+"""Open-loop comparison of a model with a log: measured inputs, estimated initial state, no feedback."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fly an aerodynamic model on paper: trim it, drive it, add sensor noise, and return what a recorder would hold."""
+"""Simulated flights: trim, manoeuvre, sensor noise, and the log that a recorder would hold."""
 
 from __future__ import annotations
 
@@ -71,11 +71,13 @@ def trim(
         if name in model.columns:
             inputs[model.columns.index(name)] = value
 
+    values = np.array(model.values)  # the kernel is compiled for arrays that can be written
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, weights = unknown
         inputs[1], inputs[place] = weights * mass * 9.80665, delta_e
         x = np.array([airspeed * np.cos(alpha), airspeed * np.sin(alpha), 0.0, alpha, 0.0])
-        evaluate(x, inputs, model.values, model.table, model.constants, positions, work, False, False)
+        evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
         return np.array([work.rates[0], work.rates[1], work.rates[2]])
 
     solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)

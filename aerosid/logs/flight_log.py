@@ -1,4 +1,4 @@
-"""The measured manoeuvre: an immutable log in SI on one time base, that remembers where each channel came from."""
+"""The flight log: channels in SI on one time base, with the source of each."""
 
 from __future__ import annotations
 

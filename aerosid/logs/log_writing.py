@@ -1,4 +1,4 @@
-"""A flight log as native CSV."""
+"""Writing of a flight log as native CSV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is the log good enough: sampling, gaps, spikes, stuck channels, noise, excitation, and what is missing."""
+"""Data quality: sampling, gaps, spikes, stuck channels, noise, excitation, missing channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Close the loop: from manoeuvres and a declared aircraft to what is missing, a completed model and its errors."""
+"""The closed loop: findings with d(t), simulations, tables, linear models and the next flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The aircraft file's model with what was found written into it, and with what made it."""
+"""The completed aircraft file: the declared model with the findings in it, and with what made it."""
 
 from __future__ import annotations
 

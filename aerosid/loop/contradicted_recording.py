@@ -1,4 +1,4 @@
-"""What a loop reports where the channels contradict each other: no aerodynamics are judged, and the report says why."""
+"""The result for recordings whose channels contradict each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Say how good a completed estimate is: fit of every channel, whiteness, correlations, scatter between manoeuvres."""
+"""Goodness of fit: channels, whiteness, correlations, scatter between manoeuvres."""
 
 from __future__ import annotations
 

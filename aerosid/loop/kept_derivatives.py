@@ -18,7 +18,6 @@ from aerosid.search.final_significance import significant
 from aerosid.search.finding_rows import findings_of
 from aerosid.search.structure_search import StructureSearch
 
-
 BREAKDOWN = (
     "Beside the declared values of what is not shown the others could not be estimated anew: the completed aircraft "
     "holds the others as they are where all are free, and the errors after are those of that estimate."

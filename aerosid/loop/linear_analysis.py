@@ -1,4 +1,4 @@
-"""Modes, control anticipation and elevator step of the declared and the completed model, with their deviations."""
+"""Linear analysis: modes, control anticipation and elevator step, with standard deviations."""
 
 from __future__ import annotations
 

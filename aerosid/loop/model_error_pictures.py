@@ -1,4 +1,4 @@
-"""What the paper's chain shows of the declared and of the completed structure: d(t), correlations, regressors."""
+"""d(t) of the declared and the completed structure: correlations, regressors, prefilter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one closed loop reports: frozen rows with the names of result.json, and the histories behind the figures."""
+"""The result of a closed loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+"""The verdict of a loop in one word and one sentence."""
 
 from __future__ import annotations
 

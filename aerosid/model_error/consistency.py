@@ -1,4 +1,7 @@
-"""Do the weights fit the data? Likelihood of the innovations, covariance constraint, and weights chosen by either."""
+"""Consistency of the weights: likelihood of the innovations, covariance constraint, choice of weights.
+
+Likelihood of the innovations, covariance constraint, and weights chosen by either.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the given model functions are called: Python functions as they are, numba-compiled ones inside compiled loops.
+"""Model functions given by the user: Python functions as they are, compiled ones inside compiled loops.
 
 An estimator's driver is written once. It receives four functions of fixed signature,
 

@@ -1,4 +1,4 @@
-"""The recursion's algebra, once: the exact step of the invariant-embedding estimator with frozen linearisation.
+"""The exact step of the invariant-embedding estimator with frozen linearisation.
 
 Every estimator of this package (continuous, streaming, fixed interval, the aircraft's own driver) advances by these
 kernels. They take plain contiguous float64 arrays and a `StepWork` made once by `step_work`; nothing is allocated

@@ -1,4 +1,4 @@
-"""What a candidate model error would have become: the same operator on candidates as on the measurements.
+"""Response of the estimator to a candidate: the same operator on candidates as on measurements.
 
 The estimator answers a model error with a delay and a loss that its weights decide. A coefficient found by regressing
 d^ on the candidate itself carries both. Regressed on the candidate's response, the d^ that this very estimator (same

@@ -1,4 +1,4 @@
-"""Correlate the model error d(t) with candidate terms, equation by equation: the paper's table 3, on any flight."""
+"""Correlation screening of d(t) with candidate terms: the paper's table 3, on any flight."""
 
 from __future__ import annotations
 

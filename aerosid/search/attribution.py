@@ -1,4 +1,4 @@
-"""Find what the declared model lacks, keep what survives the noise, and say what else fits."""
+"""Attribution of the residual: structure search, gates, alternatives."""
 
 from __future__ import annotations
 

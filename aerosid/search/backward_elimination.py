@@ -1,4 +1,4 @@
-"""Strike out what an estimate holds and its deviations, corrected for coloured residuals, leave in doubt."""
+"""Backward elimination by corrected t-ratios."""
 
 from __future__ import annotations
 

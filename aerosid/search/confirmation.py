@@ -1,4 +1,4 @@
-"""Terms that the fitted flights suggest, and that flights which were not fitted show by themselves."""
+"""Confirmation on validation flights of terms that the fitted flights only suggest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search beside gusts or forces of any shape."""
+"""Structure search beside gusts or unmodelled forces."""
 
 from __future__ import annotations
 

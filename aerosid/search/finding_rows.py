@@ -1,4 +1,4 @@
-"""Findings out of the parts of an estimate."""
+"""Findings from the parts of an estimate, with their p-values."""
 
 from __future__ import annotations
 

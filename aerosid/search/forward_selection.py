@@ -1,4 +1,4 @@
-"""The rounds of the search: the likeliest hypothesis enters, and what it makes doubtful leaves."""
+"""Forward selection by score tests."""
 
 from __future__ import annotations
 

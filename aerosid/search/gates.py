@@ -1,4 +1,4 @@
-"""What stands of a search: without forces of any shape, on other flights, beside the one sensor that is left wrong."""
+"""Gates on the selected structure: unmodelled forces, validation flights, single-sensor explanations."""
 
 from __future__ import annotations
 

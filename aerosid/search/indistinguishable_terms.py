@@ -1,4 +1,4 @@
-"""Terms that a coefficient alone cannot tell from a late or wrong sensor, or from a slow control, that was found."""
+"""Terms that one coefficient alone cannot tell from a sensor's or a control's fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hold what was found against flights that were not fitted: what predicts them worse is not what is missing."""
+"""Refutation by validation flights: findings that predict them worse are struck out."""
 
 from __future__ import annotations
 

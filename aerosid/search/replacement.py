@@ -1,4 +1,4 @@
-"""Try other hypotheses in the place of each found part: take a better one, list those within reach."""
+"""Replacement of selected parts by rival hypotheses, and the list of alternatives."""
 
 from __future__ import annotations
 

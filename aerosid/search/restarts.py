@@ -1,4 +1,4 @@
-"""Begin again from the declared numbers where what is missing is gross."""
+"""Restarts from the declared values where the re-estimated model leaves a gross residual."""
 
 from __future__ import annotations
 

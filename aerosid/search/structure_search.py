@@ -1,4 +1,4 @@
-"""What a search for structure looks for, and how it asks, prices and judges.
+"""The structure search: hypotheses, price of a structure, critical t-ratio.
 
 A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
 is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked

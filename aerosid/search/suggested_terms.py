@@ -1,4 +1,4 @@
-"""Terms that the flight suggests and does not prove: what an engineer would ask for next."""
+"""Terms suggested but not proven: below the critical t-ratio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fit hypotheses beside an estimate: which are worth it, where the fit begins, what a trial may save."""
+"""Trial fits of hypotheses from a given estimate."""
 
 from __future__ import annotations
 

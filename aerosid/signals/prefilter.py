@@ -1,4 +1,4 @@
-"""Low-pass filters for measured channels, and the choice of one cut-off for all channels that meet in an equation.
+"""Low-pass prefilters, and one cut-off for all channels that meet in an equation.
 
 One filter for all, inputs included: a linear equation between channels survives a linear operator that is applied to
 each of them alike, whatever the operator takes away.

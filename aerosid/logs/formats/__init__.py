@@ -1,4 +1,4 @@
-"""Reads a recorded manoeuvre: one file a format, one table of formats, one function."""
+"""Log formats: one file a format, one table of formats, one function that reads."""
 
 from __future__ import annotations
 

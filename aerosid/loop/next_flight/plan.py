@@ -1,4 +1,4 @@
-"""What to fly next: the questions that the flights left open, the input that answers them, and the expected answer."""
+"""The plan of the next flight: open questions, the input that answers them, the expected answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The manoeuvre to fly next as the report shows it: steps, peaks, expected histories, and the questions it answers."""
+"""Rows of the planned flight: steps, peaks, expected histories, questions."""
 
 from __future__ import annotations
 

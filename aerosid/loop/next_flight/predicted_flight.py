@@ -1,4 +1,4 @@
-"""A flight that has not been flown yet: from steady flight at a record's condition, as the estimators take a log."""
+"""Prediction of a planned flight from steady flight at a record's condition."""
 
 from __future__ import annotations
 

@@ -6,13 +6,14 @@ hash tree over its bytecode, its constants and everything it refers to, callees 
 versions of Python, numba and LLVM, the processor and the argument types. Editing a comment or a function that no kernel
 calls compiles nothing.
 
-Files lie in the user's cache folder, one a kernel and signature, written under another name and renamed, so that
-processes may share it without locks. A wheel may carry a folder of the same files, which is only read. What cannot be
-read, or belongs to another machine, is as if it were absent.
+Files lie in the user's cache folder, one a kernel and signature, written under another name and renamed. Who compiles a
+kernel says so by a second file, and other processes wait for the result in place of compiling it too. A wheel may carry
+a folder of the same files, which is only read. What cannot be read, or belongs to another machine, is as if absent.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import os
@@ -22,10 +23,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from enum import Enum
 from functools import cache
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 import llvmlite
@@ -33,13 +33,13 @@ import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, _Cache
 from numba.core.serialize import dumps
-from numba.core.sigutils import normalize_signature
-from numba.extending import is_jitted
+
+from aerosid.compiled.kernel_digest import UnknownContentError, kernel_digest, sha256_of, signature_text
 
 FOLDER_VARIABLE = "AEROSID_CACHE_DIR"
 """Environment variable that names the folder of compiled kernels in place of the user's cache folder."""
 
-SHIPPED = Path(__file__).parent / "compiled_kernels"
+SHIPPED = Path(__file__).parent / "kernels"
 """Kernels that a wheel carries; absent in a checkout."""
 
 SUFFIX = ".nbc"
@@ -51,11 +51,19 @@ leaves the old file behind, and nothing else would ever take it away."""
 _REFRESHED = 86400.0
 """Age [s] from which a use is noted in the file's time; noting each would write to disk at each start."""
 
+CLAIM = ".compiling"
+"""Suffix of the file that names the process which compiles a kernel."""
+
+PATIENCE = 120.0
+"""Age [s] of such a file from which its process is taken for dead: twice the time of the largest kernel on a busy
+machine. Waiting for less would compile twice what a loaded machine compiles slowly."""
+
+_POLL = 0.05
+
 _CHECKSUM = hashlib.sha256().digest_size
 
 # numba carries types in part only.
 _dumps: Callable[[Any], bytes] = dumps
-_normalized: Callable[[Any], tuple[tuple[Any, ...], Any]] = normalize_signature
 
 OnCompilation = Callable[[str], None]
 _listeners: list[OnCompilation] = []
@@ -116,11 +124,11 @@ class KernelCache(_Cache):
         target_context.refresh()
         name = self._file_name(sig, target_context.codegen())
         if name is not None:
-            for folder in (SHIPPED, user_folder()):
-                if (payload := _read(folder / name)) is not None:
-                    # Whatever a file from another state of the machine may hold, the kernel can always be compiled.
-                    with contextlib.suppress(Exception):
-                        return self._implementation().rebuild(target_context, pickle.loads(payload))
+            stored = _read(SHIPPED / name) or _read(user_folder() / name) or _taken_over(user_folder() / name)
+            if stored is not None:
+                # Whatever a file from another state of the machine may hold, the kernel can always be compiled.
+                with contextlib.suppress(Exception):
+                    return self._implementation().rebuild(target_context, pickle.loads(stored))
         for listener in _listeners:
             listener(self._dispatcher.py_func.__name__)
         return None
@@ -131,9 +139,11 @@ class KernelCache(_Cache):
         implementation = self._implementation()
         if name is None or not implementation.check_cachable(data):
             return
-        payload: bytes = _dumps(implementation.reduce(data))
+        payload = _dumps(implementation.reduce(data))
+        path = user_folder() / name
         with contextlib.suppress(OSError):
-            _write(user_folder() / name, payload)
+            _write(path, payload)
+            path.with_suffix(CLAIM).unlink(missing_ok=True)
 
     def _implementation(self) -> Any:
         return _Reduction(self._dispatcher.py_func)
@@ -143,13 +153,13 @@ class KernelCache(_Cache):
             return None
         try:
             content = kernel_digest(self._dispatcher)
-            types = _signature_text(sig)
+            types = signature_text(sig)
         except UnknownContentError:
             return None
         function = self._dispatcher.py_func
         # The module, since the file names it: what is loaded looks up its globals there.
         key = "\n".join((function.__module__, content, types, *_environment(), *map(str, codegen.magic_tuple())))
-        return f"{function.__module__.rpartition('.')[2]}.{function.__name__}-{_sha(key)[:32]}{SUFFIX}"
+        return f"{function.__module__.rpartition('.')[2]}.{function.__name__}-{sha256_of(key)[:32]}{SUFFIX}"
 
 
 class _Reduction(CompileResultCacheImpl):
@@ -188,6 +198,49 @@ def _read(path: Path) -> bytes | None:
     return payload if hashlib.sha256(payload).digest() == checksum else None
 
 
+def _taken_over(path: Path) -> bytes | None:
+    """What another process that compiles the same kernel now will have written; None where this one is to compile it.
+
+    Kernels call each other in one direction only, so that two processes never wait for each other.
+    """
+    claim = path.with_suffix(CLAIM)
+    while True:
+        try:
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with open(claim, "x", encoding="ascii") as file:
+                file.write(_here(os.getpid()))
+            atexit.register(claim.unlink, missing_ok=True)  # where the compilation is broken off
+            return _read(path)  # which may have come since it was looked for
+        except FileExistsError:
+            pass
+        except OSError:
+            return None
+        while _is_claimed(claim):
+            time.sleep(_POLL)
+            if (payload := _read(path)) is not None:
+                return payload
+        with contextlib.suppress(OSError):
+            claim.unlink(missing_ok=True)
+
+
+def _here(process: int) -> str:
+    return f"{process} {platform.node()}"
+
+
+def _is_claimed(claim: Path) -> bool:
+    """Whether the process that claimed a kernel may still be at it."""
+    try:
+        text = claim.read_text(encoding="ascii")
+        process = int(text.split()[0]) if text else 0
+        if process and os.name == "posix" and text == _here(process):
+            os.kill(process, 0)  # sends nothing; fails where there is no such process
+        return time.time() - claim.stat().st_mtime < PATIENCE
+    except PermissionError:
+        return True
+    except (OSError, ValueError):
+        return False
+
+
 def _write(path: Path, payload: bytes) -> None:
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     _remove_unused(path.parent)
@@ -205,113 +258,7 @@ def _write(path: Path, payload: bytes) -> None:
 @cache  # once a process and folder
 def _remove_unused(folder: Path) -> None:
     oldest = time.time() - KEPT
-    for path in (*folder.glob(f"*{SUFFIX}"), *folder.glob(f"*{SUFFIX}*.tmp")):
+    for path in (*folder.glob(f"*{SUFFIX}"), *folder.glob(f"*{SUFFIX}*.tmp"), *folder.glob(f"*{CLAIM}")):
         with contextlib.suppress(OSError):
             if path.stat().st_mtime < oldest:
                 path.unlink()
-
-
-class UnknownContentError(Exception):
-    """A kernel refers to something whose content has no known text; such a kernel is compiled by each process."""
-
-
-def kernel_digest(kernel: Callable[..., Any]) -> str:
-    """Hash over all that a kernel computes with: bytecode, constants, options, and the same of what it refers to.
-
-    Raises
-    ------
-    UnknownContentError
-        Where it refers to an object of a kind whose content is not known here.
-    """
-    return _function_digest(kernel, ())
-
-
-def _sha(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _function_digest(function: Any, callers: tuple[Any, ...]) -> str:
-    options = ""
-    if is_jitted(function):
-        options = repr(sorted((name, repr(value)) for name, value in function.targetoptions.items()))
-        function = function.py_func
-    if function in callers:
-        return f"recursion {len(callers) - callers.index(function)}"
-    inside = (*callers, function)
-    closed = [_content(cell.cell_contents, inside) for cell in function.__closure__ or ()]
-    defaults = _content((function.__defaults__, tuple(sorted((function.__kwdefaults__ or {}).items()))), inside)
-    own = _code(function.__code__, function.__doc__, function.__globals__, inside)
-    return _sha("\n".join((function.__qualname__, options, own, defaults, *closed)))
-
-
-def _code(code: CodeType, doc: str | None, known: dict[str, Any], callers: tuple[Any, ...]) -> str:
-    parts = [
-        code.co_code.hex(),
-        repr((code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)),
-        repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)),
-    ]
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            parts.append(_code(constant, None, known, callers))
-        elif constant is not doc:
-            parts.append(_content(constant, callers))
-    for name in code.co_names:
-        if name in known:
-            value = known[name]
-            # Of a module of ours each attribute that is used counts; co_names does not say whose an attribute is.
-            members = [value]
-            if isinstance(value, ModuleType) and value.__name__.partition(".")[0] == __name__.partition(".")[0]:
-                members = [getattr(value, attribute) for attribute in code.co_names if hasattr(value, attribute)]
-            parts.extend(f"{name} {_content(member, callers)}" for member in members)
-    return _sha("\n".join(parts))
-
-
-def _content(value: Any, callers: tuple[Any, ...]) -> str:
-    """A text that is another wherever the value is another for a compiled kernel."""
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | type(...)):
-        return f"{type(value).__name__} {value!r}"
-    if isinstance(value, np.ndarray):
-        return f"array {value.dtype.str} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
-    if isinstance(value, type):
-        return _class_content(value)
-    if isinstance(value, tuple):
-        return f"{_class_content(type(value))} ({', '.join(_content(item, callers) for item in value)})"
-    if isinstance(value, frozenset):
-        return f"frozenset ({', '.join(sorted(_content(item, callers) for item in value))})"
-    if isinstance(value, FunctionType) and value.__module__.partition(".")[0] in ("numpy", "numba"):
-        return f"{value.__module__}.{value.__qualname__}"  # whose versions are in the key
-    if isinstance(value, FunctionType) or is_jitted(value):
-        return _function_digest(value, callers)
-    if isinstance(value, ModuleType):
-        return f"module {value.__name__}"
-    if isinstance(value, BuiltinFunctionType | np.ufunc):
-        return f"builtin {value.__name__}"
-    if isinstance(value, numba.types.Type):
-        return f"type {value}"
-    if isinstance(getattr(value, "__wrapped__", None), FunctionType):  # functions of numpy's array protocol
-        return f"{value.__module__}.{value.__qualname__}"
-    raise UnknownContentError(f"{type(value).__qualname__} {value!r}")
-
-
-def _class_content(kind: type) -> str:
-    name = f"{kind.__module__}.{kind.__qualname__}"
-    if issubclass(kind, Enum):
-        return f"{name} {[(member.name, member.value) for member in kind]!r}"
-    return f"{name} {getattr(kind, '_fields', '')!r}"
-
-
-def _signature_text(sig: Any) -> str:
-    """The argument types, with the field names of named tuples, whose order decides where a kernel finds a field."""
-    args, return_type = _normalized(sig)
-    text = "; ".join(_type_text(kind) for kind in (*args, return_type))
-    if " at 0x" in text:
-        raise UnknownContentError(text)
-    return text
-
-
-def _type_text(kind: Any) -> str:
-    if not isinstance(kind, numba.types.BaseTuple):
-        return str(kind)
-    named: Any = getattr(kind, "instance_class", tuple)
-    items: Any = kind
-    return f"{_class_content(named)}({', '.join(_type_text(item) for item in items)})"

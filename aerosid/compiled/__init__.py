@@ -1,6 +1,6 @@
 """Compile hot loops, with the settings that every kernel of this package shares.
 
-Kernels are kept on disk by content (aerosid/kernel_cache.py), so that a user pays for compilation once, whatever the
+Kernels are kept on disk by content (kernel_cache.py here), so that a user pays for compilation once, whatever the
 number of clones and environments. Division by zero gives infinity as in numpy: kernels are called with checked input
 and must not carry exception paths in inner loops.
 """
@@ -12,7 +12,8 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-from aerosid.kernel_cache import KernelCache
+from aerosid.compiled.kernel_cache import KernelCache
+from aerosid.compiled.merged_kernels import merge_into_callers
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -43,12 +44,12 @@ def njit_inline(function: _Function) -> _Function:
     row of it is taken or handed on: those counts are atomic, and take more time in an inner loop than its arithmetic.
     So a kernel allocates in a function of `njit` and loops in one of these.
     """
-    return cast(_Function, _compiled(function, inline="never", forceinline=True, _nrt=False))
+    return cast(_Function, merge_into_callers(_compiled(function, inline="never", forceinline=True, _nrt=False)))
 
 
 def njit_inline_room(function: _Function) -> _Function:
     """As `njit_inline`, for a function that allocates work arrays of sizes that its caller knows."""
-    return cast(_Function, _compiled(function, inline="never", forceinline=True))
+    return cast(_Function, merge_into_callers(_compiled(function, inline="never", forceinline=True)))
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:

@@ -9,6 +9,7 @@ import importlib
 import json
 import os
 import pkgutil
+import platform
 import shutil
 import subprocess
 import sys
@@ -18,7 +19,8 @@ import pytest
 from numba.extending import is_jitted
 
 import aerosid
-from aerosid.kernel_cache import KernelCache, kernel_digest
+from aerosid.compiled.kernel_cache import KernelCache
+from aerosid.compiled.kernel_digest import kernel_digest
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -143,12 +145,27 @@ def test_processes_that_compile_at_once_leave_a_cache_that_all_can_use(
     first: tuple[Path, Path, dict[str, object]], tmp_path: Path
 ) -> None:
     folder, _, before = first
-    together = [start(folder, tmp_path / "cache") for _ in range(3)]
-    assert [finish(process)["values"] for process in together] == [before["values"]] * 3
+    together = [finish(process) for process in [start(folder, tmp_path / "cache") for _ in range(3)]]
+    assert [each["values"] for each in together] == [before["values"]] * 3
+    assert sum(each["total"] for each in together) == 2, "what one compiles the others wait for"
     after = run(folder, tmp_path / "cache")
     assert after["all"] == 0
     assert after["values"] == before["values"]
-    assert not list((tmp_path / "cache").glob("*.tmp"))
+    assert {path.suffix for path in (tmp_path / "cache").iterdir()} == {".nbc"}
+
+
+def test_what_a_killed_process_was_compiling_is_compiled_by_the_next(
+    first: tuple[Path, Path, dict[str, object]], tmp_path: Path
+) -> None:
+    folder, cache, before = first
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    (tmp_path / "cache").mkdir()
+    for path in cache.iterdir():
+        (tmp_path / "cache" / path.name).with_suffix(".compiling").write_text(f"{ended.pid} {platform.node()}")
+    again = run(folder, tmp_path / "cache")
+    assert again["total"] == 2
+    assert again["values"] == before["values"]
 
 
 @pytest.mark.parametrize("kept", [0, 10, 5000])
@@ -178,10 +195,9 @@ def test_kernels_inside_the_package_are_used_where_nothing_can_be_written(
 ) -> None:
     folder, cache, before = first
     package = tmp_path / "site" / "aerosid"
-    package.mkdir(parents=True)
-    for name in ("__init__.py", "compiled.py", "kernel_cache.py"):
-        shutil.copy(ROOT / "aerosid" / name, package / name)
-    shutil.copytree(cache, package / "compiled_kernels")
+    shutil.copytree(ROOT / "aerosid" / "compiled", package / "compiled", ignore=shutil.ignore_patterns("kernels"))
+    shutil.copy(ROOT / "aerosid" / "__init__.py", package)
+    shutil.copytree(cache, package / "compiled" / "kernels")
     (tmp_path / "file").write_text("not a folder")
     installed = run(folder, tmp_path / "file" / "cache", package.parent)
     assert installed["all"] == 0
