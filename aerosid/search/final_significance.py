@@ -53,8 +53,8 @@ def told_of_fallen(found: Attribution, asked: float) -> list[str]:
     """A sentence for each finding that entered and fell, for the notes."""
     return [
         f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {each.value:.3g} with "
-        f"a standard error of {each.std_error:.2g}, is not {asked:g} standard errors from none with the sign that it was "
-        "claimed with; everything is re-estimated without it."
+        f"a standard error of {each.std_error:.2g}, is not {asked:g} standard errors from none with the sign that it "
+        "was claimed with; everything is re-estimated without it."
         for each in found.fallen
     ]
 
