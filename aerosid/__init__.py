@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
     from aerosid.logs.formats import read_log
-    from aerosid.loop.closed_loop import close_loop
+    from aerosid.loop.provenance import Provenance
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
     from aerosid.loop.verdict import Verdict
     from aerosid.reporting import write_report
+    from aerosid.reporting.notebook import Result, close_loop
 
 __version__ = "0.1.0"
 
@@ -31,9 +32,11 @@ _HOMES = {
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
     "LoopSettings": "aerosid.loop.settings",
+    "Provenance": "aerosid.loop.provenance",
+    "Result": "aerosid.reporting.notebook",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
-    "close_loop": "aerosid.loop.closed_loop",
+    "close_loop": "aerosid.reporting.notebook",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
@@ -46,6 +49,8 @@ __all__ = [
     "ClosedLoop",
     "FlightLog",
     "LoopSettings",
+    "Provenance",
+    "Result",
     "Verdict",
     "bundled_folder",
     "close_loop",

@@ -116,7 +116,7 @@ class CompletionRecord:
     bounds: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Aircraft:
     """The aircraft file as read, SI and radians.
 
@@ -180,6 +180,13 @@ class Aircraft:
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     completion: CompletionRecord | None = None
+
+    def __repr__(self) -> str:
+        """One line: name, file and how many derivatives and effects it declares."""
+        return (
+            f"<Aircraft {self.name}: {len(self.derivatives)} derivatives in {', '.join(self.coefficients)}, "
+            f"{len(self.effects)} effects; {self.path}>"
+        )
 
     @property
     def coefficients(self) -> tuple[str, str, str]:

@@ -156,11 +156,13 @@ def _property(words: str) -> tuple[str, tuple[str, float]]:
 
 
 def _date(aircraft: Aircraft, words: str | None) -> str:
-    """The date asked for, else that of the file: the same file gives the same bytes."""
+    """The date asked for, else that of the model, else that of the file: the same file gives the same bytes."""
     from aerosid.aircraft import bundled_aircraft
 
     if words is not None:
         return words
+    if aircraft.completion is not None and aircraft.completion.date:
+        return aircraft.completion.date
     file = Path(aircraft.path)
     file = file if file.is_file() else bundled_aircraft().get(aircraft.path, file)
     return dt.datetime.fromtimestamp(file.stat().st_mtime, dt.UTC).date().isoformat()

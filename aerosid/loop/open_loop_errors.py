@@ -39,7 +39,7 @@ class ErrorRow:
     """Share of the measured variance that the trimmed simulation explains."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulated:
     """Open-loop responses on one log, all in SI; NaN where a simulation left its range.
 
@@ -53,6 +53,10 @@ class Simulated:
     before: Mapping[str, FloatArray]
     after: Mapping[str, FloatArray]
     trimmed: Mapping[str, FloatArray]
+
+    def __repr__(self) -> str:
+        """One line, however long the log."""
+        return f"<Simulated {self.log.name} ({self.role}): {', '.join(self.measured)}>"
 
 
 def compare(

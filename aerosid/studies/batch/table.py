@@ -13,7 +13,6 @@ from scipy.special import chdtrc
 from aerosid.studies.batch.one_log import CONDITION
 from aerosid.studies.journal import Row
 
-
 FloatArray = NDArray[np.float64]
 Structure = tuple[tuple[str, str, str], ...]
 """Kind, place and term of each effect that a model holds beside the declared ones."""
@@ -82,7 +81,7 @@ class TableRow:
     condition : mapping of str to float or None
         Means over the manoeuvres.
     structure : int
-        Number of the structure, from 1: what the model lacked in all of these manoeuvres. Others have rows of their own,
+        Number of the structure, from 1: what the model lacked in all of these manoeuvres. Others have their own rows,
         for an estimate beside another structure is of another quantity.
     heterogeneity : float or None
         Cochran's Q: squared distances of the estimates from their weighted mean in units of their deviations; None for
@@ -175,8 +174,8 @@ def derivative_table(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -
 
     Notes
     -----
-    Only estimates of like models are put together: C_m alpha beside a term in alpha^2 is the slope at alpha = 0, without
-    it a mean slope, and the average of the two is neither.
+    Only estimates of like models are put together: C_m alpha beside a term in alpha^2 is the slope at alpha = 0,
+    without it a mean slope, and the average of the two is neither.
     """
     group_of, number_of = conditions(rows, likeness), structures(rows)
     entries = measured(rows)
