@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from aerosid.aircraft import Aircraft
+from aerosid.cli.output import mode
+from aerosid.cli.stage_progress import stages
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.next_flight.flight_limits import read_limit
+from aerosid.loop.provenance import Provenance
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.paper_chain import ChainSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
-_STAGES = 7
 
 
 def loop_settings(
@@ -89,21 +91,15 @@ def with_progress(
     validation: Sequence[FlightLog],
     settings: LoopSettings,
     hold_out: Sequence[FlightLog] = (),
+    provenance: Provenance | None = None,
 ) -> ClosedLoop:
-    """The loop, with a progress bar on the terminal; silent where stderr is none."""
-    if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings, hold_out=hold_out)
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=_STAGES)
+    """The loop, with its progress on standard error; silent with --quiet."""
+    signed = provenance or Provenance(command=mode().command)
+    with nullcontext(_nothing) if mode().quiet else stages() as progress:
         return close_loop(
-            identification,
-            aircraft,
-            validation,
-            settings,
-            progress=lambda stage: bar.update(task, description=stage, advance=1),
-            hold_out=hold_out,
+            identification, aircraft, validation, settings, progress, hold_out=hold_out, provenance=signed
         )
+
+
+def _nothing(_stage: str) -> None:
+    """Progress that nobody wants to see."""

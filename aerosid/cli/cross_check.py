@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from aerosid.cli.options import console
+from aerosid.cli.output import written
 
 
 def cross_check_command(
@@ -41,4 +42,4 @@ def cross_check_command(
     files = write_cross_check(result, out)
     output = console()
     print_cross_check(result, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("cross-check", files)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aerosid.cli.output import headed, mode, tell
 from aerosid.errors import UsageError
 
 if TYPE_CHECKING:
@@ -106,9 +107,13 @@ def export_command(
         date=_date(loaded, date),
     )
     exported = export(loaded, format_name, options)
-    if out is None:
+    if mode().json:
+        names = [] if out is None else [str(out)]
+        kept = {"format": format_name, "files": names, "notes": list(exported.notes)}
+        tell(lambda: headed("export", kept if out else {**kept, "text": exported.text}))
+    elif out is None:
         sys.stdout.write(exported.text)
-    else:
+    if out is not None:
         write_files(out.parent, {out.name: text(exported.text)})
     for note in exported.notes:
         sys.stderr.write(f"aerosid: {note}\n")

@@ -7,7 +7,7 @@ from typing import Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import console
+from aerosid.cli.output import written
 
 
 def fly_command(
@@ -69,4 +69,4 @@ def fly_command(
         noise=noise, effects=effect or [], seed=seed,
     )  # fmt: skip
     files = write_flight(fly_jsbsim(plan), plan, out)
-    console().print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("fly", files)

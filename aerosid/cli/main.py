@@ -16,6 +16,7 @@ from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.output import headed, loudly, taken_out, tell, written
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -27,9 +28,9 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Any verb also takes --debug: a traceback in place of the one-sentence error. Exit codes: 0 done, "
-    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke "
-    "down.",
+    epilog="Any verb also takes --json (one JSON document in place of tables), --quiet (neither tables nor progress) "
+    "and --debug (a traceback in place of the one-sentence error). Exit codes: 0 done, 1 only with --strict, 2 wrong "
+    "usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke down.",
 )
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
-        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+        result = app(taken_out([word for word in words if word != _DEBUG]), standalone_mode=False)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -65,14 +66,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
         if hasattr(error, "format_message"):
-            return _failed(f"{error.format_message()} See `aerosid --help`.", 2, debug)
+            return _failed(f"{error.format_message()} See `{_verb_of(error)} --help`.", 2, debug)
         detail = " ".join(str(error).split())[:200] or type(error).__name__
         return _failed(
             f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
             4,
             debug,
         )
+    finally:
+        loudly()
     return result if isinstance(result, int) else 0
+
+
+def _verb_of(error: Exception) -> str:
+    """The command that was called wrongly, as it is typed."""
+    names: list[str] = []
+    context = getattr(error, "ctx", None)
+    while context is not None and context.parent is not None:
+        names.insert(0, str(context.info_name))
+        context = context.parent
+    return " ".join(["aerosid", *names])
 
 
 def _failed(sentence: str, code: int, debug: bool) -> int:
@@ -106,9 +119,11 @@ def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
     from aerosid.compatibility import check_kinematics
     from aerosid.logs.formats import read_log
     from aerosid.logs.quality import check_log
+    from aerosid.reporting.check_json import check_text
     from aerosid.reporting.quality_tables import print_kinematics, print_quality
 
     output = console()
+    checked = []
     for path in logs:
         log = read_log(path, channels)
         quality = check_log(log)
@@ -116,6 +131,8 @@ def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
         agreement = check_kinematics([log])
         if agreement is not None:
             print_kinematics(agreement, output)
+        checked.append((log, quality, agreement))
+    tell(lambda: check_text(checked))
 
 
 @app.command("close-loop")
@@ -205,6 +222,7 @@ def close_loop_command(
     from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
     from aerosid.loop.verdict import Verdict
     from aerosid.reporting import print_summary, write_report
+    from aerosid.reporting.result_json import result_text
 
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
@@ -218,7 +236,7 @@ def close_loop_command(
     files = write_report(result, directory, interactive=not static)
     output = console()
     print_summary(result, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("close-loop", files, lambda: result_text(result))
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 
 
@@ -237,7 +255,7 @@ def reproduce_command(
     files = write_reproduction(result, out)
     output = console()
     print_reproduction(result, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("reproduce", files)
 
 
 app.command("study")(study_command)
@@ -262,6 +280,16 @@ def formats() -> None:
         need = "not needed" if entry.self_describing else "needed"
         table.add_row(name, " ".join(entry.suffixes), need, entry.description)
     console().print(table)
+    rows = [
+        {
+            "name": name,
+            "suffixes": list(entry.suffixes),
+            "needs_channel_map": not entry.self_describing,
+            "content": entry.description,
+        }
+        for name, entry in FORMATS.items()
+    ]
+    tell(lambda: headed("formats", {"formats": rows}))
 
 
 aircraft_app = typer.Typer(help="Lists the bundled aircraft, and checks aircraft files.", no_args_is_help=True)
@@ -274,7 +302,10 @@ def list_aircraft() -> None:
     from aerosid.aircraft import bundled_aircraft, load_aircraft
     from aerosid.reporting.aircraft_tables import print_aircraft_list
 
-    print_aircraft_list([load_aircraft(name) for name in bundled_aircraft()], console())
+    bundled = {name: load_aircraft(name) for name in bundled_aircraft()}
+    print_aircraft_list(list(bundled.values()), console())
+    rows = [{"name": name, "title": each.name, "source": each.source} for name, each in bundled.items()]
+    tell(lambda: headed("aircraft list", {"aircraft": rows}))
 
 
 @aircraft_app.command("check")
@@ -284,9 +315,23 @@ def check_aircraft(
     ],
 ) -> None:
     """Shows what was understood of aircraft files, and warns of unusual numbers."""
-    from aerosid.aircraft import load_aircraft
+    from aerosid.aircraft import load_aircraft, warnings_about
     from aerosid.reporting.aircraft_tables import print_aircraft
 
     output = console()
-    for aircraft in [load_aircraft(file) for file in files]:
+    loaded = [load_aircraft(file) for file in files]
+    for aircraft in loaded:
         print_aircraft(aircraft, output)
+    rows = [
+        {
+            "file": aircraft.path,
+            "sha256": aircraft.sha256,
+            "name": aircraft.name,
+            "coefficients": list(aircraft.coefficients),
+            "derivatives": len(aircraft.derivatives),
+            "effects": len(aircraft.effects),
+            "warnings": list(warnings_about(aircraft)),
+        }
+        for aircraft in loaded
+    ]
+    tell(lambda: headed("aircraft check", {"aircraft": rows}))

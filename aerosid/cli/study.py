@@ -8,6 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+from aerosid.cli.output import written
 
 
 def _option(*names: str, help: str, metavar: str | None = None) -> typer.models.OptionInfo:  # noqa: A002
@@ -77,6 +78,7 @@ def study_command(
     from aerosid.studies.monte_carlo import run_study, write_study
     from aerosid.studies.monte_carlo.console import print_demands, print_study
     from aerosid.studies.monte_carlo.words import StudyWords, plan_of
+    from aerosid.studies.monte_carlo.writing import study_json
     from aerosid.studies.workers import Workers
 
     words = StudyWords(
@@ -109,4 +111,4 @@ def study_command(
     print_study(study, output)
     if preset == "accuracy":
         print_demands(study, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("study", files, lambda: study_json(study))

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from aerosid.cli.options import WorkersOption
+from aerosid.cli.output import headed, mode, tell
 
 
 def warm_up_command(
@@ -20,7 +21,7 @@ def warm_up_command(
     from aerosid.loop.warm_up import TASKS, prepare_kernels
 
     def say(text: str) -> None:
-        if not quiet:
+        if not (quiet or mode().quiet):
             sys.stderr.write(f"{text}\n")
             sys.stderr.flush()
 
@@ -30,4 +31,6 @@ def warm_up_command(
     for number, done in enumerate(prepare_kernels(workers), start=1):
         count += len(done.kernels)
         say(f"  {number} of {len(TASKS)}: {done.part}, {len(done.kernels)} compiled, {done.seconds:.0f} s")
-    say(f"{count} kernels compiled in {time.perf_counter() - start:.0f} s.")
+    seconds = time.perf_counter() - start
+    say(f"{count} kernels compiled in {seconds:.0f} s.")
+    tell(lambda: headed("warm-up", {"kernels": count, "seconds": seconds}))

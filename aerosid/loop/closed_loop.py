@@ -180,7 +180,7 @@ def _completed(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> A
         zip(ROLES, (identified.manoeuvres, identified.validation, judged.held_out), strict=True)
     )
     logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in flights.items()}
-    record = completion_record(aircraft, logs, judged.verdict, provenance, kept)
+    record = completion_record(aircraft, logs, judged.verdict, provenance, tuple(kept))
     return complete_aircraft(aircraft, judged.completion, len(identified.manoeuvres), record)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def derivative_rows(
     completed: Attribution,
     chain: Chain | None,
     scattered: Mapping[Entry, float],
-    kept: Sequence[Entry] = (),
+    kept: Mapping[Entry, float] = MappingProxyType({}),
 ) -> tuple[DerivativeRow, ...]:
     """One row for each declared or found term, coefficient by coefficient.
 
@@ -68,6 +69,8 @@ def derivative_rows(
         With every declared derivative free: the standard errors are from here.
     completed : Attribution
         With those that are `kept` at their declared values: the values are from here.
+    kept : mapping of Entry to float
+        With the estimate that was not shown.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     inflation = variance_inflation(found.completed)
@@ -82,7 +85,7 @@ def derivative_rows(
         source = found if entry in kept else completed
         n = source.completed.free.index(entry)
         spread, beside = source.completed_deviations, source.filter_error
-        estimate, error = source.completed.model.value(entry), float(spread.corrected[n])
+        error = float(spread.corrected[n])
         rls, rls_error = _recursive(chain, entry)
         rows.append(
             DerivativeRow(
@@ -101,7 +104,7 @@ def derivative_rows(
                 scatter=scattered.get(entry),
                 filter_error=_finite(float(beside.values[n])) if beside else None,
                 filter_error_std_error=_finite(float(beside.deviations[n])) if beside else None,
-                estimate=estimate if entry in kept else None,
+                estimate=kept.get(entry),
             )
         )
     return tuple(rows)

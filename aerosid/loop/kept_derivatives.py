@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,14 +33,14 @@ class Completion:
     found : Attribution
         The findings and the estimate with every derivative that is not shown at its declared value. The standard errors
         are those of the estimate where all are free: they count what is not known of the held ones.
-    kept : tuple of Entry
-        What is held.
+    kept : mapping of Entry to float
+        What is held, with the estimate that was not shown.
     broke_down : bool
         Whether nothing could be estimated beside the held ones: the other numbers are then those of the free estimate.
     """
 
     found: Attribution
-    kept: tuple[Entry, ...] = ()
+    kept: Mapping[Entry, float] = field(default_factory=dict)
     broke_down: bool = False
 
 
@@ -64,9 +64,9 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
-    kept: tuple[Entry, ...] = ()
+    kept: dict[Entry, float] = {}
     while hidden := _not_shown(found, declared, excited=excited):
-        kept = (*kept, *hidden)
+        kept |= {entry: found.completed.model.value(entry) for entry in hidden}
         try:
             found = significant(_held(found, {entry: declared[entry] for entry in hidden}, search), search)
         except EstimationError:

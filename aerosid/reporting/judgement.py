@@ -35,6 +35,9 @@ TONES = {
     Verdict.INCONSISTENT_DATA: "poor",
 }
 
+_WORSE = 0.98
+"""Error without an effect over error with it below which the effect is told to predict worse."""
+
 _ABOVE_NOISE = 1.5
 """Times its noise from which a channel's remaining error is worth a sentence."""
 
@@ -56,6 +59,15 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
             "No flight was held back (--validate, --hold-out): the errors below are those of the fitted flights, and a "
             "model that fits the flight it was made from need not predict another."
         )
+    for effect in result.effects:
+        gain = (
+            effect.evidence.validation_gain if effect.evidence.hold_out_gain is None else effect.evidence.hold_out_gain
+        )
+        if gain is not None and gain < _WORSE:
+            yield (
+                f"Without {effect_name(effect)}, everything else estimated again, the flights that were not fitted are "
+                f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
+            )
     for effect in result.alternatives:
         yield f"These manoeuvres cannot tell {effect_name(effect)} from {effect.instead_of or 'what was chosen'}."
     if result.validation and not result.hold_out and result.decided_by_validation:

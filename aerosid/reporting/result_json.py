@@ -90,7 +90,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
         notes=result.notes,
         linear=tuple(_linear(row) for row in result.linear),
         next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),
-        kinematics=_kinematics(result.kinematics),
+        kinematics=kinematics_entry(result.kinematics),
         provenance=ProvenanceEntry.model_validate(result.provenance),
         settings=all_settings(result.settings),
         settings_changed=tuple(result.provenance.settings),
@@ -98,7 +98,8 @@ def result_file(result: ClosedLoop) -> ResultFile:
     )
 
 
-def _kinematics(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
+def kinematics_entry(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
+    """Whether the instruments agree, as result.json says it; None where that was not asked."""
     if agreement is None:
         return None
     values = {entry.name: getattr(agreement, entry.name) for entry in fields(agreement)}

@@ -28,6 +28,9 @@ OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0
 LESS = 0.95
 """Share of a coefficient's variance unexplained without a term that may be left with it: less is worth no name."""
 
+APART = 3.0
+"""Standard errors of their difference from which two numbers of one term are told to differ."""
+
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
 """Where a coefficient along the wind shows most in those that are measured."""
 
@@ -106,11 +109,13 @@ def told_of_confirmed(
     sentences = []
     for each in confirmed:
         named = final.get(each.entry, each.suggested.finding)
+        apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
+        size = f" The two numbers are {apart:.1f} standard errors apart." if apart > APART else ""
         sentences.append(
             f"Confirmed: {each.entry[0]} {each.entry[1]} = {named.value:.3g} with a standard error of "
             f"{named.std_error:.2g} is not proven by what was fitted ({reason(each.suggested)}), but what was not "
             f"({' and '.join(flights)}) shows it by itself too, with the same sign: {each.value:.3g} with a standard "
-            f"error of {each.std_error:.2g}. The errors there had a part in naming it."
+            f"error of {each.std_error:.2g}. The errors there had a part in naming it.{size}"
         )
     return sentences
 

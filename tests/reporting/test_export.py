@@ -363,7 +363,7 @@ def test_every_export_says_what_made_the_numbers_and_marks_what_is_not_shown() -
     assert r"$\hat{q}$ & $-4.32$$^{a}$" in texts["latex"]
     jsbsim = ET.fromstring(texts["jsbsim"], parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
     said = [element.text for element in jsbsim.iter(ET.Comment)]
-    assert [text for text in said if text and text.startswith(" C_Z q_hat")][0].endswith("not shown by the flights ")
+    assert next(text for text in said if text and text.startswith(" C_Z q_hat")).endswith("not shown by the flights ")
     root = daveml(COMPLETED)
     check_structure(root)
     variables = root.iter(f"{DAVEML}variableDef")

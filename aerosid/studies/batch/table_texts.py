@@ -27,7 +27,8 @@ def table_csv(table: Sequence[TableRow]) -> str:
     lines = (
         [
             row.coefficient, row.term, row.declared, row.value, row.std_error, row.scatter, row.manoeuvres,
-            row.left_out, row.group, row.structure, row.heterogeneity, row.p_value, *(row.condition[name] for name in CONDITION),
+            row.left_out, row.group, row.structure, row.heterogeneity, row.p_value,
+            *(row.condition[name] for name in CONDITION),
         ]
         for row in table
     )  # fmt: skip
@@ -109,12 +110,12 @@ def table_markdown(table: Sequence[TableRow]) -> str:
 
 
 NOTE = (
-    "value: mean over the manoeuvres of a condition, weighted with their deviations. deviation: corrected for coloured "
-    "residuals, of one manoeuvre. scatter: between repeats; about as large as the deviation where that is true. n: "
-    "manoeuvres that show the derivative (+ those with too little information on it, which are left out). p (one number): "
-    "that the repeats are estimates of one number, by Cochran's Q; marked with ! below 0.01, where the mean is that of "
-    "different numbers. structure: what the declared model lacked; estimates beside different structures are never put "
-    "together."
+    "value: mean over the manoeuvres of a condition, weighted with their deviations. deviation: corrected for "
+    "coloured residuals, of one manoeuvre. scatter: between repeats; about as large as the deviation where that is "
+    "true. n: manoeuvres that show the derivative (+ those with too little information on it, which are left out). p "
+    "(one number): that the repeats are estimates of one number, by Cochran's Q; marked with ! below 0.01, where the "
+    "mean is that of different numbers. structure: what the declared model lacked; estimates beside different "
+    "structures are never put together."
 )
 
 
