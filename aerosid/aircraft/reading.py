@@ -10,6 +10,7 @@ from pathlib import Path
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.model import Aircraft, CompletionRecord, DeclaredEffect, Derivative, LogOfCompletion
+from aerosid.aircraft.quantities import with_si_numbers
 from aerosid.aircraft.schema import (
     CandidatesTable,
     CompletedTable,
@@ -79,7 +80,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
-    tables = read_tables(document, path)
+    tables = read_tables(with_si_numbers(document, path), path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
     return Aircraft(

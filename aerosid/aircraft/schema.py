@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from aerosid.errors import AircraftError
 
-_UNITS = {
+UNITS = {
     "reference.wing_area": "m^2",
     "reference.mean_chord": "m",
     "reference.airspeed": "m/s",
@@ -26,6 +26,7 @@ _UNITS = {
     "limits.delta_e": "rad",
     "limits.delta_e_rate": "rad/s",
 }
+"""SI unit of each key that has one."""
 
 # Far outside of anything that flies, near enough to keep every product of two of them finite.
 _Positive = Annotated[float, Field(ge=1e-6, le=1e12)]
@@ -204,7 +205,7 @@ def _sentence(path: str, error: ValidationError) -> str:
         )
     elif kind == "missing":
         whole = "table" if len(location) == 1 and location[0] != "schema" else "key"
-        unit = f" [{_UNITS[key]}]" if key in _UNITS else ""
+        unit = f" [{UNITS[key]}]" if key in UNITS else ""
         said = f"the {whole} {key}{unit} is missing; add it (aircraft_models/_template.toml shows how)"
     else:
         said = f"{key} is {shown(detail['input'])}, expected {_expected(key, kind, detail.get('ctx', {}))}"
@@ -218,7 +219,7 @@ def _sentence(path: str, error: ValidationError) -> str:
 
 def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
     """What should have stood there, and what to do."""
-    unit = f" in {_UNITS[key]}" if key in _UNITS else ""
+    unit = f" in {UNITS[key]}" if key in UNITS else ""
     if key == "schema":
         return "1, the only version that this aerosid reads; write schema = 1"
     if kind == "finite_number":

@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 SCHEMA = 1
+WHERE_TO = "--out"
+ABOUT_THE_CALL = ("--strict", "--json", "--quiet", "--debug")
+"""Words that change the exit code or what is printed, and no number."""
 
 
 @dataclass(frozen=True)
@@ -55,19 +58,19 @@ def taken_out(words: Sequence[str]) -> list[str]:
 
 
 def command_line(words: Iterable[str]) -> str:
-    """The command as it was given, but for where files go: the same result is the same file in every folder.
+    """The command as it was given, but for words that change no number: the same result is the same file everywhere.
 
     Absolute paths stand by their last part: a folder of one machine means nothing elsewhere.
     """
     import shlex
 
     shown: list[str] = []
-    skip = False
-    for word in words:
-        if skip or word == "--out" or word.startswith("--out="):
-            skip = not skip and word == "--out"
-            continue
-        shown.append(Path(word).name if Path(word).is_absolute() else word)
+    given = iter(words)
+    for word in given:
+        if word == WHERE_TO:
+            next(given, None)
+        elif word not in ABOUT_THE_CALL and not word.startswith(f"{WHERE_TO}="):
+            shown.append(Path(word).name if Path(word).is_absolute() else word)
     return shlex.join(["aerosid", *shown])
 
 

@@ -20,8 +20,8 @@ BEGUN: Mapping[str, tuple[float, float]] = {
     "designing the next flight": (0.98, 0.99),
 }
 """Least and greatest share of the whole time that has passed where a stage begins: on the sample flight, where 14 s are
-taken, and on 20 s of the Citation, where 519 s are. The search takes by far the most of it where much is missing, so that
-only a range is honest."""
+taken, and on 20 s of the Citation, where 519 s are. The search takes by far the most of it where much is missing, so
+that only a range is honest."""
 
 LEAST_SHARE = 0.03
 """Share below which what has passed says nothing of what remains."""

@@ -79,6 +79,7 @@ def test_the_command_line_is_the_same_wherever_files_go(tmp_path: Path) -> None:
     words = ["close-loop", str(tmp_path / "a b.csv"), "--aircraft", "x.toml"]
     assert command_line(words) == "aerosid close-loop 'a b.csv' --aircraft x.toml"
     assert command_line([*words, "--out", str(tmp_path)]) == command_line(words)
+    assert command_line([*words, "--strict", "--quiet"]) == command_line(words)
     assert command_line([*words, f"--out={tmp_path}", "--seed", "1"]) == command_line([*words, "--seed", "1"])
 
 
