@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
     from aerosid.loop.verdict import Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
     from aerosid.reporting.notebook import Result, close_loop
 
@@ -31,12 +32,14 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
+    "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.settings",
     "Provenance": "aerosid.loop.provenance",
     "Result": "aerosid.reporting.notebook",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
     "close_loop": "aerosid.reporting.notebook",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
@@ -48,12 +51,14 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
     "Provenance",
     "Result",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
     "save_aircraft",

@@ -20,6 +20,10 @@ UNITS = {
     "thrust.force": "N",
     "thrust.incidence": "rad",
     "thrust.z_arm": "m",
+    "fuel.used": "kg",
+    "fuel.mass": "kg",
+    "fuel.I_yy": "kg m^2",
+    "fuel.x_cg": "m",
     "limits.alpha": "rad",
     "limits.V": "m/s",
     "limits.theta": "rad",
@@ -38,6 +42,9 @@ _Name = Annotated[str, Field(min_length=1, max_length=200)]
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+_Small = Annotated[float, Field(gt=0.0, le=1e12)]
 
 
 class _AircraftTable(_Table):
@@ -83,6 +90,15 @@ class LimitsTable(_Table):
     theta: _Range | None = None
     delta_e: _Range | None = None
     delta_e_rate: _Positive | None = None
+
+
+class FuelUsedTable(_Table):
+    """[fuel]: columns of equal length by fuel used."""
+
+    used: Annotated[list[Annotated[float, Field(ge=0.0, le=1e12)]], Field(min_length=2, max_length=1000)]
+    mass: list[_Positive] = []
+    I_yy: list[_Positive] = []
+    x_cg: list[Annotated[float, Field(ge=-100.0, le=100.0)]] = []
 
 
 class _DerivativeTable(_Table):
@@ -174,6 +190,9 @@ class AircraftFile(_Table):
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
     completed: CompletedTable | None = None
+    fuel: FuelUsedTable | None = None
+    noise: dict[_Name, _Small] = {}
+    resolution: dict[_Name, _Small] = {}
 
 
 def read_tables(document: Mapping[str, Any], path: str) -> AircraftFile:
@@ -256,6 +275,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,

@@ -14,9 +14,9 @@ BEGUN: Mapping[str, tuple[float, float]] = {
     "re-estimating the declared model": (0.04, 0.18),
     "tracing the residual": (0.04, 0.22),
     "re-estimating beside what is not shown": (0.61, 0.97),
-    "estimating the model error d(t)": (0.61, 0.98),
-    "simulating every log": (0.89, 0.98),
-    "leaving each effect out": (0.93, 0.98),
+    "simulating every log": (0.61, 0.98),
+    "leaving each effect out": (0.65, 0.98),
+    "estimating the model error d(t)": (0.70, 0.98),
     "designing the next flight": (0.98, 0.99),
 }
 """Least and greatest share of the whole time that has passed where a stage begins: on the sample flight, where 14 s are

@@ -13,6 +13,8 @@ import numpy as np
 from numba.core.sigutils import normalize_signature
 from numba.extending import is_jitted
 
+from aerosid.compiled import Kernel
+
 # numba carries types in part only.
 _normalized: Callable[[Any], tuple[tuple[Any, ...], Any]] = normalize_signature
 
@@ -39,7 +41,7 @@ def sha256_of(text: str) -> str:
 
 def _function_digest(function: Any, callers: tuple[Any, ...]) -> str:
     options = ""
-    if is_jitted(function):
+    if isinstance(function, Kernel) or is_jitted(function):
         options = repr(sorted((name, repr(value)) for name, value in function.targetoptions.items()))
         function = function.py_func
     if function in callers:
@@ -87,7 +89,7 @@ def _content(value: Any, callers: tuple[Any, ...]) -> str:
         return f"frozenset ({', '.join(sorted(_content(item, callers) for item in value))})"
     if isinstance(value, FunctionType) and value.__module__.partition(".")[0] in ("numpy", "numba"):
         return f"{value.__module__}.{value.__qualname__}"  # whose versions are in the key
-    if isinstance(value, FunctionType) or is_jitted(value):
+    if isinstance(value, FunctionType | Kernel) or is_jitted(value):
         return _function_digest(value, callers)
     if isinstance(value, ModuleType):
         return f"module {value.__name__}"

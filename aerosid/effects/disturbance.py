@@ -66,10 +66,11 @@ FAMILY = Family(
         Kind(
             "gust",
             "nothing",
-            "the air moved (gust)",
+            "vertical turbulence (standard deviation of the vertical wind)",
             lambda _where, _numbers, _interval: gust(),
             (Planted("", {"sigma": 0.8, "length": 180.0}),),
             negative=False,
+            noun="vertical turbulence",
         ),
     ),
 )

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.residual_tests import coloured_noise
+from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
+from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
-from aerosid.loop.effect_rows import alternative_rows, effect_rows
+from aerosid.loop.effect_rows import alternative_rows, effect_rows, with_correlations
 from aerosid.loop.flying_qualities import Requirement
 from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.identification import Identification, identify
 from aerosid.loop.kept_derivatives import Completion, keep_declared, told_of_breakdown
-from aerosid.loop.leave_one_out import prediction_gains
+from aerosid.loop.leave_one_out import Gains, prediction_gains
 from aerosid.loop.linear_analysis import LinearRow, Spread, analyse_models, requirement_for
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
@@ -30,12 +33,15 @@ from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
+from aerosid.model_error.paper_chain import Chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import told_of_confirmed
 from aerosid.search.final_significance import told_of_fallen
 from aerosid.search.indistinguishable_terms import told_of_rivals
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import told_of_unproven
+
+Told = Callable[[ClosedLoop], None]
 
 
 def close_loop(
@@ -44,6 +50,7 @@ def close_loop(
     validation: Sequence[FlightLog] = (),
     settings: LoopSettings = USUAL,
     progress: Progress = lambda _stage: None,
+    judged: Told = lambda _result: None,
     *,
     hold_out: Sequence[FlightLog] = (),
     provenance: Provenance = NOBODY,
@@ -60,6 +67,9 @@ def close_loop(
         Manoeuvres that are predicted, and have a say in what is named: they confirm and refute.
     progress : callable
         Told the name of each stage as it begins.
+    judged : callable
+        Given verdict, findings and errors as soon as they are known: the result that is returned, yet without d(t),
+        the paper's chain, linear models and the next flight, none of which changes them.
     hold_out : sequence of FlightLog
         Manoeuvres that are predicted by the completed model and touch no decision.
     provenance : Provenance
@@ -80,15 +90,19 @@ def close_loop(
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     signed = replace(provenance, date=provenance.date or today(), settings=unusual_settings(settings))
     identified = identify(identification, aircraft, validation, settings, progress)
-    held_out = tuple(prepare(log, aircraft, identified.plain.columns) for log in hold_out)
+    held_out = _held_out(hold_out, identification, aircraft, identified)
     if identified.found is None or identified.search is None:
-        return contradicted_loop(identified, aircraft, settings, signed, hold_out)
+        contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
+        judged(contradicted)
+        return contradicted
     verdict = judge(identified.found, identified.manoeuvres, identified.validation)
     progress("re-estimating beside what is not shown")
     excited = verdict is not Verdict.NOT_EXCITED
-    completion = keep_declared(identified.found, aircraft, identified.search, excited=excited)
-    judged = _Judged(identified, identified.found, identified.search, verdict, completion, held_out)
-    return _reported(judged, aircraft, requirement, settings, progress, signed)
+    completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
+    known = _Judged(identified, identified.found, identified.search, verdict, completion, held_out)
+    result = _judged(known, settings, progress, signed)
+    judged(result)
+    return _completed(result, known, requirement, settings, progress)
 
 
 @dataclass(frozen=True)
@@ -102,84 +116,121 @@ class _Judged:
     completion: Completion
     held_out: tuple[Manoeuvre, ...]
 
+    @property
+    def flights(self) -> dict[Role, tuple[Manoeuvre, ...]]:
+        """The flights by their roles."""
+        return dict(zip(ROLES, (self.identified.manoeuvres, self.identified.validation, self.held_out), strict=True))
 
-def _reported(
-    judged: _Judged,
-    aircraft: Aircraft,
-    requirement: Requirement,
-    settings: LoopSettings,
-    progress: Progress,
-    provenance: Provenance,
-) -> ClosedLoop:
-    """The findings with all that a report shows of them: d(t), simulations, tables, linear models, the next flight."""
-    identified, found, completed = judged.identified, judged.found, judged.completion.found
-    manoeuvres, others, held_out = identified.manoeuvres, identified.validation, judged.held_out
-    pictures = None
-    if settings.paper_chain:
-        progress("estimating the model error d(t)")
-        pictures = model_error_pictures(
-            identified.plain, manoeuvres, identified.candidates, completed, aircraft.coefficients, settings.chain
-        )
+    def rows(self, chain: Chain | None) -> tuple[DerivativeRow, ...]:
+        """The derivative table, with the estimates of recursive least squares where they are known."""
+        scattered = scatter(self.found.completed, self.identified.manoeuvres)
+        completed, kept = self.completion.found, self.completion.kept
+        return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, kept)
 
+
+def _held_out(
+    hold_out: Sequence[FlightLog], identification: Sequence[FlightLog], aircraft: Aircraft, identified: Identification
+) -> tuple[Manoeuvre, ...]:
+    """The flights that touch no decision, at the loading and with the noise that the fitted ones were taken with."""
+    _, _, logs = at_own_loading(aircraft, identification, hold_out)
+    known = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in logs]
+    return tuple(prepare(log, identified.aircraft, identified.plain.columns) for log in known)
+
+
+def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
+    """The findings with the errors before and after on every log, and the verdict: what an engineer waits for."""
+    identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
     progress("simulating every log")
-    simulated, errors, coefficients = compare(identified.declared, completed, aircraft, manoeuvres, others, held_out)
+    simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
     progress("leaving each effect out")
-    gains = [prediction_gains(completed, judged.search, flights) for flights in (others, held_out)]
-    effects = effect_rows(completed, pictures.correlations if pictures else {}, *gains)
-    linear, unlinearised = _linear(judged, aircraft, requirement, settings)
-    rows = derivative_rows(
-        aircraft,
-        found,
-        completed,
-        pictures.chain if pictures else None,
-        scatter(found.completed, manoeuvres),
-        judged.completion.kept,
-    )
-
-    progress("designing the next flight")
-    ahead = None
-    if settings.next_flight:
-        ahead = plan_next_flight(found, manoeuvres, rows, {**aircraft.limits, **settings.limits})
+    effects = effect_rows(completed, {}, *_gains(known))
+    rows = known.rows(None)
+    said = summarise(known.verdict, effects, tuple(errors))
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
         aircraft=aircraft,
-        completed_aircraft=_completed(judged, aircraft, provenance),
-        identification=tuple(manoeuvre.log for manoeuvre in manoeuvres),
-        validation=tuple(manoeuvre.log for manoeuvre in others),
-        verdict=judged.verdict,
-        summary=summarise(judged.verdict, effects, tuple(errors)),
+        completed_aircraft=_completed_aircraft(known, aircraft, provenance),
+        identification=tuple(manoeuvre.log for manoeuvre in identified.manoeuvres),
+        validation=tuple(manoeuvre.log for manoeuvre in identified.validation),
+        verdict=known.verdict,
+        summary=" ".join((said, *told_of_patterns(rows, errors))),
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
         coefficients=tuple(coefficients),
         errors=tuple(errors),
         simulated=tuple(simulated),
-        screening=pictures.screening if pictures else (),
-        model_error=pictures.histories if pictures else (),
-        prefilter=prefilter_note(pictures, settings),
-        notes=_notes(judged, pictures, unlinearised, rows, settings),
-        linear=linear,
-        next_flight=ahead,
+        screening=(),
+        model_error=(),
+        prefilter=prefilter_note(None, settings),
+        notes=(),
         fit=tuple(row for each in simulated for row in fit_rows(each)),
-        innovations=tuple(innovation_rows(completed.completed, manoeuvres)),
-        correlation=correlation_matrix(found.completed, found.completed_deviations),
-        regressors=pictures.regressors if pictures else (),
+        innovations=tuple(innovation_rows(completed.completed, identified.manoeuvres)),
+        correlation=correlation_matrix(known.found.completed, known.found.completed_deviations),
         kinematics=identified.agreement,
-        hold_out=tuple(manoeuvre.log for manoeuvre in held_out),
+        hold_out=tuple(manoeuvre.log for manoeuvre in known.held_out),
         decided_by_validation=told_of_decisions(completed),
         provenance=provenance,
         settings=settings,
     )
 
 
-def _completed(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> Aircraft:
+def _gains(known: _Judged) -> tuple[Gains, Gains]:
+    """What each effect by itself does to the errors on the validation flights, and on those that were held out."""
+    completed, search = known.completion.found, known.search
+    return (
+        prediction_gains(completed, search, known.identified.validation),
+        prediction_gains(completed, search, known.held_out),
+    )
+
+
+def _completed(
+    result: ClosedLoop,
+    known: _Judged,
+    requirement: Requirement,
+    settings: LoopSettings,
+    progress: Progress,
+) -> ClosedLoop:
+    """The result with all that a report shows beside the verdict: d(t), linear models, the next flight."""
+    identified, completed, aircraft = known.identified, known.completion.found, result.aircraft
+    pictures = None
+    if settings.paper_chain:
+        progress("estimating the model error d(t)")
+        pictures = model_error_pictures(
+            identified.plain,
+            identified.manoeuvres,
+            identified.candidates,
+            completed,
+            aircraft.coefficients,
+            settings.chain,
+        )
+    rows = known.rows(pictures.chain if pictures else None)
+    linear, unlinearised = _linear(known, aircraft, requirement, settings)
+
+    progress("designing the next flight")
+    ahead = None
+    if settings.next_flight:
+        limits = {**aircraft.limits, **settings.limits}
+        ahead = plan_next_flight(known.found, identified.manoeuvres, rows, limits)
+    return replace(
+        result,
+        effects=with_correlations(result.effects, completed, pictures.correlations if pictures else {}),
+        derivatives=rows,
+        screening=pictures.screening if pictures else (),
+        model_error=pictures.histories if pictures else (),
+        prefilter=prefilter_note(pictures, settings),
+        notes=_notes(known, pictures, unlinearised, rows, settings),
+        linear=linear,
+        next_flight=ahead,
+        regressors=pictures.regressors if pictures else (),
+    )
+
+
+def _completed_aircraft(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> Aircraft:
     """The aircraft file completed, with what made it."""
     identified, kept = judged.identified, judged.completion.kept
-    flights: dict[Role, tuple[Manoeuvre, ...]] = dict(
-        zip(ROLES, (identified.manoeuvres, identified.validation, judged.held_out), strict=True)
-    )
-    logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in flights.items()}
+    logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in judged.flights.items()}
     record = completion_record(aircraft, logs, judged.verdict, provenance, tuple(kept))
     return complete_aircraft(aircraft, judged.completion, len(identified.manoeuvres), record)
 

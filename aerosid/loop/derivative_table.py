@@ -12,6 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.goodness import variance_inflation
 from aerosid.model_error.paper_chain import Chain
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.settings import AttributionSettings
 
@@ -123,15 +124,15 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
     for row in rows:
         if row.shown:
             continue
-        error = "no bound" if row.std_error is None else f"a standard error of {row.std_error:.2g}"
+        error = "no bound" if row.std_error is None else f"a standard error of {number(row.std_error, 2)}"
         why = ""
         if row.correlation_max is not None and row.correlation_max > 0.95:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         estimate = row.value if row.estimate is None else row.estimate
         holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {row.value:.4g}"
         sentences.append(
-            f"These records cannot show {row.coefficient} {row.term}: the estimate {estimate:.3g} has {error}{why}. Do "
-            f"not read it as measured{holds}."
+            f"These records cannot show {row.coefficient} {row.term}: the estimate {number(estimate)} has {error}{why}."
+            f" Do not read it as measured{holds}."
         )
     return sentences
 

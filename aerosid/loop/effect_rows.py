@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -117,6 +117,18 @@ def effect_rows(
         )
         rows.append(effect_row(rank, finding, evidence))
     return tuple(rows)
+
+
+def with_correlations(
+    effects: Sequence[Effect], found: Attribution, correlations: Mapping[Entry, float]
+) -> tuple[Effect, ...]:
+    """The rows with the correlation of the model error with each term, where that is known."""
+    return tuple(
+        replace(effect, evidence=replace(effect.evidence, correlation=correlations.get(finding.entry)))
+        if finding.entry is not None
+        else effect
+        for effect, finding in zip(effects, found.findings, strict=True)
+    )
 
 
 def alternative_rows(found: Attribution) -> tuple[Effect, ...]:

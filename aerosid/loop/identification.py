@@ -13,6 +13,7 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import Agreement, KinematicConsistency, check_kinematics
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
@@ -20,6 +21,7 @@ from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
+from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.search.attribution import Attribution, attribute
@@ -36,6 +38,8 @@ class Identification:
 
     Attributes
     ----------
+    aircraft : Aircraft
+        The declared one, at the loading that was flown.
     plain : AerodynamicModel
         The declared model as its file gives it, with an input column for every candidate term.
     declared : AerodynamicModel
@@ -54,6 +58,7 @@ class Identification:
         The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
     """
 
+    aircraft: Aircraft
     plain: AerodynamicModel
     declared: AerodynamicModel
     candidates: tuple[Entry, ...]
@@ -95,6 +100,10 @@ def identify(
         Where the declared model cannot be simulated at all.
     """
     progress("reading the logs into the flight model")
+    aircraft, logs, validation = at_own_loading(aircraft, logs, validation)
+    logs, validation = (
+        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, validation)
+    )
     candidates = candidate_entries(aircraft, [*logs, *validation])
     plain = declared_model(aircraft, _mean_airspeed(logs[0]), [term for _, term in candidates])
     manoeuvres = tuple(prepare(log, aircraft, plain.columns) for log in logs)
@@ -105,7 +114,7 @@ def identify(
     progress("comparing the instruments with each other")
     agreement = check_kinematics(logs) if settings.kinematics else None
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
-        return Identification(plain, declared, candidates, manoeuvres, others, agreement, None)
+        return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, None)
 
     progress("re-estimating the declared model")
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
@@ -120,7 +129,7 @@ def identify(
 
     progress("tracing the residual")
     found, rivals, search = _traced(before, declared, candidates, manoeuvres, others, aircraft, agreement, settings)
-    return Identification(plain, declared, candidates, manoeuvres, others, agreement, found, rivals, search)
+    return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, found, rivals, search)
 
 
 def _traced(

@@ -21,6 +21,7 @@ from aerosid.model_error.screening import (
     regressor_pictures,
     screen,
 )
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 
 
@@ -97,8 +98,8 @@ def prefilter_note(seen: ModelErrorPictures | None, settings: LoopSettings) -> P
     most = int(np.nanargmax(moved))
     coefficient, term = seen.chain.entries[most]
     effect = (
-        f"Without the filter the estimates of recursive least squares move by {float(np.nanmedian(moved)):.2g} "
-        f"standard errors in the median and by at most {float(moved[most]):.2g} ({coefficient} {term}); the refined "
-        "values do not use it."
+        f"Without the filter the estimates of recursive least squares move by {number(float(np.nanmedian(moved)), 2)} "
+        f"standard errors in the median and by at most {number(float(moved[most]), 2)} ({coefficient} {term}); the "
+        "refined values do not use it."
     )
     return PrefilterNote(filtering, fed.cut_off.cut_off_hz, reason, effect)

@@ -13,6 +13,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.roles import ROLES
 from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
@@ -37,6 +38,8 @@ class ErrorRow:
     noise: float
     r2_trimmed: float | None = None
     """Share of the measured variance that the trimmed simulation explains."""
+    noise_doubt: str = ""
+    """Why the noise, estimated from the log, is not to be believed; empty where it is."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,6 +134,7 @@ def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response])
                 trimmed=trimmed,
                 noise=float(manoeuvre.noise[i]),
                 r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
+                noise_doubt=channel_noise(manoeuvre.log, name).doubt,
             )
         )
     return rows

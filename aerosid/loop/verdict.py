@@ -7,6 +7,7 @@ from enum import Enum
 
 import numpy as np
 
+from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.longitudinal import OUTPUTS
@@ -14,6 +15,7 @@ from aerosid.loop.derivative_table import SHOWN
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.error_reduction import told_of_reduction
 from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.notation import with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.refutation import cannot_follow
@@ -109,7 +111,7 @@ def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
         channels = ", ".join(f"{name} ({memory:.2f})" for place, name, memory in coloured if place == log)
         sentences.append(
             f"{log}: the noise of {channels} is coloured (correlation of neighbouring samples): it counts as noise and "
-            "not as something that is missing, and the deviations allow for it."
+            "not as something that is missing, and the standard errors allow for it."
         )
     return sentences
 
@@ -117,9 +119,9 @@ def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
 def _named(effect: Effect) -> str:
     """An effect with its number, as a person writes it."""
     if effect.kind == "aero_term":
-        return f"{effect.where} {effect.term} = {effect.value:.4g} ± {effect.std_error:.2g}"
+        return f"{effect.where} {effect.term} = {with_deviation(effect.value, effect.std_error)}"
     unit = "" if effect.unit == "1" else f" {effect.unit}"
     moment = "" if effect.time is None else f" at {effect.time:.2f} s"
-    words = effect.kind.replace("_", " ")
+    words = KINDS[effect.kind].words if effect.kind in KINDS else f"a {effect.kind.replace('_', ' ')}"
     place = f" of {effect.where}" if effect.where else ""
-    return f"a {words}{place}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"
+    return f"{words}{place}{moment} ({with_deviation(effect.value, effect.std_error)}{unit})"

@@ -13,8 +13,9 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
+from aerosid.notation import MISSING, number, p_value, with_deviation
 from aerosid.reporting.roles import label_of
-from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
+from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",
@@ -42,13 +43,17 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
-    if result.next_flight is not None:
-        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
         rows = [row for row in result.errors if (row.log, row.role) == (log, role)]
         console.print(_errors(log, label_of(role, result), rows))
+
+
+def print_next_flight(result: ClosedLoop, console: Console) -> None:
+    """Prints what to fly next, where something is left to decide."""
+    if result.next_flight is not None:
+        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:

@@ -17,17 +17,10 @@ from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number, p_value, with_deviation
 from aerosid.reporting.roles import label_of
 from aerosid.reporting.tables import unit_of
-from aerosid.reporting.words import (
-    effect_sentence,
-    number,
-    p_value,
-    ratio,
-    shown_unit,
-    term_label,
-    with_deviation,
-)
+from aerosid.reporting.words import effect_sentence, ratio, shown_unit, term_label
 from aerosid.reporting.writing import write_report
 
 if TYPE_CHECKING:

@@ -141,6 +141,7 @@ class ErrorEntry(_Row):
     trimmed: Number
     noise: Number
     r2_trimmed: Number = None
+    noise_doubt: Text = ""
 
 
 class PrefilterEntry(_Row):

@@ -39,26 +39,17 @@ def test_json_is_one_document_and_quiet_is_nothing(
     verb: str, log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = calls(log, tmp_path)[verb]
-    assert main([*words, "--json"]) == 0
+    assert main(["--json", *words]) == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["schema"], document["aerosid"]) == (1, aerosid.__version__)
     assert str(tmp_path) not in json.dumps({**document, "files": []})
     assert main(["--quiet", *words]) == 0
     captured = capsys.readouterr()
-    assert (captured.out == "") is (verb != "export")  # the model itself is what was asked for
+    # The model itself is what an export was asked for, and a check for its closing sentence.
+    assert (captured.out == "") is (verb not in ("export", "check"))
+    assert captured.out.count("\n") <= 1 or verb == "export"
     assert captured.err == ""
     assert mode().quiet is False
-
-
-def test_check_says_in_json_what_it_says_in_words(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", str(log), "--json"]) == 0
-    (checked,) = json.loads(capsys.readouterr().out)["logs"]
-    assert main(["check", str(log)]) == 0
-    words = " ".join(capsys.readouterr().out.split())
-    assert ("can be used by" in words) is checked["usable"]
-    assert [channel["name"] for channel in checked["channels"]][:2] == ["V", "alpha"]
-    for finding in checked["findings"]:
-        assert " ".join(finding["sentence"].split()) in words
 
 
 @pytest.mark.parametrize(

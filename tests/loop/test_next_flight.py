@@ -32,11 +32,11 @@ from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.next_flight.planned_flight import NextFlight, PlannedInput
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 from aerosid.reporting import report_html, write_report
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_json import result_text
-from aerosid.reporting.words import number
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.findings import Finding
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "aerosid"
-LOOSE = {"__init__", "__main__", "errors", "nomenclature", "file_set"}
+LOOSE = {"__init__", "__main__", "errors", "nomenclature", "notation", "file_set"}
 FOLDERS = {
     "signals", "logs", "flight_model", "effects", "aircraft", "estimation", "model_error", "search", "compatibility",
     "loop", "reporting", "studies", "cli", "compiled",

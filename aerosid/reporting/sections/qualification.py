@@ -16,4 +16,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     for row in comparisons(result):
         groups.setdefault((row.log, row.role, row.source), []).append(row)
     labels = {role: label_of(role, result) for _, role, _ in groups}
-    return {"groups": groups, "labels": labels} if groups else None
+    sources = list(dict.fromkeys(source for _, _, source in groups))
+    return {"groups": groups, "sources": sources, "labels": labels} if groups else None

@@ -8,16 +8,13 @@ import numpy as np
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
-from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.figures.sign_sketch import sign_sketch
 from aerosid.reporting.roles import label_of
 
 
-def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
-    """The channels of every log with their sources, and the glossary's entries for them."""
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
+    """The channels of every log with their sources."""
     logs: list[dict[str, Any]] = []
-    names: dict[str, None] = {}
     roles = [(role, log) for role in ROLES for log in getattr(result, role)]
     for role, log in roles:
         channels = []
@@ -35,11 +32,4 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
                 }
             )
         logs.append({"log": log, "role": role, "label": label_of(role, result), "channels": channels})
-        names.update(dict.fromkeys(log.channels))
-    label = (
-        "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose above "
-        "the flight path; positive pitch angle: the nose above the horizon; positive pitch rate and moment: nose up; "
-        "positive elevator: trailing edge down."
-    )
-    sketch = figures.add(sign_sketch(), "Positive senses of axes, angles, the pitch rate and the elevator.", label)
-    return {"logs": logs, "sketch": sketch, "glossary": [CHANNELS[name] for name in names if name in CHANNELS]}
+    return {"logs": logs}
