@@ -19,6 +19,7 @@ from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
 from aerosid.cli.output import headed, loudly, taken_out, tell, written
+from aerosid.cli.schema import schema_command
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -261,6 +262,7 @@ app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
 app.command("warm-up")(warm_up_command)
+app.command("schema")(schema_command)
 
 
 @app.command()
