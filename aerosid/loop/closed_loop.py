@@ -146,6 +146,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
     said = summarise(known.verdict, effects, tuple(errors))
+    patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors)
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -154,7 +155,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         identification=tuple(manoeuvre.log for manoeuvre in identified.manoeuvres),
         validation=tuple(manoeuvre.log for manoeuvre in identified.validation),
         verdict=known.verdict,
-        summary=" ".join((said, *told_of_patterns(rows, errors))),
+        summary=" ".join((said, *patterns)),
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
