@@ -7,23 +7,27 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from aerosid.aircraft import Aircraft
 from aerosid.cli.output import command_line, mode
 from aerosid.cli.stage_progress import stages
-from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
-from aerosid.loop.closed_loop import Told, close_loop
-from aerosid.loop.next_flight.flight_limits import read_limit
-from aerosid.loop.provenance import NOBODY, Provenance, today, unusual_settings
-from aerosid.loop.result import ClosedLoop
-from aerosid.loop.settings import LoopSettings
-from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts, whole_flight_sentence
-from aerosid.model_error.paper_chain import ChainSettings
+
+if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
+    from aerosid.aircraft import Aircraft
+    from aerosid.loop.closed_loop import Told
+    from aerosid.loop.provenance import Provenance
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
+
+_ONCE = (
+    "Compiling the numerical kernels: once for this user, Python and processor "
+    "(`aerosid warm-up` does it ahead, on all cores)."
+)
 
 FEWEST = 10
 """Samples of a log without which nothing is estimated."""
@@ -48,8 +52,13 @@ def loop_settings(
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
+    density = _density(error_density)
+    from aerosid.loop.next_flight.flight_limits import read_limit
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.model_error.paper_chain import ChainSettings
+
     return LoopSettings(
-        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
+        chain=ChainSettings(filtering=prefilter, error_density=density),
         priors=priors,
         seed=seed,
         flight_phase=flight_phase,
@@ -76,6 +85,8 @@ def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remar
     UsageError
         Where SOURCE_DATE_EPOCH is no whole number of seconds.
     """
+    from aerosid.loop.provenance import Provenance, today, unusual_settings
+
     return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
 
 
@@ -128,7 +139,7 @@ def read_roles(
     UsageError
         Where --from or --to stands beside a span.
     LogError
-        Where a log cannot be used, is a whole flight, or holds no manoeuvre to be found.
+        Where a log cannot be used, or holds no manoeuvre to be found.
     """
     held: dict[Path, FlightLog] = {}
     roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
@@ -140,7 +151,6 @@ def read_roles(
             if find and role == ROLES[0]:
                 roled[role] += _found(log)
             else:
-                refuse_whole_flight(log)
                 roled[role].append(require_samples(log, FEWEST))
     if not roled[ROLES[0]]:
         raise UsageError(
@@ -171,6 +181,8 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
 
 
 def _found(log: FlightLog) -> tuple[FlightLog, ...]:
+    from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts
+
     found = find_manoeuvres(log)
     cuts = longitudinal_cuts(log, found)
     if not cuts:
@@ -182,7 +194,7 @@ def _found(log: FlightLog) -> tuple[FlightLog, ...]:
     return cuts
 
 
-def refuse_whole_flight(log: FlightLog) -> None:
+def refuse_whole_flights(roled: RoledLogs) -> None:
     """Stop before a whole flight is taken for one manoeuvre.
 
     Raises
@@ -190,9 +202,11 @@ def refuse_whole_flight(log: FlightLog) -> None:
     LogError
         With the spans that look useful.
     """
-    sentence = whole_flight_sentence(log)
-    if sentence is not None:
-        raise LogError(sentence)
+    from aerosid.manoeuvres import whole_flight_sentence
+
+    for log in (*roled.identification, *roled.validation, *roled.hold_out):
+        if (sentence := whole_flight_sentence(log)) is not None:
+            raise LogError(sentence)
 
 
 def with_progress(
@@ -201,10 +215,18 @@ def with_progress(
     validation: Sequence[FlightLog],
     settings: LoopSettings,
     judged: Told,
-    hold_out: Sequence[FlightLog] = (),
-    provenance: Provenance = NOBODY,
+    hold_out: Sequence[FlightLog],
+    provenance: Provenance,
 ) -> ClosedLoop:
-    """The loop, with its progress on standard error; silent with --quiet."""
+    """The loop, with its progress on standard error; silent with --quiet.
+
+    The first kernel that is compiled is announced by a line that says why this takes so long and happens once.
+
+    The bar also names each kernel that is compiled, under a line that says why this takes so long and happens once.
+    """
+    from aerosid.compiled.kernel_cache import compilation_announced
+    from aerosid.loop.closed_loop import close_loop
+
     with compilation_announced(_say_once()), nullcontext(_nothing) if mode().quiet else stages() as progress:
         return close_loop(
             identification, aircraft, validation, settings, progress, judged, hold_out=hold_out, provenance=provenance
@@ -216,15 +238,12 @@ def _nothing(_stage: str) -> None:
 
 
 def _say_once() -> Callable[[str], None]:
-    """Says before the first compilation what takes so long, and that it happens once."""
+    """Says before the first compilation what takes so long, where somebody watches."""
     said: list[str] = []
 
     def say(kernel: str) -> None:
-        if not said:
-            sys.stderr.write(
-                "Compiling the numerical kernels: once for this user, Python and processor, up to some minutes "
-                "(`aerosid warm-up` does it ahead, on all cores).\n"
-            )
+        if not said and sys.stderr.isatty() and not mode().quiet:
+            sys.stderr.write(f"{_ONCE}\n")
             sys.stderr.flush()
         said.append(kernel)
 

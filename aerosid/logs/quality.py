@@ -12,6 +12,7 @@ from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, FloatArray
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
@@ -320,7 +321,9 @@ def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], un
     findings = []
     if gaps:
         start, length = max(gaps, key=lambda gap: gap[1])
-        detail = f"{len(gaps)} of more than {GAP:g} intervals, the longest {length:.3g} s after {start:.6g} s"
+        detail = (
+            f"{len(gaps)} of more than {GAP:g} intervals, the longest {number(length)} s after {number(start, 6)} s"
+        )
         findings.append(Finding(Problem.GAPS, "time", detail))
     if unevenness > UNEVEN:
         detail = f"intervals of {log.interval:.4g} s spread by {100.0 * unevenness:.3g} %"
@@ -336,9 +339,9 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     values = log[name]
     findings = []
     if channel.missing > 0.0:
-        findings.append(Finding(Problem.MISSING, name, f"{100.0 * channel.missing:.3g} %"))
+        findings.append(Finding(Problem.MISSING, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
-        times = ", ".join(f"{log.time[k]:.6g}" for k in spikes(values, channel.noise)[:3])
+        times = ", ".join(number(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
         more = " ..." if channel.spikes > 3 else ""
         findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.
@@ -349,16 +352,16 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     if channel.doubt and not coarse:
         findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
     if channel.minimum == channel.maximum:
-        return [*findings, Finding(Problem.CONSTANT, name, f"{channel.minimum:.4g} {channel.unit}")]
+        return [*findings, Finding(Problem.CONSTANT, name, f"{number(channel.minimum, 4)} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])
     if channel.stuck > max(STUCK_SHARE * duration, STUCK_SAMPLES * log.interval):
-        findings.append(Finding(Problem.STUCK, name, f"for {channel.stuck:.3g} s"))
+        findings.append(Finding(Problem.STUCK, name, f"for {number(channel.stuck)} s"))
     elif cut := _cut_at(values):
-        findings.append(Finding(Problem.SATURATED, name, f"{cut:.4g} {channel.unit}"))
+        findings.append(Finding(Problem.SATURATED, name, f"{number(cut, 4)} {channel.unit}"))
     if coarse:
-        findings.append(Finding(Problem.COARSE, name, f"steps of {channel.quantum:.3g} {channel.unit}"))
+        findings.append(Finding(Problem.COARSE, name, f"steps of {number(channel.quantum)} {channel.unit}"))
     if channel.excitation < EXCITED:
-        findings.append(Finding(Problem.WEAK, name, f"{channel.excitation:.2g} times"))
+        findings.append(Finding(Problem.WEAK, name, f"{number(channel.excitation, 2)} times"))
     return findings
 
 

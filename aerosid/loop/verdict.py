@@ -10,7 +10,6 @@ import numpy as np
 from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.loop.derivative_table import SHOWN
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.error_reduction import told_of_reduction
@@ -54,10 +53,10 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
 
 
 MOVES = 2.0
-"""Times its noise that the standard deviation of alpha or q must be for a flight to have moved at all: that of a steady
+"""Times its noise that the standard deviation of an angle to the air or of a rate must be for a flight to have moved at all: that of a steady
 flight is its noise, which is known from the log within a quarter."""
 
-MOTION = ("alpha", "q")
+MOTION = ("alpha", "beta", "p", "q", "r")
 
 
 def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
@@ -73,8 +72,12 @@ def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
         return True
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
     known = np.any(np.maximum(spread.published, spread.white)[moving] < SHOWN * values)
-    places = [OUTPUTS.index(name) for name in MOTION]
-    return bool(known) and any(np.any(m.spread[places] > MOVES * m.noise[places]) for m in manoeuvres)
+    return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)
+
+
+def _moves(manoeuvre: Manoeuvre) -> bool:
+    places = [n for n, name in enumerate(manoeuvre.axes.outputs) if name in MOTION]
+    return bool(np.any(manoeuvre.spread[places] > MOVES * manoeuvre.noise[places]))
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:

@@ -14,6 +14,7 @@ from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
 from aerosid.notation import MISSING, number, p_value, with_deviation
+from aerosid.reporting.prose import in_words
 from aerosid.reporting.roles import label_of
 from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
@@ -37,8 +38,8 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     console : Console
         Where to. Texts from files are printed as they are, never read as markup.
     """
-    console.print(Text(result.verdict.name.lower(), style=_STYLES[result.verdict]))
-    console.print(Text(result.summary), soft_wrap=True)
+    console.print(Text(result.verdict.name.lower().replace("_", " "), style=_STYLES[result.verdict]))
+    console.print(Text(in_words(result.summary)), soft_wrap=True)
     if result.effects:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
@@ -68,7 +69,7 @@ def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
 def _effects(title: str, effects: Sequence[Effect]) -> Table:
     listed = any(effect.instead_of for effect in effects)
     last = "fits worse by" if listed else "error without / with"
-    table = _table(title, ("", "effect"), ("value", "unit", "p", last))
+    table = _table(title, ("", "effect"), ("value ± standard error", "unit", "p-value", last))
     for effect in effects:
         evidence = effect.evidence
         gain = evidence.validation_gain if evidence.hold_out_gain is None else evidence.hold_out_gain
@@ -82,7 +83,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             p_value(effect.evidence.p_value),
             said,
         )
-        table.add_row(*map(Text, cells))
+        table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
 
 
@@ -101,7 +102,9 @@ def _next_flight(ahead: NextFlight) -> str:
 
 
 def _derivatives(result: ClosedLoop) -> Table:
-    table = _table("Derivatives", ("", "term"), ("declared", "re-estimated", "completed model", "correlation"))
+    table = _table(
+        "Derivatives", ("", "term"), ("declared", "re-estimated", "completed ± standard error", "largest correlation")
+    )
     for row in result.derivatives:
         estimate = with_deviation(row.value if row.estimate is None else row.estimate, row.std_error)
         cells = (
@@ -117,7 +120,7 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
-    title = f"Error of {log} ({role}), measured - simulated, root-mean-square"
+    title = f"Error of {log} ({role}), root-mean-square of measured minus simulated"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
         numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)
