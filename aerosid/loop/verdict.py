@@ -53,8 +53,8 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
 
 
 MOVES = 2.0
-"""Times its noise that the standard deviation of an angle to the air or of a rate must be for a flight to have moved at all: that of a steady
-flight is its noise, which is known from the log within a quarter."""
+"""Times its noise that the standard deviation of an angle to the air or of a rate must be for a flight to have moved at
+all: that of a steady flight is its noise, which is known from the log within a quarter."""
 
 MOTION = ("alpha", "beta", "p", "q", "r")
 
