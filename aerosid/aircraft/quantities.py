@@ -72,6 +72,8 @@ def _in_si(value: Any, unit: str | None, path: str, key: str) -> Any:
         return [_in_si(each, unit, path, key) for each in value]
     if unit is None or not isinstance(value, str):
         return value
+    if _is_bare(value):
+        return value  # a number in quotes by mistake, which the schema tells
     from aerosid.logs.formats.quantity import read_quantity
     from aerosid.logs.formats.units import UnitProblem
 
@@ -82,3 +84,11 @@ def _in_si(value: Any, unit: str | None, path: str, key: str) -> Any:
             f"{path}: {key} is {shown(value)}, which {problem}; write a number in {unit}, or a number with its unit "
             "in quotes"
         ) from None
+
+
+def _is_bare(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -39,7 +39,7 @@ def require_separate(
         why = (
             "each sample is to be counted once"
             if first_role == second_role
-            else f"{OPTIONS[second_role]} needs samples that {OPTIONS[first_role]} does not hold"
+            else f"{OPTIONS[second_role]} needs samples of its own"
         )
         raise UsageError(
             f"{second.path or second.name} ({OPTIONS[second_role]}) holds samples of {first.path or first.name} "

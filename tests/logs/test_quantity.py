@@ -98,7 +98,7 @@ WORDS = {
     "limit": '["-2 deg", 0.2]',
     "slope": '"-0.1 1/deg"',
     "sigma": '"0.01 1/deg"',
-    "damping": '"-16"',
+    "damping": "-16.0",
     "bend": '"-1e-3 1/deg^2"',
 }
 
