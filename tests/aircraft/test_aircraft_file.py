@@ -168,7 +168,7 @@ REFUSED = {
     "value missing": (_replaced("{ value = 0.233 }", "{ sigma = 0.1 }"), ["derivatives.C_X.alpha.value", "missing"]),
     "negative mass": (_replaced("mass = 2280", "mass = -2280"), ["mass.mass", "-2280", "positive", "kg"]),
     "zero chord": (_replaced("1.5875", "0.0"), ["reference.mean_chord", "positive", " m "]),
-    "text for a number": (_replaced("mass = 2280 ", 'mass = "2280 kg" '), ["mass.mass", "'2280 kg'", "number in kg"]),
+    "text for a number": (_replaced("mass = 2280 ", 'mass = "2280 m" '), ["mass.mass", "'2280 m'", "number in kg"]),
     "truth for a number": (_replaced("density = 0.9077", "density = true"), ["air.density", "true", "number"]),
     "number for a text": (_replaced('source = "test"', "source = 3"), ["aircraft.source", "3", "text"]),
     "number for a table": (_replaced("{ value = 0.233 }", "0.233"), ["derivatives.C_X.alpha", "{ value"]),
