@@ -126,10 +126,10 @@ def _moves(values: FloatArray) -> bool:
 
 
 def _responses(simulated: Simulated, channel: str) -> dict[Role, FloatArray]:
-    """Measured and simulated histories of one channel in the unit shown; the trimmed one on validation logs only."""
+    """Measured and simulated histories of one channel in the unit shown; the trimmed one where nothing was fitted."""
     factor = shown_unit(_unit(channel, simulated)).factor
     roles: tuple[Role, ...] = ("measured", *_MODELS)
-    if simulated.role == "validation":
+    if simulated.role != "identification":
         roles = (*roles, "trimmed")
     held: dict[Role, Mapping[str, FloatArray]] = {role: getattr(simulated, role) for role in roles}
     return {role: factor * histories[channel] for role, histories in held.items() if channel in histories}
