@@ -141,6 +141,8 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    configuration
+        Centre of gravity, flaps and gear as flown, in the words of the file; only what it gives.
     fuel
         How mass, inertia and centre of gravity follow the fuel used, None where the file does not say.
     noise, resolution
@@ -170,6 +172,7 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    configuration: Mapping[str, str] = field(default_factory=dict)
     fuel: FuelTable | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
