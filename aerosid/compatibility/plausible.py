@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from aerosid.compatibility.consistency import KinematicConsistency
+from aerosid.notation import number
 
 __all__ = ["LENGTH_IN_CHORDS", "implausible_positions"]
 
@@ -32,9 +33,9 @@ def implausible_positions(agreement: KinematicConsistency, mean_chord: float | N
         distance = math.hypot(*(arm.value for arm in arms)) if arms else 0.0
         if distance > longest:
             sentences.append(
-                f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, "
-                f"cannot be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is "
-                "wrong is something else that looks the same, a delay or a scale; measure the position and give it in "
+                f"The position of {name} that kinematics ask for, {number(distance)} m from where it was taken to be, "
+                f"cannot be: an aircraft of {number(mean_chord)} m mean chord is at most {number(longest)} m long. "
+                "What is wrong is something else that looks the same, a delay or a scale; measure the position and give it in "
                 "the map."
             )
     return tuple(sentences)

@@ -17,6 +17,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.coefficient_match import explained_shares
+from aerosid.notation import with_deviation
 from aerosid.search.disturbance_search import in_forces
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import Unproven, reason
@@ -93,8 +94,8 @@ def told_of_confirmed(confirmed: Sequence[Confirmed], flights: Sequence[str]) ->
     """A sentence for each, for the notes; `flights` the names of those that were asked."""
     return [
         f"Confirmed: {each.entry[0]} {each.entry[1]} is not proven by what was fitted ({reason(each.suggested)}), but "
-        f"what was not ({' and '.join(flights)}) shows it by itself too: {each.value:.3g} with a deviation of "
-        f"{each.std_error:.2g}. The errors there had a part in naming it."
+        f"what was not ({' and '.join(flights)}) shows it by itself too: "
+        f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it."
         for each in confirmed
     ]
 
