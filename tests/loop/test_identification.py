@@ -23,7 +23,7 @@ from scipy.stats import binom
 
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, LogError
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import identify
@@ -129,7 +129,7 @@ def test_errors_are_those_of_an_independent_simulation(squares: ClosedLoop, vari
     for row in squares.errors:
         if row.log != log.name:
             continue
-        answer = outputs[:, OUTPUTS.index(row.channel)]
+        answer = outputs[:, LONGITUDINAL.outputs.index(row.channel)]
         error = np.sqrt(np.mean((log[row.channel] - answer) ** 2))
         assert_allclose(curve[row.channel], answer, rtol=0.0, atol=1e-3 * np.ptp(answer), err_msg=row.channel)
         assert getattr(row, variant) == pytest.approx(error, rel=2e-3), row.channel
@@ -145,13 +145,13 @@ def test_the_first_sample_is_the_best_one(squares: ClosedLoop) -> None:
     )
     cut = part.log.time < 1.2
     inputs = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": part.log["thrust"][0]}
-    names = [name for name in OUTPUTS if name in part.after]
+    names = [name for name in LONGITUDINAL.outputs if name in part.after]
 
     def cost(start: np.ndarray) -> float:
         driving = inputs | {"delta_e": part.log["delta_e"][cut]}
         _, outputs = simulate(start, part.log.time[cut], driving, terms, FRAME)
         return sum(
-            float(np.sum((part.log[name][cut] - outputs[:, OUTPUTS.index(name)]) ** 2)) / NOISE[name] ** 2
+            float(np.sum((part.log[name][cut] - outputs[:, LONGITUDINAL.outputs.index(name)]) ** 2)) / NOISE[name] ** 2
             for name in names
         )
 
