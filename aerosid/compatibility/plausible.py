@@ -35,7 +35,7 @@ def implausible_positions(agreement: KinematicConsistency, mean_chord: float | N
             sentences.append(
                 f"The position of {name} that kinematics ask for, {number(distance)} m from where it was taken to be, "
                 f"cannot be: an aircraft of {number(mean_chord)} m mean chord is at most {number(longest)} m long. "
-                "What is wrong is something else that looks the same, a delay or a scale; measure the position and give it in "
-                "the map."
+                "What is wrong is something else that looks the same, a delay or a scale; measure the "
+                "position and give it in the map."
             )
     return tuple(sentences)
