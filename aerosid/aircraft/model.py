@@ -147,6 +147,8 @@ class Aircraft:
         The file, the hash of its text, and the text itself.
     configuration
         Centre of gravity, flaps and gear as flown, in the words of the file; only what it gives.
+    length
+        From nose to tail, m, None where the file does not say: no sensor lies further from the centre of gravity.
     fuel
         How mass, inertia and centre of gravity follow the fuel used, None where the file does not say.
     noise, resolution
@@ -181,6 +183,7 @@ class Aircraft:
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     configuration: Mapping[str, str] = field(default_factory=dict)
+    length: float | None = None
     fuel: FuelTable | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)

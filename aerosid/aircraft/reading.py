@@ -9,25 +9,25 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
-from aerosid.aircraft.schema import (
-    AircraftFile,
-    CandidatesTable,
-    DerivativesTable,
-    EffectTable,
-    FuelUsedTable,
-    LimitsTable,
-    meant,
-    read_tables,
-    shown,
-)
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
 from aerosid.flight_model.terms import VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
+
+if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
+    from aerosid.aircraft.schema import (
+        AircraftFile,
+        CandidatesTable,
+        DerivativesTable,
+        EffectTable,
+        FuelUsedTable,
+        LimitsTable,
+    )
 
 _LARGEST_FILE = 1_000_000
 _MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
@@ -84,6 +84,8 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    from aerosid.aircraft.schema import read_tables
+
     tables = read_tables(document, path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
@@ -95,6 +97,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         wing_area=tables.reference.wing_area,
         mean_chord=tables.reference.mean_chord,
         airspeed=tables.reference.airspeed,
+        length=tables.reference.length,
         mass=tables.mass.mass,
         I_yy=tables.mass.I_yy,
         density=None if tables.air is None else tables.air.density,
@@ -309,6 +312,8 @@ def _read_candidates(
 
 def _read_effect(path: str, number: int, table: EffectTable, coefficients: Sequence[str]) -> DeclaredEffect:
     """One declared effect; `number` counts from 1 as a reader of the file does."""
+    from aerosid.aircraft.schema import meant, shown
+
     key = f"{path}: effects[{number}]"
     if table.kind == "aero_term":
         raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
@@ -280,6 +279,8 @@ def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+
     samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
     smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
     return smooth

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, expm
 
 from aerosid.compiled import njit_inline
 
@@ -29,6 +28,8 @@ class SensorDynamics(NamedTuple):
 
     def then(self, after: SensorDynamics) -> SensorDynamics:
         """The record of this sensor through another one."""
+        from scipy.linalg import block_diag  # late: files are read and refused without it
+
         memory = block_diag(self.memory, after.memory)
         own = self.entry.size
         memory[own:, :own] = np.outer(after.entry, self.read)
@@ -89,6 +90,8 @@ def sensor_states(sensors: Iterable[tuple[int, SensorDynamics]], interval: float
     chains: dict[int, SensorDynamics] = {}
     for i, sensor in sensors:
         chains[i] = chains.get(i, AT_ONCE).then(sensor)
+    from scipy.linalg import block_diag, expm  # late: files are read and refused without it
+
     direct = np.ones(outputs)
     blocks: list[Array] = []
     old: list[float] = []

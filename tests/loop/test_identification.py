@@ -45,11 +45,27 @@ def aero(*keys: tuple[str, str]) -> set[tuple[str, str, str]]:
     return {("aero_term", coefficient, term) for coefficient, term in keys}
 
 
+EARLY: list[ClosedLoop] = []
+
+
 @pytest.fixture(scope="module")
 def squares() -> ClosedLoop:
     """Both of the paper's terms withheld; fitted on a doublet, validated on a 3-2-1-1."""
     other = replace(SQUARES, elevator="3211", amplitude=0.045)
-    return close_loop([SQUARES.fly(1, "doublet")], declaring(LIGHT, OFF), [other.fly(2, "3211")])
+    return close_loop([SQUARES.fly(1, "doublet")], declaring(LIGHT, OFF), [other.fly(2, "3211")], judged=EARLY.append)
+
+
+def test_what_is_told_first_is_what_is_returned(squares: ClosedLoop) -> None:
+    """The verdict waits neither for d(t) nor for the next flight, and neither changes it."""
+    (early,) = EARLY
+    assert (early.verdict, early.summary, early.errors) == (squares.verdict, squares.summary, squares.errors)
+    assert early.coefficients == squares.coefficients
+    for first, last in zip(early.effects, squares.effects, strict=True):
+        assert first == replace(last, evidence=replace(last.evidence, correlation=None))
+    for before, after in zip(early.derivatives, squares.derivatives, strict=True):
+        assert before == replace(after, rls=None, rls_std_error=None)
+    assert squares.model_error
+    assert not early.model_error
 
 
 def test_the_model_error_is_a_straight_line_over_a_missing_term_and_none_over_its_rival(squares: ClosedLoop) -> None:
