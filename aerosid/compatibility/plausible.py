@@ -33,7 +33,7 @@ def implausible_positions(agreement: KinematicConsistency, longest: float | None
         if distance > longest:
             sentences.append(
                 f"The position of {name} that kinematics ask for, {number(distance)} m from where it was taken to be, "
-                f"cannot be: the aircraft is at most {number(longest)} m long. What is wrong is something else that looks "
-                "the same, a delay or a scale; measure the position and give it in the channel map."
+                f"cannot be: the aircraft is at most {number(longest)} m long. What is wrong is something else that "
+                "looks the same, a delay or a scale; measure the position and give it in the channel map."
             )
     return tuple(sentences)
