@@ -125,6 +125,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
         fuel=_read_fuel(path, tables.fuel),
+        configuration={name: text for name, text in tables.configuration.model_dump().items() if text},
         noise=dict(tables.noise),
         resolution=dict(tables.resolution),
         span=tables.reference.span,

@@ -102,6 +102,14 @@ class LimitsTable(_Table):
     delta_e_rate: _Positive | None = None
 
 
+class ConfigurationTable(_Table):
+    """[configuration]: what the report's title block says of the aircraft as flown; nothing is computed from it."""
+
+    centre_of_gravity: Annotated[str, Field(max_length=200)] = ""
+    flaps: Annotated[str, Field(max_length=200)] = ""
+    gear: Annotated[str, Field(max_length=200)] = ""
+
+
 class FuelUsedTable(_Table):
     """[fuel]: columns of equal length by fuel used."""
 
@@ -206,6 +214,7 @@ class AircraftFile(_Table):
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
     completed: CompletedTable | None = None
+    configuration: ConfigurationTable = ConfigurationTable()
     fuel: FuelUsedTable | None = None
     noise: dict[_Name, _Small] = {}
     resolution: dict[_Name, _Small] = {}
@@ -291,6 +300,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "configuration": ConfigurationTable,
         "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,

@@ -54,7 +54,7 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
 def print_next_flight(result: ClosedLoop, console: Console) -> None:
     """Prints what to fly next, where something is left to decide."""
     if result.next_flight is not None:
-        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
+        console.print(Text(in_words(_next_flight(result.next_flight))), soft_wrap=True)
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:

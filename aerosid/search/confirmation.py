@@ -17,6 +17,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.coefficient_match import explained_shares
+from aerosid.notation import number, with_deviation
 from aerosid.search.disturbance_search import in_forces
 from aerosid.search.findings import Finding
 from aerosid.search.structure_search import StructureSearch
@@ -110,12 +111,12 @@ def told_of_confirmed(
     for each in confirmed:
         named = final.get(each.entry, each.suggested.finding)
         apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
-        size = f" The two numbers are {apart:.1f} standard errors apart." if apart > APART else ""
+        size = f" The two numbers are {number(apart)} standard errors apart." if apart > APART else ""
         sentences.append(
-            f"Confirmed: {each.entry[0]} {each.entry[1]} = {named.value:.3g} with a standard error of "
-            f"{named.std_error:.2g} is not proven by what was fitted ({reason(each.suggested)}), but what was not "
-            f"({' and '.join(flights)}) shows it by itself too, with the same sign: {each.value:.3g} with a standard "
-            f"error of {each.std_error:.2g}. The errors there had a part in naming it.{size}"
+            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
+            f"is not proven by what was fitted ({reason(each.suggested)}), but what was not "
+            f"({' and '.join(flights)}) shows it by itself too, with the same sign: "
+            f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it.{size}"
         )
     return sentences
 

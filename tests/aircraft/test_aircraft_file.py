@@ -481,7 +481,7 @@ def test_the_command_shows_what_was_understood(tmp_path: Path, capsys: pytest.Ca
     path = _write(tmp_path, _replaced('"delta_e" = { value = -1.94', '"delta_e" = { value = 1.94'))
     assert main(["aircraft", "check", str(path), "light_transport"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    for word in ("23.23 m^2", "6940 kg m^2", "alpha^2", "no, fixed", "control_lag delta_e 0.15", "alpha_star = 0.31"):
+    for word in ("23.23 m^2", "6940 kg m^2", "alpha^2", "no, fixed", "control lag delta_e 0.15", "alpha_star = 0.31"):
         assert word in printed
     assert printed.count("look again") == 1
     assert "nothing unusual" in printed
