@@ -75,12 +75,16 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
 
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:
-    """The free declared derivatives on which the record holds too little information."""
+    """The free declared derivatives on which the record holds too little information.
+
+    Constants are none of them in a flight that moves: any stretch of it shows the trim, which may well be near zero.
+    """
     completed, spread = found.completed, found.completed_deviations
     return tuple(
         entry
         for n, entry in enumerate(completed.free)
         if entry in declared
+        and (entry[1].factors or not excited)
         and not (excited and is_shown(completed.model.value(entry), declared[entry], float(spread.corrected[n])))
     )
 
