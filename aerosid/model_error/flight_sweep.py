@@ -1,0 +1,523 @@
+"""Fixed-interval model error d(t) of flights, with every candidate passed through the same estimator.
+
+The aircraft's equations are those of Parameswaran & Raol 1994, x' = f(x) + d, with d in the force and moment
+coefficients. The forward estimate (21)-(23) on prefiltered channels gives a first d(t). Each sweep then flies the model
+with d(t) acting, linearises along that motion, and solves the two-point boundary value problem (18)-(20) there exactly:
+filter forward, costate backward. What the filter does to the residual it does to the columns of the terms, sensors and
+controls that are estimated, and to those that are only asked about.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.effects import ActiveEffect, EffectParameter, InputEffect, OutputEffect
+from aerosid.effects.step_change import offset_column
+from aerosid.effects_in_flight import OutOfRangeError
+from aerosid.errors import EstimationError
+from aerosid.factor_search import search_in_logarithms
+from aerosid.hypotheses import with_columns_of, with_offsets
+from aerosid.likelihood import Likelihood, Traced
+from aerosid.longitudinal import FIXED_INPUTS, STATES
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.model_error.partial_correlation import Coloured, ColourSettings, coloured_regression
+from aerosid.response import Trace
+from aerosid.smoothing import smooth_inputs
+from aerosid.whitening import (
+    InputNoise,
+    initial_covariance,
+    make_whitening_carry,
+    noisy_inputs_alone,
+    whiten_stretch,
+)
+
+Array = NDArray[np.float64]
+
+STATE_COUNT = len(STATES)
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """Settings of the sweeps.
+
+    Attributes
+    ----------
+    sweeps : int
+        At most; five are usual, more means a structure that does not fit.
+    tolerance : float
+        Share of a deviation by which a sweep moves no estimate any more.
+    least_spread, most_spread : float
+        Bounds of the spread of d in each coefficient: rounding of a seven-digit log, and a coefficient of order one.
+    shortest_memory, longest_memory : float
+        s; bounds of the time for which d remembers. A slower misfit is to be explained by terms and not by noise:
+        3 s is some five times a short period's time constant (found on the twelve practice flights of
+        real_flights.md, where the cut at 3 s stopped slow terms from passing as noise).
+    turns : int
+        Quasi-Newton steps in the search of spreads and memory.
+    halvings : int
+        Of a step that raises the cost.
+    colour : ColourSettings
+        Of what the sensors' noise leaves.
+    coloured : bool
+        Whether the innovations' own colour is allowed for beside d's.
+    smoothed : bool
+        Whether d(t) is the fixed-interval one; else the forward estimate alone (for the study of stages).
+    """
+
+    sweeps: int = 8
+    tolerance: float = 0.05
+    least_spread: float = 1e-6
+    most_spread: float = 1.0
+    shortest_memory: float = 0.05
+    longest_memory: float = 3.0
+    turns: int = 12
+    halvings: int = 4
+    colour: ColourSettings = ColourSettings()
+    coloured: bool = True
+    smoothed: bool = True
+
+
+@dataclass(frozen=True)
+class ErrorStatistics:
+    """What d(t) is taken for where nothing explains it.
+
+    Attributes
+    ----------
+    spread : tuple of float
+        Standard deviation in each coefficient.
+    memory : float
+        s; correlation exp(-|t|/memory).
+    variance : (outputs,) array
+        Of each output's noise, SI squared.
+    """
+
+    spread: tuple[float, ...]
+    memory: float
+    variance: Array
+
+
+@dataclass(frozen=True)
+class SweptModel:
+    """A structure with its numbers.
+
+    Attributes
+    ----------
+    model : AerodynamicModel
+        Values of all terms; without columns for d(t).
+    free : tuple of Entry
+        Terms that are estimated.
+    effects : tuple of ActiveEffect
+        Sensors, controls and jumps, with their numbers, which are estimated.
+    states : tuple of (5,) arrays
+        The initial state of each flight.
+    forces : tuple of (N, coefficients) arrays
+        d(t) of each flight, of which the motion is the reference.
+    statistics : ErrorStatistics
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    effects: tuple[ActiveEffect, ...]
+    states: tuple[Array, ...]
+    forces: tuple[Array, ...]
+    statistics: ErrorStatistics
+
+    @property
+    def slopes(self) -> int:
+        """How many numbers the effects have."""
+        return sum(active.slopes for active in self.effects)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Whitened rows of all flights: the target, and how it moves with each column.
+
+    Attributes
+    ----------
+    target : (R,) array
+        Innovations over their deviation.
+    known : (R, m) array
+        Free terms, effects' numbers, then the initial state of each flight.
+    asked : (R, c) array
+        Candidates: entries, then numbers of tested effects.
+    lengths : tuple of int
+        Rows of each channel of each flight, one group after another.
+    log_sum : float
+        Sum of the logarithms of the innovations' variances.
+    channels : tuple of (int, int)
+        Flight and output of each group.
+    """
+
+    target: Array
+    known: Array
+    asked: Array
+    lengths: tuple[int, ...]
+    log_sum: float
+    channels: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The estimate of one structure.
+
+    Attributes
+    ----------
+    swept : SweptModel
+        With the estimated numbers.
+    rows : Rows
+        At these numbers, nothing asked.
+    fit : Coloured
+        The regression of the last sweep.
+    cost : float
+        -2 ln L but for a constant, colour and the number of its coefficients charged.
+    deviation : tuple of (N, coefficients) arrays
+        Standard deviation of d(t) of each flight, the estimates taken as known.
+    converged : bool
+    """
+
+    swept: SweptModel
+    rows: Rows
+    fit: Coloured
+    cost: float
+    deviation: tuple[Array, ...]
+    converged: bool
+
+    @property
+    def entry_covariance(self) -> Array:
+        """Of the free terms."""
+        count = len(self.swept.free)
+        return self.fit.covariance[:count, :count]
+
+
+@dataclass(frozen=True)
+class _Flown:
+    """One flight of the model with d(t) acting; `offsets` are d's places among the extra inputs."""
+
+    part: Traced
+    offsets: tuple[int, ...]
+
+
+class FlightSweeps:
+    """Sweeps on one set of flights.
+
+    Parameters
+    ----------
+    manoeuvres : sequence of Manoeuvre
+        One joint estimate.
+    coefficients : sequence of str
+        Those in which model error is allowed: the aircraft's.
+    settings : SweepSettings
+    """
+
+    def __init__(
+        self, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str], settings: SweepSettings = SweepSettings()
+    ) -> None:
+        self.manoeuvres = tuple(manoeuvres)
+        self.coefficients = tuple(coefficients)
+        self.settings = settings
+
+    def estimate(self, start: SweptModel, *, search: bool = True, sweeps: int | None = None) -> Sweep:
+        """The estimate of a structure: sweeps until no number moves.
+
+        Parameters
+        ----------
+        start : SweptModel
+            Structure and start values.
+        search : bool
+            Whether spreads and memory of d are sought too.
+        sweeps : int, optional
+            In place of the settings' number.
+
+        Raises
+        ------
+        EstimationError
+            Where the model with d(t) cannot be flown, or a structure has more numbers than the flights hold.
+        """
+        swept = start
+        try:
+            traced = self._traced(swept)
+        except OutOfRangeError:
+            swept = replace(swept, forces=tuple(np.zeros_like(force) for force in swept.forces))
+            traced = self._traced_or_said(swept)
+        converged = False
+        limit = self.settings.sweeps if sweeps is None else sweeps
+        for turn in range(limit):
+            if search and turn in (0, 1, 3):
+                swept = replace(swept, statistics=self._likeliest(swept, traced))
+            rows = self._whitened(swept, traced)
+            fit = self._regressed(rows)
+            moved, deviation = self._moved(swept, traced, fit.coefficients)
+            size = self._size(fit, swept)
+            here = float(rows.target @ rows.target)
+            traced, swept = self._settled(swept, moved, here, traced)
+            if size < self.settings.tolerance and turn > 0:
+                converged = True
+                break
+        rows = self._whitened(swept, traced)
+        fit = self._regressed(rows)
+        cost = fit.cost + rows.log_sum
+        _, deviation = self._moved(swept, traced, fit.coefficients)
+        return Sweep(swept, rows, fit, cost, deviation, converged)
+
+    def asked(self, sweep: Sweep, entries: Sequence[Entry], effects: Sequence[ActiveEffect]) -> Rows:
+        """The rows of an estimate with the columns of candidates: terms, then effects at their present numbers."""
+        return self._whitened(sweep.swept, self._traced_or_said(sweep.swept, entries, effects), entries)
+
+    def _size(self, fit: Coloured, swept: SweptModel) -> float:
+        """Largest step of an estimate in its own deviations; initial states do not count."""
+        count = len(swept.free) + swept.slopes
+        deviation = np.sqrt(np.diag(fit.covariance))[:count]
+        known = np.isfinite(deviation) & (deviation > 0.0)
+        steps = np.abs(fit.coefficients[:count][known]) / deviation[known]
+        return float(np.max(steps, initial=0.0))
+
+    def _settled(
+        self, swept: SweptModel, moved: SweptModel, before: float, traced: list[_Flown]
+    ) -> tuple[list[_Flown], SweptModel]:
+        """The flown motion after a step, which is halved while it raises the weighted squares or cannot be flown."""
+        share = 1.0
+        for _ in range(self.settings.halvings + 1):
+            aim = _between(swept, moved, share)
+            try:
+                ahead = self._traced(aim)
+            except OutOfRangeError:
+                share *= 0.5
+                continue
+            reached = self._whitened(aim, ahead).target
+            if float(reached @ reached) <= before * (1.0 + 1e-3) + 1.0:
+                return ahead, aim
+            share *= 0.5
+        return traced, swept
+
+    def _traced_or_said(
+        self, swept: SweptModel, entries: Sequence[Entry] = (), effects: Sequence[ActiveEffect] = ()
+    ) -> list[_Flown]:
+        try:
+            return self._traced(swept, entries, effects)
+        except OutOfRangeError as error:
+            names = ", ".join(manoeuvre.name for manoeuvre in self.manoeuvres)
+            raise EstimationError(
+                f"{names}: the model with its model error d(t) leaves |alpha| < 1.5 rad; check the signs of delta_e, "
+                "C_m_alpha and C_m_delta_e, the mass and the units of alpha and q, or use --method likelihood."
+            ) from error
+
+    def _traced(
+        self, swept: SweptModel, entries: Sequence[Entry] = (), effects: Sequence[ActiveEffect] = ()
+    ) -> list[_Flown]:
+        """Each flight with d(t) acting, and the response to every number: known, d's own, then asked.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the flown model leaves its range.
+        """
+        base = with_columns_of(swept.model.extended(entries), (*swept.effects, *effects))
+        model = with_offsets(base, self.coefficients)
+        offsets = tuple(model.columns.index(offset_column(name)) - FIXED_INPUTS for name in self.coefficients)
+        likelihood = Likelihood(model, self.manoeuvres, (*swept.free, *entries))
+        found = []
+        for n, (manoeuvre, force) in enumerate(zip(self.manoeuvres, swept.forces, strict=True)):
+            acting = (*swept.effects, *_given_forces(self.coefficients, force, manoeuvre.name))
+            part = next(iter(likelihood.traced(n, model.values, swept.states[n], acting, effects, whole=True)))
+            found.append(_Flown(part, offsets))
+        return found
+
+    def _noise(self, n: int, flown: _Flown, statistics: ErrorStatistics) -> tuple[InputNoise, Trace]:
+        """The inputs' noise with that of the coefficients, and the linearisation, of what has noise alone."""
+        interval = float(np.median(np.diff(self.manoeuvres[n].flight.time)))
+        variance, memory = flown.part.noise.variance.copy(), flown.part.noise.memory.copy()
+        offsets = list(flown.offsets)
+        variance[offsets] = np.square(statistics.spread)
+        memory[offsets] = np.exp(-interval / statistics.memory)
+        return noisy_inputs_alone(InputNoise(variance, memory), flown.part.trace)
+
+    def _columns(
+        self, swept: SweptModel, traced: Sequence[_Flown], asked: int = 0
+    ) -> list[tuple[Array, Array, Array]]:
+        """Of each flight (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
+        logs, free, slopes = len(traced), len(swept.free), swept.slopes
+        forces = len(self.coefficients)
+        found = []
+        for n, flown in enumerate(traced):
+            block, held = flown.part.block, flown.part.held
+            first = 1 + free + asked + STATE_COUNT
+            acted = first + slopes
+            target = block[:, :, 0] + block[:, :, acted : acted + forces].sum(axis=2)
+            known = np.zeros((*target.shape, free + slopes + STATE_COUNT * logs))
+            known[:, :, :free] = block[:, :, 1 : 1 + free]
+            known[:, :, free : free + slopes] = block[:, :, first:acted]
+            place = free + slopes + STATE_COUNT * n
+            known[:, :, place : place + STATE_COUNT] = block[:, :, first - STATE_COUNT : first]
+            others = np.concatenate([block[:, :, 1 + free : 1 + free + asked], block[:, :, acted + forces :]], axis=2)
+            found.append((np.where(held, target, 0.0), known, others))
+        return found
+
+    def _whitened(
+        self,
+        swept: SweptModel,
+        traced: Sequence[_Flown],
+        entries: Sequence[Entry] = (),
+    ) -> Rows:
+        """The innovations and every column through the same filter."""
+        targets, knowns, others, lengths, channels = [], [], [], [], []
+        log_sum = 0.0
+        parts = self._columns(swept, traced, len(entries))
+        for n, (flown, columns) in enumerate(zip(traced, parts, strict=True)):
+            target, known, asked = columns
+            width = known.shape[2]
+            block = np.ascontiguousarray(np.concatenate([target[:, :, None], known, asked], axis=2))
+            log_sum += self._whiten(n, flown, block, swept.statistics)
+            for i in np.flatnonzero(flown.part.held.any(axis=0)):
+                held = flown.part.held[:, i]
+                lengths.append(int(held.sum()))
+                channels.append((n, int(i)))
+                targets.append(block[held, i, 0])
+                knowns.append(block[held, i, 1 : 1 + width])
+                others.append(block[held, i, 1 + width :])
+        return Rows(
+            np.concatenate(targets), np.concatenate(knowns), np.concatenate(others), tuple(lengths), log_sum,
+            tuple(channels),
+        )  # fmt: skip
+
+    def _whiten(self, n: int, flown: _Flown, block: Array, statistics: ErrorStatistics) -> float:
+        """Whiten columns (N, 8, C) of a flight in place; the sum of the logarithms of the innovations' variances."""
+        noise, trace = self._noise(n, flown, statistics)
+        part = flown.part
+        carry = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
+        return float(whiten_stretch(part.held, block, trace, statistics.variance, noise, part.sensors, carry))
+
+    def _regressed(self, rows: Rows) -> Coloured:
+        colour = self.settings.colour if self.settings.coloured else replace(self.settings.colour, highest_order=0)
+        return coloured_regression(rows.target, rows.known, rows.lengths, colour)
+
+    def _moved(
+        self, swept: SweptModel, traced: Sequence[_Flown], step: Array
+    ) -> tuple[SweptModel, tuple[Array, ...]]:
+        """The structure after a step in its numbers, with the d(t) that then fits best, and its deviation."""
+        free, slopes = len(swept.free), swept.slopes
+        values = swept.model.values.copy()
+        values[swept.model.indices(swept.free)] += step[:free]
+        effects, place = [], free
+        for active in swept.effects:
+            effects.append(active.moved(step[place : place + active.slopes]))
+            place += active.slopes
+        states, forces, deviations = [], [], []
+        for n, (flown, columns) in enumerate(zip(traced, self._columns(swept, traced), strict=True)):
+            place = free + slopes + STATE_COUNT * n
+            states.append(swept.states[n] + step[place : place + STATE_COUNT])
+            target, known, _ = columns
+            residual = np.ascontiguousarray((target - known @ step)[:, :, None])
+            error, deviation = self._smoothed(n, flown, residual, swept.statistics)
+            forces.append(error)
+            deviations.append(deviation)
+        model = swept.model.with_values(values)
+        return replace(swept, model=model, effects=tuple(effects), states=tuple(states), forces=tuple(forces)), tuple(
+            deviations
+        )
+
+    def _smoothed(self, n: int, flown: _Flown, residual: Array, statistics: ErrorStatistics) -> tuple[Array, Array]:
+        """d(t) (N, coefficients) of a residual (N, 8, 1), and its deviation."""
+        noise, trace = self._noise(n, flown, statistics)
+        part, samples, inputs = flown.part, residual.shape[0], noise.variance.size
+        errors, variances = np.zeros((samples, inputs, 1)), np.zeros((samples, inputs))
+        start = initial_covariance(np.zeros((STATE_COUNT, STATE_COUNT)), noise, trace, part.sensors)
+        held = np.ascontiguousarray(part.held)
+        smooth_inputs(held, residual, trace, statistics.variance, noise, part.sensors, start, errors, variances)
+        noisy = np.flatnonzero((part.noise.variance > 0.0) | np.isin(np.arange(part.noise.variance.size), flown.offsets))
+        places = [int(np.flatnonzero(noisy == place)[0]) for place in flown.offsets]
+        return errors[:, places, 0], np.sqrt(variances[:, places])
+
+    def _likeliest(self, swept: SweptModel, traced: Sequence[_Flown]) -> ErrorStatistics:
+        """Spreads, memory and the sensors' noise at the maximum of the restricted likelihood, the motion held."""
+        settings, statistics = self.settings, swept.statistics
+        columns = [
+            np.ascontiguousarray(np.concatenate([target[:, :, None], known], axis=2))
+            for target, known, _ in self._columns(swept, traced)
+        ]
+
+        def at(numbers: Sequence[float]) -> ErrorStatistics:
+            return replace(statistics, spread=tuple(numbers[:-1]), memory=float(numbers[-1]))
+
+        def cost(numbers: Sequence[float]) -> float:
+            total, normal = 0.0, 0.0
+            for n, (flown, block) in enumerate(zip(traced, columns, strict=True)):
+                white = block.copy()
+                total += self._whiten(n, flown, white, at(numbers))
+                flat = white.reshape(-1, white.shape[2])
+                normal = normal + flat.T @ flat
+            return total + _restricted(np.asarray(normal))
+
+        start = (*statistics.spread, statistics.memory)
+        limits = [(settings.least_spread, settings.most_spread)] * len(statistics.spread)
+        limits.append((settings.shortest_memory, settings.longest_memory))
+        return at(search_in_logarithms(cost, start, limits, least_fall=0.1, turns=settings.turns))
+
+
+def _restricted(normal: Array) -> float:
+    """Residual squares and ln |information| from the products (1 + m, 1 + m) of target and known columns."""
+    scale = np.sqrt(np.diag(normal)[1:])
+    held = np.flatnonzero(scale > 0.0)
+    if not held.size:
+        return float(normal[0, 0])
+    inner = normal[1:, 1:][np.ix_(held, held)] / np.outer(scale[held], scale[held])
+    strength, vectors = np.linalg.eigh(inner)
+    clear = strength > 1e-12 * strength[-1]
+    product = vectors[:, clear].T @ (normal[1:, 0][held] / scale[held])
+    squares = float(normal[0, 0] - np.sum(product**2 / strength[clear]))
+    return squares + float(np.sum(np.log(strength[clear]))) + 2.0 * float(np.sum(np.log(scale[held])))
+
+
+def _between(swept: SweptModel, moved: SweptModel, share: float) -> SweptModel:
+    """Part of the way from one set of numbers to another."""
+    if share >= 1.0:
+        return moved
+    values = swept.model.values + share * (moved.model.values - swept.model.values)
+    effects = tuple(
+        replace(after, values=tuple((1.0 - share) * a + share * b for a, b in zip(before.values, after.values, strict=True)))
+        for before, after in zip(swept.effects, moved.effects, strict=True)
+    )
+    states = tuple(a + share * (b - a) for a, b in zip(swept.states, moved.states, strict=True))
+    forces = tuple(a + share * (b - a) for a, b in zip(swept.forces, moved.forces, strict=True))
+    return replace(moved, model=moved.model.with_values(values), effects=effects, states=states, forces=forces)
+
+
+def _given_forces(coefficients: Sequence[str], force: Array, log: str) -> tuple[ActiveEffect, ...]:
+    """d(t) of a flight as it acts: one input a coefficient, whose share of one is its response."""
+    return tuple(
+        ActiveEffect(_given_force(name, np.ascontiguousarray(force[:, i])), (1.0,), log)
+        for i, name in enumerate(coefficients)
+    )
+
+
+def _given_force(coefficient: str, history: Array) -> InputEffect:
+    return InputEffect(
+        "model_error",
+        coefficient,
+        (EffectParameter("share", "1", trials=(1.0,), lowest=-1e3, highest=1e3, step=0.5),),
+        lambda _time, values, p: np.asarray(values + p[0] * history),
+        lambda _p, _interval: (1.0, 0.0),
+        "d(t) of Parameswaran & Raol 1994, eq. (16)",
+        column=offset_column(coefficient),
+    )
+
+
+def is_seen(active: ActiveEffect) -> bool:
+    """Whether an effect is a column in d(t) to first order: of a sensor or on an input."""
+    return isinstance(active.effect, InputEffect | OutputEffect)
+
+
+__all__ = [
+    "ErrorStatistics",
+    "FlightSweeps",
+    "Rows",
+    "Sweep",
+    "SweepSettings",
+    "SweptModel",
+    "is_seen",
+]
+

@@ -1,0 +1,361 @@
+"""Stepwise selection of terms by partial correlation with the model error d(t).
+
+Parameswaran & Raol 1994, section 3.3, on any flight: d(t) of the present structure, candidates passed through the same
+estimator, partial correlation of each with d(t) in its coloured noise; the likeliest of the best few enters if its
+correlation is significant among so many; recursive least squares of all terms; again, until nothing in d(t)
+correlates. A late or slow control and a late, slow, scaled or biased sensor are columns too, to first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from aerosid.aerodynamics import Entry
+from aerosid.effects import KINDS, ActiveEffect
+from aerosid.effects.aerodynamic_terms import rarity
+from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
+from aerosid.errors import EstimationError
+from aerosid.evidence import Score
+from aerosid.findings import Finding, Part, found_among, named
+from aerosid.hypotheses import Hypothesis
+from aerosid.manoeuvre import Manoeuvre
+from aerosid.model_error.flight_sweep import FlightSweeps, Sweep, SweepSettings, SweptModel, is_seen
+from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModelErrorSearchSettings:
+    """Settings of the search.
+
+    Attributes
+    ----------
+    false_alarm : float
+        Share of flights with nothing missing in which something may be named, by design (as the likelihood's search).
+    shortlist : int
+        Candidates of each round that are fitted: first-order ranks are exact only for small effects.
+    rounds : int
+        How many may enter.
+    price : float
+        What each further number must bring in -2 ln L for one candidate to be preferred to a simpler one (as the
+        likelihood's search).
+    reach : float
+        Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
+    trial_sweeps : int
+        Sweeps of a trial fit.
+    partial : bool
+        Whether candidates are ranked by partial correlation; else by the plain one of the paper's table 3 (for the
+        study of stages).
+    sweeps : SweepSettings
+    """
+
+    false_alarm: float = 0.001
+    shortlist: int = 6
+    rounds: int = 6
+    price: float = 8.0
+    reach: float = 6.0
+    trial_sweeps: int = 4
+    partial: bool = True
+    sweeps: SweepSettings = field(default_factory=SweepSettings)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a search by d(t) found.
+
+    Attributes
+    ----------
+    before : Sweep
+        The declared structure.
+    completed : Sweep
+        With everything that entered.
+    parts : tuple of (Part, gain, p-value)
+        What entered, most certain first; the gain is the rise of -2 ln L when it is struck out.
+    alternatives : tuple of Finding
+        What could stand in place of a part.
+    rounds : tuple of tuple of Score
+        Scores of each round.
+    asked : int
+        How many candidates were looked at in each round.
+    unseen : tuple of str
+        Kinds of effect that d(t) cannot show, of those that were asked for.
+    """
+
+    before: Sweep
+    completed: Sweep
+    parts: tuple[tuple[Part, float, float], ...]
+    alternatives: tuple[Finding, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    asked: int
+    unseen: tuple[str, ...]
+
+
+def select(
+    start: SweptModel,
+    manoeuvres: Sequence[Manoeuvre],
+    coefficients: Sequence[str],
+    hypotheses: Sequence[Hypothesis],
+    settings: ModelErrorSearchSettings = ModelErrorSearchSettings(),
+    progress: Callable[[str], None] = lambda _stage: None,
+) -> Selection:
+    """What the model error of the declared structure says is missing.
+
+    Parameters
+    ----------
+    start : SweptModel
+        The declared structure with start values.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights, one joint estimate.
+    coefficients : sequence of str
+        The aircraft's, in which model error is allowed.
+    hypotheses : sequence of Hypothesis
+        What may enter; those that d(t) cannot show are left out and named.
+
+    Raises
+    ------
+    EstimationError
+        Where the declared model with its model error cannot be flown.
+    """
+    search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
+    before = current = search.sweeps.estimate(start)
+    alternatives: list[Finding] = []
+    rounds: list[tuple[Score, ...]] = []
+    for n in range(settings.rounds):
+        progress(f"screening d(t), round {n + 1}")
+        scores = search.scores(current)
+        rounds.append(scores)
+        entered = search.entered(current, scores)
+        if entered is None:
+            break
+        current, others = entered
+        alternatives.extend(others)
+        current = search.pruned(current)
+    parts = search.judged(current)
+    held = {named(part.label) for part, _, _ in parts}
+    return Selection(
+        before,
+        current,
+        tuple(sorted(parts, key=lambda row: -row[1])),
+        tuple(other for other in alternatives if other.instead_of in held and _label(other) not in held),
+        tuple(rounds),
+        search.asked,
+        search.unseen,
+    )
+
+
+def _label(finding: Finding) -> str:
+    return named((finding.kind, finding.where, finding.term))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    hypothesis: Hypothesis
+    sweep: Sweep
+    price: float
+
+
+class _Search:
+    """One set of candidates on one set of flights."""
+
+    def __init__(
+        self,
+        manoeuvres: Sequence[Manoeuvre],
+        coefficients: Sequence[str],
+        hypotheses: Sequence[Hypothesis],
+        declared: SweptModel,
+        settings: ModelErrorSearchSettings,
+    ) -> None:
+        self.settings = settings
+        self.manoeuvres = tuple(manoeuvres)
+        self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
+        self.declared = declared
+        self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
+        self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
+        self.asked = len(self.seen)
+
+    def open(self, current: Sweep) -> list[Hypothesis]:
+        """Candidates that the structure does not hold yet."""
+        labels = {part.label for part in self.parts(current)}
+        labels |= {(*active.name, "") for active in self.declared.effects}
+        return [h for h in self.seen if h.label not in labels and not self._near_a_jump(h, current)]
+
+    def _near_a_jump(self, hypothesis: Hypothesis, current: Sweep) -> bool:
+        """Whether a jump is so close to one that is held already that it would only mend its edge."""
+        if hypothesis.time is None:
+            return False
+        log = next(m for m in self.manoeuvres if m.name == hypothesis.where)
+        reach = 3.0 * float(np.ptp(log.flight.time)) / GRID
+        jumps = [a for a in current.swept.effects if a.log == log.name and is_sudden(a)]
+        return any(abs(moment(a) - hypothesis.time) < reach for a in jumps)
+
+    def parts(self, current: Sweep) -> list[Part]:
+        """What the structure holds beyond the declared one, with corrected deviations."""
+        deviation = np.sqrt(np.diag(current.fit.covariance))
+        swept = current.swept
+        found = [
+            Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
+            for n, entry in enumerate(swept.free)
+            if entry not in self.declared.free
+        ]
+        place = len(swept.free)
+        for active in swept.effects:
+            if active.slopes and active not in self.declared.effects:
+                errors = tuple(float(value) for value in deviation[place : place + active.slopes])
+                null = active.effect.parameters[0].null
+                found.append(Part(None, active, active.values[0], null, errors[0], errors))
+            place += active.slopes
+        return found
+
+    def scores(self, current: Sweep) -> tuple[Score, ...]:
+        """Every open candidate with what its correlation with d(t) is worth, greatest first."""
+        asked = [
+            (hypothesis, hypothesis.by_chord(trial), trial)
+            for hypothesis in self.open(current)
+            for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
+        ]
+        entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
+        effects = [active for _, chord, _ in asked for active in chord.effects]
+        rows = self.sweeps.asked(current, entries, effects)
+        single = partial_correlations(current.fit, rows.asked, asked=self.asked)
+        plain = _plain(rows.target, rows.asked)
+        place = {entry: n for n, entry in enumerate(entries)}
+        column = len(entries)
+        best: dict[int, Score] = {}
+        for hypothesis, chord, trial in asked:
+            count = sum(active.slopes for active in chord.effects)
+            columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
+            column += count
+            if len(columns) == 1:
+                ratio = single.ratio[columns[0]] if self.settings.partial else plain[columns[0]]
+                gain, step = float(ratio**2), (float(single.coefficient[columns[0]]),)
+                independence = float(single.independence[columns[0]])
+            else:
+                gain, step, independence = multiple_correlation(current.fit, rows.asked[:, columns])
+            known = best.get(id(hypothesis))
+            if known is None or gain > known.gain:
+                best[id(hypothesis)] = Score(hypothesis, gain, step, independence, trial)
+        return tuple(sorted(best.values(), key=lambda score: -self._worth(score)))
+
+    def _worth(self, score: Score) -> float:
+        hypothesis = score.hypothesis
+        rare = sum(rarity(term) for _, term in hypothesis.entries)
+        rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
+        return score.gain - self.settings.price * (hypothesis.parameters - 1) - rare
+
+    def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
+        """The structure with the likeliest candidate, and what else could stand there; None where none is significant."""
+        least = float(stats.norm.isf(0.5 * self.settings.false_alarm / max(self.asked, 1))) ** 2
+        listed: dict[tuple[str, str, str], Score] = {}
+        for score in scores:
+            if self._worth(score) > 0.5 * least and len(listed) < self.settings.shortlist:
+                listed.setdefault(score.hypothesis.label, score)
+        trials = []
+        for score in listed.values():
+            try:
+                sweep = self.sweeps.estimate(self._with(current, score), sweeps=self.settings.trial_sweeps)
+            except EstimationError:
+                continue
+            trials.append(_Trial(score.hypothesis, sweep, sweep.cost + score.gain - self._worth(score)))
+        for trial in sorted(trials, key=lambda trial: trial.price):
+            new = self._new_parts(current, trial.sweep)
+            gain = current.cost - trial.sweep.cost
+            if not new or trial.price > current.cost - self.settings.price or self.p_value(trial.sweep, new) > self.settings.false_alarm:
+                continue
+            others = [
+                self._rival(current, other, trial)
+                for other in trials
+                if other is not trial and other.price - trial.price < self.settings.reach
+            ]
+            del gain
+            return trial.sweep, [other for other in others if other is not None]
+        return None
+
+    def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
+        new = self._new_parts(current, other.sweep)
+        if not new:
+            return None
+        return found_among(new[0], self.asked, current.cost - other.sweep.cost, named(chosen.hypothesis.label))
+
+    def _new_parts(self, current: Sweep, trial: Sweep) -> list[Part]:
+        held = {(part.label, part.time) for part in self.parts(current)}
+        return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
+
+    def p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
+        """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise."""
+        places = [self._place(sweep, part) for part in parts]
+        away = np.array([part.value - part.null for part in parts])
+        covariance = sweep.fit.covariance[np.ix_(places, places)]
+        if not np.isfinite(covariance).all():
+            return 1.0
+        statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+        if len(parts) == 1:
+            return float(min(1.0, 2.0 * stats.t.sf(np.sqrt(statistic), sweep.fit.freedom) * self.asked))
+        return float(min(1.0, stats.f.sf(statistic / len(parts), len(parts), sweep.fit.freedom) * self.asked))
+
+    def _place(self, sweep: Sweep, part: Part) -> int:
+        swept = sweep.swept
+        if part.entry is not None:
+            return swept.free.index(part.entry)
+        place = len(swept.free)
+        for active in swept.effects:
+            if active is part.active:
+                break
+            place += active.slopes
+        return place
+
+    def _with(self, current: Sweep, score: Score) -> SweptModel:
+        """Where the fit of one more candidate begins."""
+        swept, hypothesis = current.swept, score.hypothesis
+        effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
+        if hypothesis.time is not None:
+            effects = tuple(self._moving(active, hypothesis.time) for active in effects)
+        return replace(
+            swept,
+            model=swept.model.extended(hypothesis.entries),
+            free=(*swept.free, *hypothesis.entries),
+            effects=(*swept.effects, *effects),
+        )
+
+    def _moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
+        log = next(m for m in self.manoeuvres if m.name == active.log)
+        return at_moment(active, time, active.log, float(np.median(np.diff(log.flight.time))))
+
+    def pruned(self, current: Sweep) -> Sweep:
+        """The structure without what later parts have made doubtful."""
+        while True:
+            parts = self.parts(current)
+            doubts = [(self.p_value(current, [part]), part) for part in parts]
+            worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
+            if worst is None or worst[0] <= self.settings.false_alarm:
+                return current
+            current = self.sweeps.estimate(_without(current.swept, worst[1]), sweeps=self.settings.trial_sweeps)
+
+    def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
+        """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
+        rows = []
+        for part in self.parts(current):
+            struck = self.sweeps.estimate(_without(current.swept, part), sweeps=self.settings.trial_sweeps)
+            rows.append((part, struck.cost - current.cost, self.p_value(current, [part])))
+        return rows
+
+
+def _without(swept: SweptModel, part: Part) -> SweptModel:
+    """The structure with a part struck out."""
+    if part.entry is None:
+        return replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
+    entry: Entry = part.entry
+    return replace(swept, model=swept.model.without([entry]), free=tuple(e for e in swept.free if e != entry))
+
+
+def _plain(target: Array, columns: Array) -> Array:
+    """t-ratios of plain correlations about the means."""
+    y, x = target - target.mean(), columns - columns.mean(axis=0)
+    size = np.linalg.norm(y) * np.linalg.norm(x, axis=0)
+    rho = np.divide(x.T @ y, size, out=np.zeros_like(size), where=size > 0.0)
+    return np.asarray(rho * np.sqrt((y.size - 2) / np.maximum(1.0 - rho**2, 1e-12)))
