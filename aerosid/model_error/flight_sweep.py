@@ -18,16 +18,19 @@ from numpy.typing import NDArray
 from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, EffectParameter, InputEffect, OutputEffect
 from aerosid.effects.step_change import offset_column
-from aerosid.effects_in_flight import OutOfRangeError
+from aerosid.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.errors import EstimationError
 from aerosid.factor_search import search_in_logarithms
 from aerosid.hypotheses import with_columns_of, with_offsets
 from aerosid.likelihood import Likelihood, Traced
 from aerosid.longitudinal import FIXED_INPUTS, STATES
 from aerosid.manoeuvre import Manoeuvre
+from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.partial_correlation import Coloured, ColourSettings, coloured_regression
+from aerosid.prediction import Flight, coefficients_along, simulate_outputs
 from aerosid.response import Trace
 from aerosid.smoothing import smooth_inputs
+from aerosid.terms import COEFFICIENTS
 from aerosid.whitening import (
     InputNoise,
     initial_covariance,
@@ -57,6 +60,8 @@ class SweepSettings:
         s; bounds of the time for which d remembers. A slower misfit is to be explained by terms and not by noise:
         3 s is some five times a short period's time constant (found on the twelve practice flights of
         real_flights.md, where the cut at 3 s stopped slow terms from passing as noise).
+    searches : tuple of int
+        Sweeps before which spreads and memory are sought; the motion moves little after the first two.
     turns : int
         Quasi-Newton steps in the search of spreads and memory.
     halvings : int
@@ -75,6 +80,7 @@ class SweepSettings:
     most_spread: float = 1.0
     shortest_memory: float = 0.05
     longest_memory: float = 3.0
+    searches: tuple[int, ...] = (0, 2)
     turns: int = 12
     halvings: int = 4
     colour: ColourSettings = ColourSettings()
@@ -220,6 +226,7 @@ class FlightSweeps:
         self.manoeuvres = tuple(manoeuvres)
         self.coefficients = tuple(coefficients)
         self.settings = settings
+        self.intervals = tuple(float(np.median(np.diff(m.flight.time))) for m in self.manoeuvres)
 
     def estimate(self, start: SweptModel, *, search: bool = True, sweeps: int | None = None) -> Sweep:
         """The estimate of a structure: sweeps until no number moves.
@@ -238,43 +245,83 @@ class FlightSweeps:
         EstimationError
             Where the model with d(t) cannot be flown, or a structure has more numbers than the flights hold.
         """
-        swept = start
-        try:
-            traced = self._traced(swept)
-        except OutOfRangeError:
-            swept = replace(swept, forces=tuple(np.zeros_like(force) for force in swept.forces))
-            traced = self._traced_or_said(swept)
+        settings = self.settings
+        swept, traced = self._begun(start)
         converged = False
-        limit = self.settings.sweeps if sweeps is None else sweeps
+        limit = settings.sweeps if sweeps is None else sweeps
         for turn in range(limit):
-            if search and turn in (0, 1, 3):
+            if search and turn in settings.searches and (turn == 0 or sweeps is None):
                 swept = replace(swept, statistics=self._likeliest(swept, traced))
             rows = self._whitened(swept, traced)
-            fit = self._regressed(rows)
-            moved, deviation = self._moved(swept, traced, fit.coefficients)
-            size = self._size(fit, swept)
-            here = float(rows.target @ rows.target)
-            traced, swept = self._settled(swept, moved, here, traced)
-            if size < self.settings.tolerance and turn > 0:
+            step, deviation = _plain_step(rows)
+            size = self._size(step, deviation, swept)
+            moved, _ = self._moved(swept, traced, step)
+            traced, swept = self._settled(swept, moved, float(rows.target @ rows.target), traced)
+            if size < settings.tolerance and turn > 0:
                 converged = True
                 break
         rows = self._whitened(swept, traced)
         fit = self._regressed(rows)
-        cost = fit.cost + rows.log_sum
-        _, deviation = self._moved(swept, traced, fit.coefficients)
-        return Sweep(swept, rows, fit, cost, deviation, converged)
+        if settings.coloured and any(taps.size > 1 for taps in fit.filters):
+            # The colour of the noise gives its own weights: one more step, by those.
+            moved, _ = self._moved(swept, traced, fit.coefficients)
+            traced, swept = self._settled(swept, moved, float(rows.target @ rows.target), traced)
+            rows = self._whitened(swept, traced)
+            fit = self._regressed(rows)
+        _, spread = self._moved(swept, traced, fit.coefficients)
+        return Sweep(swept, rows, fit, fit.cost + rows.log_sum, spread, converged)
+
+    def carried(self, flown: SweptModel, other: SweptModel) -> SweptModel:
+        """Another structure with the d(t) that keeps the motion of the one that is flown.
+
+        What the other one adds to the coefficients along that motion is taken out of d, what it lacks is put into it;
+        the sweeps then begin where the measurements are. Unchanged where the motion cannot be flown.
+        """
+        forces = []
+        for n, force in enumerate(flown.forces):
+            acting = (*flown.effects, *_given_forces(self.coefficients, force, self.manoeuvres[n].name))
+            before, flight = self._acting(flown, n, acting)
+            _, states = simulate_outputs(flown.states[n], flight, before.values.copy(), before.table, before.constants)
+            if not np.isfinite(states).all():
+                return other
+            after, plain = self._acting(other, n, other.effects)
+            given = coefficients_along(states, flight, before.values.copy(), before.table, before.constants)
+            taken = coefficients_along(states, plain, after.values.copy(), after.table, after.constants)
+            places = [COEFFICIENTS.index(name) for name in self.coefficients]
+            forces.append((given - taken)[:, places])
+        return replace(other, forces=tuple(forces), states=flown.states)
+
+    def _acting(self, swept: SweptModel, n: int, effects: Sequence[ActiveEffect]) -> tuple[AerodynamicModel, Flight]:
+        """The model with columns for all that acts, and a flight with it acting."""
+        model = with_offsets(with_columns_of(swept.model, effects), self.coefficients)
+        return model, acting_flight(model, self.manoeuvres[n], effects)[0]
+
+    def _begun(self, start: SweptModel) -> tuple[SweptModel, list[_Flown]]:
+        """The start as it flies: with the d(t) given, else with that of the forward estimate, else with none."""
+        try:
+            return start, self._traced(start)
+        except OutOfRangeError:
+            pass
+        model = with_offsets(with_columns_of(start.model, start.effects), self.coefficients)
+        acting = [
+            replace(m, flight=acting_flight(model, m, start.effects)[0], columns=model.columns) for m in self.manoeuvres
+        ]
+        swept = replace(start, forces=forward_forces(model, acting, self.coefficients))
+        try:
+            return swept, self._traced(swept)
+        except OutOfRangeError:
+            still = replace(start, forces=tuple(np.zeros_like(force) for force in start.forces))
+            return still, self._traced_or_said(still)
 
     def asked(self, sweep: Sweep, entries: Sequence[Entry], effects: Sequence[ActiveEffect]) -> Rows:
         """The rows of an estimate with the columns of candidates: terms, then effects at their present numbers."""
         return self._whitened(sweep.swept, self._traced_or_said(sweep.swept, entries, effects), entries)
 
-    def _size(self, fit: Coloured, swept: SweptModel) -> float:
+    def _size(self, step: Array, deviation: Array, swept: SweptModel) -> float:
         """Largest step of an estimate in its own deviations; initial states do not count."""
         count = len(swept.free) + swept.slopes
-        deviation = np.sqrt(np.diag(fit.covariance))[:count]
-        known = np.isfinite(deviation) & (deviation > 0.0)
-        steps = np.abs(fit.coefficients[:count][known]) / deviation[known]
-        return float(np.max(steps, initial=0.0))
+        known = np.isfinite(deviation[:count]) & (deviation[:count] > 0.0)
+        return float(np.max(np.abs(step[:count][known]) / deviation[:count][known], initial=0.0))
 
     def _settled(
         self, swept: SweptModel, moved: SweptModel, before: float, traced: list[_Flown]
@@ -329,11 +376,10 @@ class FlightSweeps:
 
     def _noise(self, n: int, flown: _Flown, statistics: ErrorStatistics) -> tuple[InputNoise, Trace]:
         """The inputs' noise with that of the coefficients, and the linearisation, of what has noise alone."""
-        interval = float(np.median(np.diff(self.manoeuvres[n].flight.time)))
         variance, memory = flown.part.noise.variance.copy(), flown.part.noise.memory.copy()
         offsets = list(flown.offsets)
         variance[offsets] = np.square(statistics.spread)
-        memory[offsets] = np.exp(-interval / statistics.memory)
+        memory[offsets] = np.exp(-self.intervals[n] / statistics.memory)
         return noisy_inputs_alone(InputNoise(variance, memory), flown.part.trace)
 
     def _columns(
@@ -456,6 +502,20 @@ class FlightSweeps:
         limits = [(settings.least_spread, settings.most_spread)] * len(statistics.spread)
         limits.append((settings.shortest_memory, settings.longest_memory))
         return at(search_in_logarithms(cost, start, limits, least_fall=0.1, turns=settings.turns))
+
+
+def _plain_step(rows: Rows) -> tuple[Array, Array]:
+    """Least squares of whitened rows, and deviations; an undetermined number stays, with an infinite one."""
+    scale = np.linalg.norm(rows.known, axis=0)
+    held = np.flatnonzero(scale > 0.0)
+    step, deviation = np.zeros(scale.size), np.full(scale.size, np.inf)
+    columns = rows.known[:, held] / scale[held]
+    strength, vectors = np.linalg.eigh(columns.T @ columns)
+    clear = strength > 1e-12 * strength[-1]
+    root = vectors[:, clear] / np.sqrt(strength[clear])
+    step[held] = root @ (root.T @ (columns.T @ rows.target)) / scale[held]
+    deviation[held] = np.sqrt(np.sum(root**2, axis=1)) / scale[held]
+    return step, deviation
 
 
 def _restricted(normal: Array) -> float:

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 from scipy import signal, stats
 
@@ -258,9 +257,12 @@ def autoregression(residual: Array, settings: ColourSettings = ColourSettings())
     gamma = autocovariance(residual, highest)
     if not gamma[0] > 0.0:
         return best
+    past, innovation = np.zeros(0), float(gamma[0])
     for order in range(highest + 1):
-        past = scipy.linalg.solve_toeplitz(gamma[:order], gamma[1 : order + 1]) if order else np.zeros(0)
-        innovation = max(float(gamma[0] - past @ gamma[1 : order + 1]), np.finfo(float).tiny)
+        if order:  # Levinson's recursion
+            reflection = float(gamma[order] - past @ gamma[order - 1 : 0 : -1]) / innovation
+            past = np.concatenate([past - reflection * past[::-1], [reflection]])
+            innovation = max(innovation * (1.0 - reflection**2), np.finfo(float).tiny)
         charge = 2.0 * (order + 1) * count / max(count - order - 2, 1)
         if count * np.log(innovation) + charge < least:
             least, best = count * np.log(innovation) + charge, np.concatenate([[1.0], -past])

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from aerosid.aerodynamics import Entry
-from aerosid.effects import KINDS, ActiveEffect
+from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
-from aerosid.effects.sudden import GRID, at_moment, is_sudden, moment
+from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.evidence import Score
 from aerosid.findings import Finding, Part, found_among, named
@@ -49,6 +49,21 @@ class ModelErrorSearchSettings:
         Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
     trial_sweeps : int
         Sweeps of a trial fit.
+    least_share : float
+        Share of the significant gain from which a candidate's first-order gain is worth a fit.
+    unlike_share : float
+        Share of the best first-order gain from which a kind that is far from linear in its number is worth a fit.
+    outliers : int
+        Moments of the greatest innovations of each flight at which a sudden change is asked for.
+    outlying : float
+        Squared innovations of a sample beyond their mean, in deviations of chi-square, from which it is one: 8 is met
+        by chance in one flight of a thousand samples out of a million.
+    least_reduction : float
+        Share of its spread to which d(t) of some coefficient must fall for a term, control or jump to have explained
+        it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and stalls.
+    apparent_mass : float
+        Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
+        motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
     partial : bool
         Whether candidates are ranked by partial correlation; else by the plain one of the paper's table 3 (for the
         study of stages).
@@ -60,7 +75,13 @@ class ModelErrorSearchSettings:
     rounds: int = 6
     price: float = 8.0
     reach: float = 6.0
-    trial_sweeps: int = 4
+    trial_sweeps: int = 3
+    least_share: float = 0.5
+    unlike_share: float = 0.1
+    outliers: int = 3
+    outlying: float = 8.0
+    least_reduction: float = 0.8
+    apparent_mass: float = 0.3
     partial: bool = True
     sweeps: SweepSettings = field(default_factory=SweepSettings)
 
@@ -178,6 +199,7 @@ class _Search:
         self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
         self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
         self.asked = len(self.seen)
+        self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
 
     def open(self, current: Sweep) -> list[Hypothesis]:
         """Candidates that the structure does not hold yet."""
@@ -189,7 +211,7 @@ class _Search:
         """Whether a jump is so close to one that is held already that it would only mend its edge."""
         if hypothesis.time is None:
             return False
-        log = next(m for m in self.manoeuvres if m.name == hypothesis.where)
+        log = next(m for m in self.manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
         reach = 3.0 * float(np.ptp(log.flight.time)) / GRID
         jumps = [a for a in current.swept.effects if a.log == log.name and is_sudden(a)]
         return any(abs(moment(a) - hypothesis.time) < reach for a in jumps)
@@ -212,11 +234,35 @@ class _Search:
             place += active.slopes
         return found
 
+    def _at_outliers(self, current: Sweep) -> list[Hypothesis]:
+        """Sudden changes at the moments of the greatest innovations: between those of a grid d(t) follows a jump."""
+        rows = current.rows
+        found = []
+        for n, log in enumerate(self.manoeuvres):
+            squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
+            for part, (flight, output) in zip(current.fit.groups, rows.channels, strict=True):
+                if flight == n:
+                    held = np.isfinite(log.flight.measured[:, output])
+                    squares[held] += current.fit.white_target[part] ** 2
+                    count += held
+            excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
+            interval = float(np.median(np.diff(log.flight.time)))
+            reach = max(1, round(3.0 * np.ptp(log.flight.time) / GRID / interval))
+            first = {h.kind: h for h in self.seen if h.time is not None and h.where == log.name}
+            first |= {h.kind: h for h in self.seen if h.time is not None and all(a.log == log.name for a in h.effects)}
+            for _ in range(self.settings.outliers):
+                k = int(np.argmax(excess))
+                if excess[k] < self.settings.outlying:
+                    break
+                found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in first.values()]
+                excess[max(k - reach, 0) : k + reach] = -np.inf
+        return [h for h in found if not self._near_a_jump(h, current)]
+
     def scores(self, current: Sweep) -> tuple[Score, ...]:
         """Every open candidate with what its correlation with d(t) is worth, greatest first."""
         asked = [
             (hypothesis, hypothesis.by_chord(trial), trial)
-            for hypothesis in self.open(current)
+            for hypothesis in (*self.open(current), *self._at_outliers(current))
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
@@ -249,32 +295,90 @@ class _Search:
         return score.gain - self.settings.price * (hypothesis.parameters - 1) - rare
 
     def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
-        """The structure with the likeliest candidate, and what else could stand there; None where none is significant."""
-        least = float(stats.norm.isf(0.5 * self.settings.false_alarm / max(self.asked, 1))) ** 2
-        listed: dict[tuple[str, str, str], Score] = {}
-        for score in scores:
-            if self._worth(score) > 0.5 * least and len(listed) < self.settings.shortlist:
-                listed.setdefault(score.hypothesis.label, score)
-        trials = []
-        for score in listed.values():
-            try:
-                sweep = self.sweeps.estimate(self._with(current, score), sweeps=self.settings.trial_sweeps)
-            except EstimationError:
-                continue
-            trials.append(_Trial(score.hypothesis, sweep, sweep.cost + score.gain - self._worth(score)))
+        """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
+        trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
         for trial in sorted(trials, key=lambda trial: trial.price):
             new = self._new_parts(current, trial.sweep)
-            gain = current.cost - trial.sweep.cost
-            if not new or trial.price > current.cost - self.settings.price or self.p_value(trial.sweep, new) > self.settings.false_alarm:
+            cheaper = trial.price < current.cost - self.settings.price
+            if not new or not cheaper or not self._explains(current, trial.sweep, new):
+                continue
+            if self.p_value(trial.sweep, new) > self.settings.false_alarm:
                 continue
             others = [
                 self._rival(current, other, trial)
                 for other in trials
                 if other is not trial and other.price - trial.price < self.settings.reach
             ]
-            del gain
-            return trial.sweep, [other for other in others if other is not None]
+            whole = self.sweeps.estimate(trial.sweep.swept)
+            return whole, [other for other in others if other is not None]
         return None
+
+    def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
+        """Whether d(t) becomes smaller in some coefficient, where it is more than rounding: of all but sensors."""
+        if all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new):
+            return True
+        before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
+        there = before > 30.0 * self.settings.sweeps.least_spread
+        return not there.any() or bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+
+    def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
+        """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""
+        settings = self.settings
+        least = float(stats.norm.isf(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
+        listed: dict[tuple[str, str, str], Score] = {}
+        for score in scores:
+            if self._worth(score) > settings.least_share * least and len(listed) < settings.shortlist:
+                listed.setdefault(score.hypothesis.label, score)
+        first = max((score.gain for score in listed.values()), default=0.0)
+        kinds = {score.hypothesis.kind for score in listed.values()}
+        for score in scores:
+            kind = score.hypothesis.kind
+            unlike = kind in KINDS and not KINDS[kind].follows_its_score
+            if unlike and kind not in kinds and score.gain > max(settings.unlike_share * first, least):
+                kinds.add(kind)
+                listed.setdefault(score.hypothesis.label, score)
+        return list(listed.values())
+
+    def _tried(self, current: Sweep, score: Score) -> _Trial | None:
+        """The fit with one more candidate, from the best of its starts; None where it cannot be flown."""
+        hypothesis, settings = score.hypothesis, self.settings
+        sweeps = []
+        starts = self._starts(score)
+        for start in starts:
+            count = settings.trial_sweeps if len(starts) == 1 else 1
+            try:
+                sweeps.append(self.sweeps.estimate(self._with(current, start), sweeps=count))
+            except EstimationError:
+                continue
+        if len(starts) > 1 and sweeps:
+            best = min(sweeps, key=lambda sweep: sweep.cost)
+            sweeps = [self.sweeps.estimate(best.swept, sweeps=settings.trial_sweeps)]
+        sweeps = [sweep for sweep in sweeps if self._apparent_mass(sweep) < self.settings.apparent_mass]
+        if not sweeps:
+            return None
+        best = min(sweeps, key=lambda sweep: sweep.cost)
+        return _Trial(hypothesis, best, best.cost + score.gain - self._worth(score))
+
+    def _apparent_mass(self, sweep: Sweep) -> float:
+        """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution."""
+        model, heave = sweep.swept.model, ("C_Z", "C_L")
+        chord = model.constants.mean_chord
+        total = 0.0
+        for (coefficient, term), value in zip(model.entries, model.values, strict=True):
+            if coefficient in heave and term.variables == {"alpha_dot_hat"}:
+                flight = self.manoeuvres[0].flight
+                density, mass = float(np.median(flight.inputs[:, 0])), float(np.median(flight.inputs[:, 2]))
+                total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
+        return total
+
+    def _starts(self, score: Score) -> list[Score]:
+        """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""
+        parameters = [p for active in score.hypothesis.effects for p in active.effect.parameters]
+        trials = max((len(parameter.trials) for parameter in parameters), default=1)
+        if trials < 2:
+            return [score]
+        beyond = tuple(np.inf for _ in score.start)
+        return [replace(score, start=beyond, trial=trial) for trial in range(trials)]
 
     def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
         new = self._new_parts(current, other.sweep)
@@ -293,10 +397,12 @@ class _Search:
         covariance = sweep.fit.covariance[np.ix_(places, places)]
         if not np.isfinite(covariance).all():
             return 1.0
+        # The moment of a sudden change was chosen among all samples.
+        asked = self.asked if all(part.time is None for part in parts) else max(self.asked, self.samples)
         statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
         if len(parts) == 1:
-            return float(min(1.0, 2.0 * stats.t.sf(np.sqrt(statistic), sweep.fit.freedom) * self.asked))
-        return float(min(1.0, stats.f.sf(statistic / len(parts), len(parts), sweep.fit.freedom) * self.asked))
+            return float(min(1.0, 2.0 * stats.t.sf(np.sqrt(statistic), sweep.fit.freedom) * asked))
+        return float(min(1.0, stats.f.sf(statistic / len(parts), len(parts), sweep.fit.freedom) * asked))
 
     def _place(self, sweep: Sweep, part: Part) -> int:
         swept = sweep.swept
@@ -315,16 +421,28 @@ class _Search:
         effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
         if hypothesis.time is not None:
             effects = tuple(self._moving(active, hypothesis.time) for active in effects)
-        return replace(
+        further = replace(
             swept,
             model=swept.model.extended(hypothesis.entries),
             free=(*swept.free, *hypothesis.entries),
             effects=(*swept.effects, *effects),
         )
+        return self.sweeps.carried(swept, further) if effects else further
 
     def _moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
         log = next(m for m in self.manoeuvres if m.name == active.log)
         return at_moment(active, time, active.log, float(np.median(np.diff(log.flight.time))))
+
+    def _without(self, current: Sweep, part: Part) -> SweptModel:
+        """The structure with a part struck out; what it did is left to d(t)."""
+        swept = current.swept
+        if part.entry is None:
+            left = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
+        else:
+            entry: Entry = part.entry
+            free = tuple(e for e in swept.free if e != entry)
+            left = replace(swept, model=swept.model.without([entry]), free=free)
+        return self.sweeps.carried(swept, left)
 
     def pruned(self, current: Sweep) -> Sweep:
         """The structure without what later parts have made doubtful."""
@@ -334,23 +452,29 @@ class _Search:
             worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
             if worst is None or worst[0] <= self.settings.false_alarm:
                 return current
-            current = self.sweeps.estimate(_without(current.swept, worst[1]), sweeps=self.settings.trial_sweeps)
+            current = self.sweeps.estimate(self._without(current, worst[1]))
 
     def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
         """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
         rows = []
         for part in self.parts(current):
-            struck = self.sweeps.estimate(_without(current.swept, part), sweeps=self.settings.trial_sweeps)
-            rows.append((part, struck.cost - current.cost, self.p_value(current, [part])))
+            try:
+                struck = self.sweeps.estimate(self._without(current, part), sweeps=self.settings.trial_sweeps).cost
+            except EstimationError:
+                struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
+            rows.append((part, struck - current.cost, self.p_value(current, [part])))
         return rows
 
 
-def _without(swept: SweptModel, part: Part) -> SweptModel:
-    """The structure with a part struck out."""
-    if part.entry is None:
-        return replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
-    entry: Entry = part.entry
-    return replace(swept, model=swept.model.without([entry]), free=tuple(e for e in swept.free if e != entry))
+def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
+    """The same sudden changes at another moment, given."""
+    effects = []
+    for active in hypothesis.effects:
+        effect = active.effect
+        if isinstance(effect, InputEffect) and effect.again is not None:
+            active = replace(active, effect=at_given_moment(effect.again(time, interval)))
+        effects.append(active)
+    return replace(hypothesis, effects=tuple(effects), time=time)
 
 
 def _plain(target: Array, columns: Array) -> Array:
