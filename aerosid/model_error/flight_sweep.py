@@ -15,23 +15,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, EffectParameter, InputEffect, OutputEffect
 from aerosid.effects.step_change import offset_column
-from aerosid.effects_in_flight import OutOfRangeError, acting_flight
+from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.errors import EstimationError
-from aerosid.factor_search import search_in_logarithms
-from aerosid.hypotheses import with_columns_of, with_offsets
-from aerosid.likelihood import Likelihood, Traced
-from aerosid.longitudinal import FIXED_INPUTS, STATES
-from aerosid.manoeuvre import Manoeuvre
+from aerosid.signals.factor_search import search_in_logarithms
+from aerosid.estimation.effect_columns import with_columns_of, with_offsets
+from aerosid.estimation.likelihood import Likelihood, Traced
+from aerosid.flight_model.longitudinal import FIXED_INPUTS, STATES
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.partial_correlation import Coloured, ColourSettings, coloured_regression
-from aerosid.prediction import Flight, coefficients_along, simulate_outputs
-from aerosid.response import Trace
-from aerosid.smoothing import smooth_inputs
-from aerosid.terms import COEFFICIENTS
-from aerosid.whitening import (
+from aerosid.flight_model.flight import Flight, coefficients_along, simulate_outputs
+from aerosid.signals.trace import Trace
+from aerosid.signals.smoothing import smooth_inputs
+from aerosid.flight_model.terms import COEFFICIENTS
+from aerosid.signals.whitening import (
     InputNoise,
     initial_covariance,
     make_whitening_carry,

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid import prefilter
-from aerosid.aerodynamics import AerodynamicModel
-from aerosid.aircraft_error import CHANNELS_FED, estimate_aircraft_error
+from aerosid.signals import prefilter
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.model_error.aircraft_error import CHANNELS_FED, estimate_aircraft_error
 from aerosid.errors import EstimationError
-from aerosid.manoeuvre import Manoeuvre
-from aerosid.paper_chain import ChainSettings, choose_error_density, feed
-from aerosid.prefilter import Butterworth
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
+from aerosid.signals.prefilter import Butterworth
 
 Array = NDArray[np.float64]
 

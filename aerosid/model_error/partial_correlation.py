@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 from aerosid.errors import UsageError
-from aerosid.noise import autocovariance
+from aerosid.signals.noise import autocovariance
 
 Array = NDArray[np.float64]
 

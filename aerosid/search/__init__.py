@@ -1,1 +1,1 @@
-"""Structure search: what the declared model lacks, and what could stand in its place."""
+"""What enters the model, what leaves it, and what could stand instead."""

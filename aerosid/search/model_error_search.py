@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from aerosid.aerodynamics import Entry
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
 from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
-from aerosid.evidence import Score
-from aerosid.findings import Finding, Part, found_among, named
-from aerosid.hypotheses import Hypothesis
-from aerosid.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
+from aerosid.search.findings import Finding, Part, found_among, named
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.flight_sweep import FlightSweeps, Sweep, SweepSettings, SweptModel, is_seen
 from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
 
