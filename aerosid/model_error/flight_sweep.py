@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, EffectParameter, InputEffect, OutputEffect
+from aerosid.effects.disturbance import GUST_COLUMN, gust
 from aerosid.effects.step_change import offset_column
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.errors import EstimationError
 from aerosid.signals.factor_search import search_in_logarithms
-from aerosid.estimation.effect_columns import with_columns_of, with_offsets
+from aerosid.estimation.effect_columns import with_columns_of, with_gust, with_offsets
 from aerosid.estimation.likelihood import Likelihood, Traced
 from aerosid.flight_model.longitudinal import FIXED_INPUTS, STATES
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -100,11 +101,14 @@ class ErrorStatistics:
         s; correlation exp(-|t|/memory).
     variance : (outputs,) array
         Of each output's noise, SI squared.
+    gust : tuple of (float, float) or None
+        Standard deviation, m/s, and scale length, m, of a vertical velocity of the air; None: the air is taken as still.
     """
 
     spread: tuple[float, ...]
     memory: float
     variance: Array
+    gust: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -121,8 +125,9 @@ class SweptModel:
         Sensors, controls and jumps, with their numbers, which are estimated.
     states : tuple of (5,) arrays
         The initial state of each flight.
-    forces : tuple of (N, coefficients) arrays
-        d(t) of each flight, of which the motion is the reference.
+    forces : tuple of (N, coefficients + 1) arrays
+        d(t) of each flight, of which the motion is the reference; last the vertical velocity of the air, m/s, zero
+        where that is taken as still.
     statistics : ErrorStatistics
     """
 
@@ -202,7 +207,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class _Flown:
-    """One flight of the model with d(t) acting; `offsets` are d's places among the extra inputs."""
+    """One flight of the model with d(t) acting; `offsets` are d's places among the extra inputs, the air's last."""
 
     part: Traced
     offsets: tuple[int, ...]
@@ -226,6 +231,8 @@ class FlightSweeps:
         self.manoeuvres = tuple(manoeuvres)
         self.coefficients = tuple(coefficients)
         self.settings = settings
+        self.airspeeds = tuple(float(np.nanmean(m.flight.measured[:, 0])) for m in self.manoeuvres)
+        self.columns = (*(offset_column(name) for name in self.coefficients), GUST_COLUMN)
         self.intervals = tuple(float(np.median(np.diff(m.flight.time))) for m in self.manoeuvres)
 
     def estimate(self, start: SweptModel, *, search: bool = True, sweeps: int | None = None) -> Sweep:
@@ -279,22 +286,28 @@ class FlightSweeps:
         """
         forces = []
         for n, force in enumerate(flown.forces):
-            acting = (*flown.effects, *_given_forces(self.coefficients, force, self.manoeuvres[n].name))
+            acting = (*flown.effects, *_given_forces(self.columns, force, self.manoeuvres[n].name))
             before, flight = self._acting(flown, n, acting)
             _, states = simulate_outputs(flown.states[n], flight, before.values.copy(), before.table, before.constants)
             if not np.isfinite(states).all():
                 return other
-            after, plain = self._acting(other, n, other.effects)
             given = coefficients_along(states, flight, before.values.copy(), before.table, before.constants)
-            taken = coefficients_along(states, plain, after.values.copy(), after.table, after.constants)
             places = [COEFFICIENTS.index(name) for name in self.coefficients]
-            forces.append((given - taken)[:, places])
+            air = force[:, -1:] if other.statistics.gust is not None else np.zeros_like(force[:, -1:])
+            kept = (*other.effects, *_given_forces(self.columns[-1:], air, self.manoeuvres[n].name))
+            after, plain = self._acting(other, n, kept)
+            taken = coefficients_along(states, plain, after.values.copy(), after.table, after.constants)
+            forces.append(np.column_stack([(given - taken)[:, places], air]))
         return replace(other, forces=tuple(forces), states=flown.states)
 
     def _acting(self, swept: SweptModel, n: int, effects: Sequence[ActiveEffect]) -> tuple[AerodynamicModel, Flight]:
         """The model with columns for all that acts, and a flight with it acting."""
-        model = with_offsets(with_columns_of(swept.model, effects), self.coefficients)
+        model = self._flying(swept.model, effects)
         return model, acting_flight(model, self.manoeuvres[n], effects)[0]
+
+    def _flying(self, model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
+        """The model with columns for what acts, for d(t) and for the velocity of the air."""
+        return with_gust(with_offsets(with_columns_of(model, effects), self.coefficients))
 
     def _begun(self, start: SweptModel) -> tuple[SweptModel, list[_Flown]]:
         """The start as it flies: with the d(t) given, else with that of the forward estimate, else with none."""
@@ -302,11 +315,12 @@ class FlightSweeps:
             return start, self._traced(start)
         except OutOfRangeError:
             pass
-        model = with_offsets(with_columns_of(start.model, start.effects), self.coefficients)
+        model = self._flying(start.model, start.effects)
         acting = [
             replace(m, flight=acting_flight(model, m, start.effects)[0], columns=model.columns) for m in self.manoeuvres
         ]
-        swept = replace(start, forces=forward_forces(model, acting, self.coefficients))
+        forces = forward_forces(model, acting, self.coefficients)
+        swept = replace(start, forces=tuple(np.column_stack([force, np.zeros(len(force))]) for force in forces))
         try:
             return swept, self._traced(swept)
         except OutOfRangeError:
@@ -363,13 +377,12 @@ class FlightSweeps:
         OutOfRangeError
             Where the flown model leaves its range.
         """
-        base = with_columns_of(swept.model.extended(entries), (*swept.effects, *effects))
-        model = with_offsets(base, self.coefficients)
-        offsets = tuple(model.columns.index(offset_column(name)) - FIXED_INPUTS for name in self.coefficients)
+        model = self._flying(swept.model.extended(entries), (*swept.effects, *effects))
+        offsets = tuple(model.columns.index(name) - FIXED_INPUTS for name in self.columns)
         likelihood = Likelihood(model, self.manoeuvres, (*swept.free, *entries))
         found = []
         for n, (manoeuvre, force) in enumerate(zip(self.manoeuvres, swept.forces, strict=True)):
-            acting = (*swept.effects, *_given_forces(self.coefficients, force, manoeuvre.name))
+            acting = (*swept.effects, *_given_forces(self.columns, force, manoeuvre.name))
             part = next(iter(likelihood.traced(n, model.values, swept.states[n], acting, effects, whole=True)))
             found.append(_Flown(part, offsets))
         return found
@@ -377,9 +390,12 @@ class FlightSweeps:
     def _noise(self, n: int, flown: _Flown, statistics: ErrorStatistics) -> tuple[InputNoise, Trace]:
         """The inputs' noise with that of the coefficients, and the linearisation, of what has noise alone."""
         variance, memory = flown.part.noise.variance.copy(), flown.part.noise.memory.copy()
-        offsets = list(flown.offsets)
+        offsets, air = list(flown.offsets[:-1]), flown.offsets[-1]
         variance[offsets] = np.square(statistics.spread)
         memory[offsets] = np.exp(-self.intervals[n] / statistics.memory)
+        if statistics.gust is not None:
+            variance[air] = statistics.gust[0] ** 2
+            memory[air] = np.exp(-self.airspeeds[n] * self.intervals[n] / statistics.gust[1])
         return noisy_inputs_alone(InputNoise(variance, memory), flown.part.trace)
 
     def _columns(
@@ -387,7 +403,7 @@ class FlightSweeps:
     ) -> list[tuple[Array, Array, Array]]:
         """Of each flight (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
         logs, free, slopes = len(traced), len(swept.free), swept.slopes
-        forces = len(self.coefficients)
+        forces = len(self.columns)
         found = []
         for n, flown in enumerate(traced):
             block, held = flown.part.block, flown.part.held
@@ -474,9 +490,13 @@ class FlightSweeps:
         start = initial_covariance(np.zeros((STATE_COUNT, STATE_COUNT)), noise, trace, part.sensors)
         held = np.ascontiguousarray(part.held)
         smooth_inputs(held, residual, trace, statistics.variance, noise, part.sensors, start, errors, variances)
-        noisy = np.flatnonzero((part.noise.variance > 0.0) | np.isin(np.arange(part.noise.variance.size), flown.offsets))
-        places = [int(np.flatnonzero(noisy == place)[0]) for place in flown.offsets]
-        return errors[:, places, 0], np.sqrt(variances[:, places])
+        # What has no noise has no error: the air's velocity where it is taken as still.
+        moving = flown.offsets if statistics.gust is not None else flown.offsets[:-1]
+        noisy = np.flatnonzero((part.noise.variance > 0.0) | np.isin(np.arange(part.noise.variance.size), moving))
+        places = [int(np.flatnonzero(noisy == place)[0]) for place in moving]
+        found, deviation = np.zeros((samples, len(flown.offsets))), np.zeros((samples, len(flown.offsets)))
+        found[:, : len(places)], deviation[:, : len(places)] = errors[:, places, 0], np.sqrt(variances[:, places])
+        return found, deviation
 
     def _likeliest(self, swept: SweptModel, traced: Sequence[_Flown]) -> ErrorStatistics:
         """Spreads, memory and the sensors' noise at the maximum of the restricted likelihood, the motion held."""
@@ -486,8 +506,11 @@ class FlightSweeps:
             for target, known, _ in self._columns(swept, traced)
         ]
 
+        count = len(statistics.spread)
+
         def at(numbers: Sequence[float]) -> ErrorStatistics:
-            return replace(statistics, spread=tuple(numbers[:-1]), memory=float(numbers[-1]))
+            air = (float(numbers[count + 1]), float(numbers[count + 2])) if statistics.gust is not None else None
+            return replace(statistics, spread=tuple(numbers[:count]), memory=float(numbers[count]), gust=air)
 
         def cost(numbers: Sequence[float]) -> float:
             total, normal = 0.0, 0.0
@@ -498,9 +521,11 @@ class FlightSweeps:
                 normal = normal + flat.T @ flat
             return total + _restricted(np.asarray(normal))
 
-        start = (*statistics.spread, statistics.memory)
-        limits = [(settings.least_spread, settings.most_spread)] * len(statistics.spread)
+        start = (*statistics.spread, statistics.memory, *(statistics.gust or ()))
+        limits = [(settings.least_spread, settings.most_spread)] * count
         limits.append((settings.shortest_memory, settings.longest_memory))
+        if statistics.gust is not None:
+            limits += [(parameter.lowest, parameter.highest) for parameter in gust().parameters]
         return at(search_in_logarithms(cost, start, limits, least_fall=0.1, turns=settings.turns))
 
 
@@ -546,23 +571,23 @@ def _between(swept: SweptModel, moved: SweptModel, share: float) -> SweptModel:
     return replace(moved, model=moved.model.with_values(values), effects=effects, states=states, forces=forces)
 
 
-def _given_forces(coefficients: Sequence[str], force: Array, log: str) -> tuple[ActiveEffect, ...]:
-    """d(t) of a flight as it acts: one input a coefficient, whose share of one is its response."""
+def _given_forces(columns: Sequence[str], force: Array, log: str) -> tuple[ActiveEffect, ...]:
+    """d(t) of a flight as it acts: one input a column, whose share of one is its response."""
     return tuple(
         ActiveEffect(_given_force(name, np.ascontiguousarray(force[:, i])), (1.0,), log)
-        for i, name in enumerate(coefficients)
+        for i, name in enumerate(columns)
     )
 
 
-def _given_force(coefficient: str, history: Array) -> InputEffect:
+def _given_force(column: str, history: Array) -> InputEffect:
     return InputEffect(
         "model_error",
-        coefficient,
+        column,
         (EffectParameter("share", "1", trials=(1.0,), lowest=-1e3, highest=1e3, step=0.5),),
         lambda _time, values, p: np.asarray(values + p[0] * history),
         lambda _p, _interval: (1.0, 0.0),
         "d(t) of Parameswaran & Raol 1994, eq. (16)",
-        column=offset_column(coefficient),
+        column=column,
     )
 
 

@@ -18,9 +18,10 @@ from scipy import stats
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
+from aerosid.effects.disturbance import gust
 from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
-from aerosid.estimation.score_test import Score
+from aerosid.estimation.evidence import Score
 from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -64,6 +65,8 @@ class ModelErrorSearchSettings:
     apparent_mass : float
         Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
         motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
+    gusts : bool
+        Whether the air may move.
     partial : bool
         Whether candidates are ranked by partial correlation; else by the plain one of the paper's table 3 (for the
         study of stages).
@@ -82,6 +85,7 @@ class ModelErrorSearchSettings:
     outlying: float = 8.0
     least_reduction: float = 0.8
     apparent_mass: float = 0.3
+    gusts: bool = True
     partial: bool = True
     sweeps: SweepSettings = field(default_factory=SweepSettings)
 
@@ -115,6 +119,10 @@ class Selection:
     rounds: tuple[tuple[Score, ...], ...]
     asked: int
     unseen: tuple[str, ...]
+
+
+NOTICED = 30.0
+"""Times the least spread of d(t) from which it is there at all: 3e-5 of a coefficient."""
 
 
 def select(
@@ -220,7 +228,14 @@ class _Search:
         """What the structure holds beyond the declared one, with corrected deviations."""
         deviation = np.sqrt(np.diag(current.fit.covariance))
         swept = current.swept
-        found = [
+        found = []
+        if swept.statistics.gust is not None:
+            sigma, length = swept.statistics.gust
+            flown = sum(float(np.ptp(m.flight.time)) * v for m, v in zip(self.manoeuvres, self.sweeps.airspeeds, strict=True))
+            # That many scale lengths were flown through: as many samples of its size.
+            error = sigma / np.sqrt(2.0 * max(flown / length, 1.0))
+            found.append(Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan)))
+        found += [
             Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
             for n, entry in enumerate(swept.free)
             if entry not in self.declared.free
@@ -297,11 +312,14 @@ class _Search:
     def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
         """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
         trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
+        trials += self._in_moving_air(current)
         for trial in sorted(trials, key=lambda trial: trial.price):
             new = self._new_parts(current, trial.sweep)
             cheaper = trial.price < current.cost - self.settings.price
             if not new or not cheaper or not self._explains(current, trial.sweep, new):
                 continue
+            if any(part.is_disturbance for part in new):
+                return self.sweeps.estimate(trial.sweep.swept), []
             if self.p_value(trial.sweep, new) > self.settings.false_alarm:
                 continue
             others = [
@@ -318,8 +336,26 @@ class _Search:
         if all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new):
             return True
         before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
-        there = before > 30.0 * self.settings.sweeps.least_spread
+        there = before > NOTICED * self.settings.sweeps.least_spread
         return not there.any() or bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+
+    def _in_moving_air(self, current: Sweep) -> list[_Trial]:
+        """The structure in turbulence, where it is not already and some model error is left."""
+        if current.swept.statistics.gust is not None or not self.settings.gusts or not self._is_left(current):
+            return []
+        effect = gust()
+        numbers = tuple(parameter.trials[0] for parameter in effect.parameters)
+        statistics = replace(current.swept.statistics, gust=(numbers[0], numbers[1]))
+        try:
+            sweep = self.sweeps.estimate(replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps)
+        except EstimationError:
+            return []
+        extra = self.settings.price * (len(numbers) - 1)
+        return [_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra)]
+
+    def _is_left(self, current: Sweep) -> bool:
+        """Whether d(t) is more than rounding in some coefficient."""
+        return max(current.swept.statistics.spread) > NOTICED * self.settings.sweeps.least_spread
 
     def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
         """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""
@@ -392,6 +428,8 @@ class _Search:
 
     def p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
         """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise."""
+        if any(part.is_disturbance for part in parts):
+            return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
         places = [self._place(sweep, part) for part in parts]
         away = np.array([part.value - part.null for part in parts])
         covariance = sweep.fit.covariance[np.ix_(places, places)]
@@ -436,7 +474,9 @@ class _Search:
     def _without(self, current: Sweep, part: Part) -> SweptModel:
         """The structure with a part struck out; what it did is left to d(t)."""
         swept = current.swept
-        if part.entry is None:
+        if part.is_disturbance:
+            left = replace(swept, statistics=replace(swept.statistics, gust=None))
+        elif part.entry is None:
             left = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
         else:
             entry: Entry = part.entry
@@ -451,8 +491,16 @@ class _Search:
             doubts = [(self.p_value(current, [part]), part) for part in parts]
             worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
             if worst is None or worst[0] <= self.settings.false_alarm:
-                return current
+                return self._stilled(current)
             current = self.sweeps.estimate(self._without(current, worst[1]))
+
+    def _stilled(self, current: Sweep) -> Sweep:
+        """The structure without turbulence that what entered later explains."""
+        moving = [part for part in self.parts(current) if part.is_disturbance]
+        if not moving:
+            return current
+        still = self.sweeps.estimate(self._without(current, moving[0]))
+        return still if still.cost - current.cost < self.settings.price * len(gust().parameters) else current
 
     def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
         """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
