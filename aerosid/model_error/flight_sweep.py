@@ -125,9 +125,9 @@ class SweptModel:
         Sensors, controls and jumps, with their numbers, which are estimated.
     states : tuple of (5,) arrays
         The initial state of each flight.
-    forces : tuple of (N, coefficients + 1) arrays
-        d(t) of each flight, of which the motion is the reference; last the vertical velocity of the air, m/s, zero
-        where that is taken as still.
+    forces : tuple of (N, coefficients) arrays
+        d(t) of each flight, of which the motion is the reference. The air is still there: its velocity moves the
+        aircraft to first order alone.
     statistics : ErrorStatistics
     """
 
@@ -232,7 +232,7 @@ class FlightSweeps:
         self.coefficients = tuple(coefficients)
         self.settings = settings
         self.airspeeds = tuple(float(np.nanmean(m.flight.measured[:, 0])) for m in self.manoeuvres)
-        self.columns = (*(offset_column(name) for name in self.coefficients), GUST_COLUMN)
+        self.columns = tuple(offset_column(name) for name in self.coefficients)
         self.intervals = tuple(float(np.median(np.diff(m.flight.time))) for m in self.manoeuvres)
 
     def estimate(self, start: SweptModel, *, search: bool = True, sweeps: int | None = None) -> Sweep:
@@ -293,11 +293,9 @@ class FlightSweeps:
                 return other
             given = coefficients_along(states, flight, before.values.copy(), before.table, before.constants)
             places = [COEFFICIENTS.index(name) for name in self.coefficients]
-            air = force[:, -1:] if other.statistics.gust is not None else np.zeros_like(force[:, -1:])
-            kept = (*other.effects, *_given_forces(self.columns[-1:], air, self.manoeuvres[n].name))
-            after, plain = self._acting(other, n, kept)
+            after, plain = self._acting(other, n, other.effects)
             taken = coefficients_along(states, plain, after.values.copy(), after.table, after.constants)
-            forces.append(np.column_stack([(given - taken)[:, places], air]))
+            forces.append((given - taken)[:, places])
         return replace(other, forces=tuple(forces), states=flown.states)
 
     def _acting(self, swept: SweptModel, n: int, effects: Sequence[ActiveEffect]) -> tuple[AerodynamicModel, Flight]:
@@ -319,8 +317,7 @@ class FlightSweeps:
         acting = [
             replace(m, flight=acting_flight(model, m, start.effects)[0], columns=model.columns) for m in self.manoeuvres
         ]
-        forces = forward_forces(model, acting, self.coefficients)
-        swept = replace(start, forces=tuple(np.column_stack([force, np.zeros(len(force))]) for force in forces))
+        swept = replace(start, forces=forward_forces(model, acting, self.coefficients))
         try:
             return swept, self._traced(swept)
         except OutOfRangeError:
@@ -378,7 +375,7 @@ class FlightSweeps:
             Where the flown model leaves its range.
         """
         model = self._flying(swept.model.extended(entries), (*swept.effects, *effects))
-        offsets = tuple(model.columns.index(name) - FIXED_INPUTS for name in self.columns)
+        offsets = tuple(model.columns.index(name) - FIXED_INPUTS for name in (*self.columns, GUST_COLUMN))
         likelihood = Likelihood(model, self.manoeuvres, (*swept.free, *entries))
         found = []
         for n, (manoeuvre, force) in enumerate(zip(self.manoeuvres, swept.forces, strict=True)):
@@ -475,7 +472,7 @@ class FlightSweeps:
             target, known, _ = columns
             residual = np.ascontiguousarray((target - known @ step)[:, :, None])
             error, deviation = self._smoothed(n, flown, residual, swept.statistics)
-            forces.append(error)
+            forces.append(error[:, : len(self.coefficients)])
             deviations.append(deviation)
         model = swept.model.with_values(values)
         return replace(swept, model=model, effects=tuple(effects), states=tuple(states), forces=tuple(forces)), tuple(
