@@ -11,6 +11,7 @@ from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.methods import METHODS, Method
 from aerosid.loop.next_flight.flight_limits import read_limit
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.paper_chain import ChainSettings
@@ -28,6 +29,7 @@ def loop_settings(
     aircraft_class: str | None = None,
     next_flight: bool = True,
     limits: Sequence[str] = (),
+    method: str = METHODS[0],
 ) -> LoopSettings:
     """The settings that the words of the command line ask for.
 
@@ -39,6 +41,7 @@ def loop_settings(
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
     return LoopSettings(
+        method=_method(method),
         chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
         priors=priors,
         seed=seed,
@@ -47,6 +50,13 @@ def loop_settings(
         next_flight=next_flight,
         limits=dict(read_limit(text) for text in limits),
     )
+
+
+def _method(text: str) -> Method:
+    for method in METHODS:
+        if text == method:
+            return method
+    raise UsageError(f"--method is {text!r}; give one of {', '.join(METHODS)}.")
 
 
 def _density(text: str | None) -> tuple[float, float, float, float] | None:

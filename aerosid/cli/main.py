@@ -140,6 +140,10 @@ def close_loop_command(
         Optional[float],
         typer.Option("--to", metavar="S", help="End, in the identification log's own time.", show_default=False),
     ] = None,
+    method: Annotated[
+        str,
+        typer.Option(help="What decides the structure: likelihood, or iebmee, the paper's model error d(t) alone."),
+    ] = "likelihood",
     prefilter: Annotated[
         str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",
@@ -195,7 +199,15 @@ def close_loop_command(
     from aerosid.reporting import print_summary, write_report
 
     settings = loop_settings(
-        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
+        prefilter,
+        error_density,
+        priors,
+        seed,
+        flight_phase,
+        aircraft_class,
+        not no_next_flight,
+        limit or [],
+        method,
     )
     declared = load_aircraft(aircraft)
     identification = read_logs(logs, channels, start, stop)

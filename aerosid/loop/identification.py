@@ -17,9 +17,7 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.evidence import coloured_noise
-from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
-from aerosid.estimation.maximum_likelihood import refine
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.flight_model.longitudinal import OUTPUTS
@@ -28,6 +26,7 @@ from aerosid.loop.completed_aircraft import complete_aircraft
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter, variance_inflation
 from aerosid.loop.linear_analysis import Spread, analyse_models, requirement_for
+from aerosid.loop.methods import Method, Question, answer
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.result import (
     ClosedLoop,
@@ -54,12 +53,11 @@ from aerosid.model_error.screening import (
     screen,
 )
 from aerosid.nomenclature import CHANNELS
-from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.confirmation import told_of_confirmed
 from aerosid.search.findings import Finding
-from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import coefficient_rivals, told_of_rivals, with_rivals
+from aerosid.search.model_error_search import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.suggested_terms import told_of_unproven
 
@@ -74,6 +72,10 @@ class LoopSettings:
     ----------
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
+    method : "likelihood" or "iebmee"
+        Which method decides the structure: see `aerosid.loop.methods`.
+    model_error : ModelErrorSearchSettings
+        Of method iebmee.
     attribution : AttributionSettings
         Which evidence lets a term enter.
     catalogue : "all" or "terms"
@@ -98,6 +100,8 @@ class LoopSettings:
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
+    method: Method = "likelihood"
+    model_error: ModelErrorSearchSettings = field(default_factory=ModelErrorSearchSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
@@ -109,10 +113,6 @@ class LoopSettings:
     aircraft_class: str | None = None
     next_flight: bool = True
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-
-BEFORE = RefinementSettings(cost_tolerance=0.05)
-"""A wrong structure creeps along a flat valley for long; a twentieth of -2 ln L moves none of its errors."""
 
 
 def close_loop(
@@ -159,30 +159,9 @@ def close_loop(
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         return contradicted_loop(identification, validation, aircraft, declared, manoeuvres, agreement, settings.seed)
 
-    progress("re-estimating the declared model")
-    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
-    priors = _priors(aircraft) if settings.priors else ()
-    before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
-
-    progress("tracing the residual")
-    hypotheses = term_hypotheses(candidates)
-    if settings.catalogue == "all":
-        hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
-        found = attribute(
-            before,
-            manoeuvres,
-            hypotheses,
-            aircraft.coefficients,
-            settings.attribution,
-            declared,
-            others,
-            moving_air=agreement is not None and agreement.is_gusty,
-        )
-        rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-        found = with_rivals(found, rivals)
-    else:
-        rivals = []
-        found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
+    question = Question(aircraft, declared, given, candidates, tuple(manoeuvres), tuple(others), agreement)
+    told = answer(question, settings, progress)
+    found = told.found
 
     seen = None
     if settings.paper_chain:
@@ -230,7 +209,7 @@ def close_loop(
         notes=(
             *_notes(manoeuvres, others, chain, settings),
             *told_of_refuted(found.refuted),
-            *told_of_rivals(rivals),
+            *told.notes,
             *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others]),
             *told_of_unproven(found.unproven),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
@@ -254,12 +233,6 @@ def _structure(
     candidates = candidate_entries(aircraft, [*logs, *others])
     airspeed = float(np.nanmean(logs[0]["V"])) if "V" in logs[0] and np.isfinite(logs[0]["V"]).any() else 0.0
     return declared_model(aircraft, airspeed, [term for _, term in candidates]), candidates
-
-
-def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
-    return tuple(
-        ((d.coefficient, d.term), d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None and not d.fixed
-    )
 
 
 @dataclass(frozen=True)

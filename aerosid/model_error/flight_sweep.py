@@ -10,28 +10,28 @@ controls that are estimated, and to those that are only asked about.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, EffectParameter, InputEffect, OutputEffect
 from aerosid.effects.disturbance import GUST_COLUMN, gust
 from aerosid.effects.step_change import offset_column
-from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.errors import EstimationError
-from aerosid.signals.factor_search import search_in_logarithms
 from aerosid.estimation.effect_columns import with_columns_of, with_gust, with_offsets
+from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.estimation.likelihood import Likelihood, Traced
-from aerosid.flight_model.longitudinal import FIXED_INPUTS, STATES
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.flight import Flight, coefficients_along, simulate_outputs
+from aerosid.flight_model.longitudinal import FIXED_INPUTS, STATES
+from aerosid.flight_model.terms import COEFFICIENTS
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.partial_correlation import Coloured, ColourSettings, coloured_regression
-from aerosid.flight_model.flight import Flight, coefficients_along, simulate_outputs
-from aerosid.signals.trace import Trace
+from aerosid.signals.factor_search import search_in_logarithms
 from aerosid.signals.smoothing import smooth_inputs
-from aerosid.flight_model.terms import COEFFICIENTS
+from aerosid.signals.trace import Trace
 from aerosid.signals.whitening import (
     InputNoise,
     initial_covariance,
@@ -55,6 +55,9 @@ class SweepSettings:
         At most; five are usual, more means a structure that does not fit.
     tolerance : float
         Share of a deviation by which a sweep moves no estimate any more.
+    first_spread, first_memory : float
+        Where the search of d's statistics begins: some thousandths of a coefficient, half a second. The maximum that it
+        ends in does not depend on them.
     least_spread, most_spread : float
         Bounds of the spread of d in each coefficient: rounding of a seven-digit log, and a coefficient of order one.
     shortest_memory, longest_memory : float
@@ -77,6 +80,8 @@ class SweepSettings:
 
     sweeps: int = 8
     tolerance: float = 0.05
+    first_spread: float = 2e-3
+    first_memory: float = 0.5
     least_spread: float = 1e-6
     most_spread: float = 1.0
     shortest_memory: float = 0.05
@@ -84,7 +89,7 @@ class SweepSettings:
     searches: tuple[int, ...] = (0, 2)
     turns: int = 12
     halvings: int = 4
-    colour: ColourSettings = ColourSettings()
+    colour: ColourSettings = field(default_factory=ColourSettings)
     coloured: bool = True
     smoothed: bool = True
 
@@ -102,7 +107,7 @@ class ErrorStatistics:
     variance : (outputs,) array
         Of each output's noise, SI squared.
     gust : tuple of (float, float) or None
-        Standard deviation, m/s, and scale length, m, of a vertical velocity of the air; None: the air is taken as still.
+        Standard deviation, m/s, and scale length, m, of a vertical velocity of the air; None: still air.
     """
 
     spread: tuple[float, ...]
@@ -395,9 +400,7 @@ class FlightSweeps:
             memory[air] = np.exp(-self.airspeeds[n] * self.intervals[n] / statistics.gust[1])
         return noisy_inputs_alone(InputNoise(variance, memory), flown.part.trace)
 
-    def _columns(
-        self, swept: SweptModel, traced: Sequence[_Flown], asked: int = 0
-    ) -> list[tuple[Array, Array, Array]]:
+    def _columns(self, swept: SweptModel, traced: Sequence[_Flown], asked: int = 0) -> list[tuple[Array, Array, Array]]:
         """Of each flight (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
         logs, free, slopes = len(traced), len(swept.free), swept.slopes
         forces = len(self.columns)
@@ -454,9 +457,7 @@ class FlightSweeps:
         colour = self.settings.colour if self.settings.coloured else replace(self.settings.colour, highest_order=0)
         return coloured_regression(rows.target, rows.known, rows.lengths, colour)
 
-    def _moved(
-        self, swept: SweptModel, traced: Sequence[_Flown], step: Array
-    ) -> tuple[SweptModel, tuple[Array, ...]]:
+    def _moved(self, swept: SweptModel, traced: Sequence[_Flown], step: Array) -> tuple[SweptModel, tuple[Array, ...]]:
         """The structure after a step in its numbers, with the d(t) that then fits best, and its deviation."""
         free, slopes = len(swept.free), swept.slopes
         values = swept.model.values.copy()
@@ -560,7 +561,9 @@ def _between(swept: SweptModel, moved: SweptModel, share: float) -> SweptModel:
         return moved
     values = swept.model.values + share * (moved.model.values - swept.model.values)
     effects = tuple(
-        replace(after, values=tuple((1.0 - share) * a + share * b for a, b in zip(before.values, after.values, strict=True)))
+        replace(
+            after, values=tuple((1.0 - share) * a + share * b for a, b in zip(before.values, after.values, strict=True))
+        )
         for before, after in zip(swept.effects, moved.effects, strict=True)
     )
     states = tuple(a + share * (b - a) for a, b in zip(swept.states, moved.states, strict=True))
@@ -602,4 +605,3 @@ __all__ = [
     "SweptModel",
     "is_seen",
 ]
-

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.signals import prefilter
-from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.model_error.aircraft_error import CHANNELS_FED, estimate_aircraft_error
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.model_error.aircraft_error import CHANNELS_FED, estimate_aircraft_error
 from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
+from aerosid.signals import prefilter
 from aerosid.signals.prefilter import Butterworth
 
 Array = NDArray[np.float64]
@@ -48,9 +48,7 @@ def forward_forces(
     try:
         density = choose_error_density(model, manoeuvres, settings)
         fed = [feed(manoeuvre, settings) for manoeuvre in manoeuvres]
-        histories = [
-            estimate_aircraft_error(model, part.flight, part.variance, density, respond=False) for part in fed
-        ]
+        histories = [estimate_aircraft_error(model, part.flight, part.variance, density, respond=False) for part in fed]
     except EstimationError:
         return still
     found = []

@@ -168,7 +168,9 @@ def coloured_regression(
         variances = np.array([_variance(rough[p], f.size - 1) for p, f in zip(groups, filters, strict=True)])
     freedom = y.size - sum(f.size - 1 for f in filters) - basis.shape[1]
     if freedom < 1:
-        raise UsageError(f"{y.size} samples do not determine {X.shape[1]} columns and their noise; give a longer record.")
+        raise UsageError(
+            f"{y.size} samples do not determine {X.shape[1]} columns and their noise; give a longer record."
+        )
     white = white - basis @ (basis.T @ white)
     spread = float(white @ white) / freedom
     covariance = np.full((X.shape[1], X.shape[1]), np.inf)
@@ -305,5 +307,7 @@ def _cost(residual: Array, groups: Sequence[slice], filters: Sequence[Array]) ->
     rough = _filtered(residual[:, None], groups, filters, np.ones(len(groups)))[:, 0]
     total = 0.0
     for part, taps in zip(groups, filters, strict=True):
-        total += (part.stop - part.start) * (np.log(_variance(rough[part], taps.size - 1)) + 1.0) + 2.0 * (taps.size - 1)
+        total += (part.stop - part.start) * (np.log(_variance(rough[part], taps.size - 1)) + 1.0) + 2.0 * (
+            taps.size - 1
+        )
     return float(total)

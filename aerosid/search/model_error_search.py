@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
 from aerosid.effects.disturbance import gust
+from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.estimation.evidence import Score
-from aerosid.search.findings import Finding, Part, found_among, named
-from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.flight_sweep import FlightSweeps, Sweep, SweepSettings, SweptModel, is_seen
 from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
+from aerosid.search.findings import Finding, Part, found_among, named
 
 Array = NDArray[np.float64]
 
@@ -231,10 +231,14 @@ class _Search:
         found = []
         if swept.statistics.gust is not None:
             sigma, length = swept.statistics.gust
-            flown = sum(float(np.ptp(m.flight.time)) * v for m, v in zip(self.manoeuvres, self.sweeps.airspeeds, strict=True))
+            flown = sum(
+                float(np.ptp(m.flight.time)) * v for m, v in zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
+            )
             # That many scale lengths were flown through: as many samples of its size.
             error = sigma / np.sqrt(2.0 * max(flown / length, 1.0))
-            found.append(Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan)))
+            found.append(
+                Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan))
+            )
         found += [
             Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
             for n, entry in enumerate(swept.free)
@@ -347,7 +351,9 @@ class _Search:
         numbers = tuple(parameter.trials[0] for parameter in effect.parameters)
         statistics = replace(current.swept.statistics, gust=(numbers[0], numbers[1]))
         try:
-            sweep = self.sweeps.estimate(replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps)
+            sweep = self.sweeps.estimate(
+                replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps
+            )
         except EstimationError:
             return []
         extra = self.settings.price * (len(numbers) - 1)

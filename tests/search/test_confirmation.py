@@ -9,7 +9,7 @@ from problems import LIGHT, Problem, entry, shaken
 from scipy.stats import binom
 
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.loop.identification import BEFORE
+from aerosid.loop.methods import BEFORE
 from aerosid.search.attribution import USUAL, attribute
 from aerosid.search.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
 from aerosid.search.hypotheses import term_hypotheses

@@ -12,7 +12,7 @@ from scipy.signal import lsim
 
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
+from aerosid.loop.methods import BEFORE
 from aerosid.search.attribution import USUAL, Attribution, attribute
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, told_of_rivals, with_rivals

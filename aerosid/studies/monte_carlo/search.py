@@ -19,7 +19,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import Entry, controls_of
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
+from aerosid.loop.methods import BEFORE
 from aerosid.search.attribution import attribute
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.findings import Finding
