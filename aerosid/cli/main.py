@@ -16,6 +16,7 @@ from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.replay import replay_command
 from aerosid.cli.study import study_command
 from aerosid.errors import AerosidError
 
@@ -244,6 +245,7 @@ app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
+app.command("replay")(replay_command)
 
 
 @app.command()

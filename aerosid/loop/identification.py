@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -43,6 +43,7 @@ from aerosid.loop.result import (
 from aerosid.loop.verdict import judge, summarise, told_of_colour, told_of_refuted
 from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
 from aerosid.model_error.force_history import ErrorHistory, smoothed_histories
+from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
 from aerosid.model_error.paper_chain import Chain, ChainSettings, run_chain
 from aerosid.model_error.screening import (
     RegressorPicture,
@@ -224,6 +225,22 @@ def close_loop(
         regressors=seen.regressors if seen else (),
         kinematics=agreement,
     )
+
+
+def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]:
+    """A recorded flight as it would have been identified on board, a frame each `step` s.
+
+    Raises
+    ------
+    LogError
+        Where the log lacks a channel that the model needs.
+    EstimationError
+        Where the recursion leaves the model's range.
+    """
+    model, candidates = _structure([log], [], aircraft)
+    manoeuvre = prepare(log, aircraft, model.columns)
+    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
+    return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
 
 
 def _structure(
