@@ -40,6 +40,7 @@ from aerosid.loop.result import (
     Simulated,
     is_shown,
 )
+from aerosid.loop.second_opinion import second_opinion
 from aerosid.loop.verdict import judge, summarise, told_of_colour, told_of_refuted
 from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
 from aerosid.model_error.force_history import ErrorHistory, smoothed_histories
@@ -83,6 +84,8 @@ class LoopSettings:
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
         Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
+    second_opinion : bool
+        Whether method iebmee is asked too where another one decides.
     linear_analysis : bool
         Whether modes and flying qualities of the models are wanted.
     kinematics : bool
@@ -106,6 +109,7 @@ class LoopSettings:
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
+    second_opinion: bool = True
     linear_analysis: bool = True
     kinematics: bool = True
     priors: bool = False
@@ -163,6 +167,9 @@ def close_loop(
     question = Question(aircraft, declared, given, candidates, tuple(manoeuvres), tuple(others), agreement)
     told = answer(question, settings, progress)
     found = told.found
+    second = None
+    if settings.second_opinion and settings.method != "iebmee" and settings.catalogue == "all":
+        second = second_opinion(question, found, settings, progress)
 
     seen = None
     if settings.paper_chain:
@@ -211,6 +218,7 @@ def close_loop(
             *_notes(manoeuvres, others, chain, settings),
             *told_of_refuted(found.refuted),
             *told.notes,
+            *([second.sentence] if second is not None else []),
             *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others]),
             *told_of_unproven(found.unproven),
             *told_of_colour(coloured_noise(completed, manoeuvres)),
@@ -224,6 +232,7 @@ def close_loop(
         correlation=correlation_matrix(completed, deviations),
         regressors=seen.regressors if seen else (),
         kinematics=agreement,
+        second_opinion=second,
     )
 
 

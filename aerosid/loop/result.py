@@ -398,6 +398,47 @@ class NextFlight:
 
 
 @dataclass(frozen=True)
+class RivalStructure:
+    """What one method found, and its error.
+
+    Attributes
+    ----------
+    method : str
+    effects : tuple of str
+        As a person writes them; empty where nothing was named.
+    error : float or None
+        Median over channels and logs of the root-mean-square error over the noise, on flights that were not fitted
+        (without such, on those that were); None where a simulation left its range.
+    """
+
+    method: str
+    effects: tuple[str, ...]
+    error: float | None
+
+
+@dataclass(frozen=True)
+class SecondOpinion:
+    """Whether d(t) says the same.
+
+    Attributes
+    ----------
+    agrees : bool
+        Whether both methods name the same effects.
+    sentence : str
+        The same for a person.
+    role : str
+        Of the flights on which the errors were taken: "validation" or "identification".
+    structures : tuple of RivalStructure
+        Side by side, where the methods differ; one row where they agree.
+    """
+
+    agrees: bool
+    sentence: str
+    role: str
+    structures: tuple[RivalStructure, ...]
+
+
+@dataclass(frozen=True)
 class ClosedLoop:
     """Everything that one run of the loop found; the writers turn it into files."""
 
@@ -431,3 +472,5 @@ class ClosedLoop:
     """The model error against the found terms and their closest rivals."""
     kinematics: KinematicConsistency | None = None
     """Whether the instruments agree with each other; None where too few channels are there."""
+    second_opinion: SecondOpinion | None = None
+    """Whether the model error d(t) alone says the same; None where it was not asked, or decided itself."""

@@ -24,7 +24,7 @@ def forward_forces(
     model: AerodynamicModel,
     manoeuvres: Sequence[Manoeuvre],
     coefficients: Sequence[str],
-    settings: ChainSettings = ChainSettings(),
+    settings: ChainSettings | None = None,
 ) -> tuple[Array, ...]:
     """d(t) of each flight, (N, coefficients), in units of the coefficients; zeros where the recursion breaks down.
 
@@ -35,7 +35,7 @@ def forward_forces(
     manoeuvres : sequence of Manoeuvre
     coefficients : sequence of str
         The aircraft's three: C_X or C_D, C_Z or C_L, C_m.
-    settings : ChainSettings
+    settings : ChainSettings, optional
         Of prefilter and weights.
 
     Notes
@@ -44,6 +44,7 @@ def forward_forces(
     act; it is low-passed to the band in which alpha moves. It begins the fixed-interval sweeps, which do not depend on
     it where they converge.
     """
+    settings = settings or ChainSettings()
     still = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
     try:
         density = choose_error_density(model, manoeuvres, settings)

@@ -212,7 +212,9 @@ class _System:
                 found[k, term.equation, m] = term.function(states[k], inputs[k], self.time[k])
         if not np.isfinite(found).all():
             bad = terms[int(np.flatnonzero(~np.isfinite(found).all(axis=(0, 1)))[0])].name
-            raise UsageError(f"candidate {bad!r} is not finite along the estimated states; give it where it is defined.")
+            raise UsageError(
+                f"candidate {bad!r} is not finite along the estimated states; give it where it is defined."
+            )
         return found
 
 
@@ -241,7 +243,9 @@ def _select(
     for _ in range(settings.rounds + 1):
         found = partial_correlations(fit, pictures.terms, settings.colour)
         rows = [
-            CandidateRow(c.name, c.equation, float(found.correlation[m]), float(found.ratio[m]), float(found.p_value[m]))
+            CandidateRow(
+                c.name, c.equation, float(found.correlation[m]), float(found.ratio[m]), float(found.p_value[m])
+            )
             for m, c in enumerate(candidates)
         ]
         rounds.append(tuple(sorted(rows, key=lambda row: -abs(row.ratio))))
@@ -275,7 +279,7 @@ def _refined(
     candidates: Sequence[Candidate],
     chosen: Sequence[int],
     values: Array,
-    equations: Array,
+    equations: NDArray[np.int64],
     settings: SelectionSettings,
 ) -> tuple[Coloured, _Pictures]:
     """The regression with the chosen terms, each pass at the states of the model corrected by the last; sets values."""
@@ -293,7 +297,11 @@ def _refined(
 
 
 def _pictures(
-    system: _System, candidates: Sequence[Candidate], history: ModelErrorHistory, states: Array, equations: Array
+    system: _System,
+    candidates: Sequence[Candidate],
+    history: ModelErrorHistory,
+    states: Array,
+    equations: NDArray[np.int64],
 ) -> _Pictures:
     columns = system.columns(candidates, states)
     count, n, width = columns.shape
@@ -312,7 +320,7 @@ def _in_time(known: Array, pictures: _Pictures) -> tuple[Array, Array]:
     return known[order], pictures.target[order]
 
 
-def _require(candidates: Sequence[Candidate], equations: Array, states: int) -> None:
+def _require(candidates: Sequence[Candidate], equations: NDArray[np.int64], states: int) -> None:
     if not candidates:
         raise UsageError("no candidate was given; give at least one Candidate(name, equation, function).")
     names = [candidate.name for candidate in candidates]

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
+from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, SecondOpinion, Verdict
 from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
 
 _STYLES = {
@@ -37,6 +37,10 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
+    if result.second_opinion is not None:
+        console.print(Text(result.second_opinion.sentence), soft_wrap=True)
+        if not result.second_opinion.agrees:
+            console.print(_rivals(result.second_opinion))
     if result.next_flight is not None:
         console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
     if result.derivatives:
@@ -67,6 +71,15 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             p_value(effect.evidence.p_value),
             MISSING if gain is None else f"{number(gain, 2)}×",
         )
+        table.add_row(*map(Text, cells))
+    return table
+
+
+def _rivals(opinion: SecondOpinion) -> Table:
+    """Rival structures side by side."""
+    table = _table("What two methods find", ("method", "effects"), (f"error/noise, {opinion.role}",))
+    for row in opinion.structures:
+        cells = (row.method, "; ".join(row.effects) or "nothing", number(row.error, 3))
         table.add_row(*map(Text, cells))
     return table
 

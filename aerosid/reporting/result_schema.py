@@ -332,6 +332,23 @@ class CorrelationEntry(_Row):
     rows: tuple[tuple[Number, ...], ...]
 
 
+class RivalStructureEntry(_Row):
+    """One method's structure; `error` is the median of error over noise on the flights that were compared."""
+
+    method: Text
+    effects: tuple[Text, ...]
+    error: Number
+
+
+class SecondOpinionEntry(_Row):
+    """Whether the model error d(t) alone names the same effects."""
+
+    agrees: bool
+    sentence: Text
+    role: str
+    structures: tuple[RivalStructureEntry, ...]
+
+
 class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
@@ -355,6 +372,7 @@ class ResultFile(_Row):
     linear: tuple[LinearEntry, ...] = ()
     next_flight: NextFlightEntry | None = None
     kinematics: KinematicsEntry | None = None
+    second_opinion: SecondOpinionEntry | None = None
 
     model_config = ConfigDict(
         frozen=True,
@@ -409,6 +427,9 @@ def result_file(result: ClosedLoop) -> ResultFile:
         linear=tuple(_linear(row) for row in result.linear),
         next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),
         kinematics=_kinematics(result.kinematics),
+        second_opinion=None
+        if result.second_opinion is None
+        else SecondOpinionEntry.model_validate(result.second_opinion),
     )
 
 
@@ -431,14 +452,15 @@ def result_text(result: ClosedLoop) -> str:
     Notes
     -----
     `time` and `parameters` are left out of effects that have none, `next_flight` where nothing is left to decide, and
-    `kinematics` where too few channels are there; every other key always stands.
+    `kinematics` where too few channels are there, `second_opinion` where none was asked for; every other
+    key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
         for key in ("time", "parameters"):
             if effect[key] is None:
                 del effect[key]
-    for key in ("next_flight", "kinematics"):
+    for key in ("next_flight", "kinematics", "second_opinion"):
         if document[key] is None:
             del document[key]
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

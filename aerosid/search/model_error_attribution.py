@@ -37,8 +37,8 @@ def attribute_by_model_error(
     given: Sequence[ActiveEffect],
     hypotheses: Sequence[Hypothesis],
     coefficients: Sequence[str],
-    chain: ChainSettings = ChainSettings(),
-    settings: ModelErrorSearchSettings = ModelErrorSearchSettings(),
+    chain: ChainSettings,
+    settings: ModelErrorSearchSettings,
     progress: Callable[[str], None] = lambda _stage: None,
 ) -> tuple[Attribution, Selection]:
     """What the declared model lacks, as its model error d(t) says; and the search itself.
@@ -97,13 +97,12 @@ def swept_start(
 
 def told_of_unseen(selection: Selection) -> list[str]:
     """What the method did not look for, in one sentence."""
-    if not selection.unseen:
-        return []
-    kinds = ", ".join(kind.replace("_", " ") for kind in selection.unseen)
-    return [
-        "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. It was not asked for "
-        f"{kinds} and flow separation, which no column in d(t) stands for: use the default method for those."
-    ]
+    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unseen, "flow_separation"))
+    sentence = (
+        "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. No column in it stands for "
+        f"{kinds}, which it was not asked for: use the default method for those."
+    )
+    return [sentence]
 
 
 def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> None:

@@ -298,7 +298,8 @@ class _Search:
             column += count
             if len(columns) == 1:
                 ratio = single.ratio[columns[0]] if self.settings.partial else plain[columns[0]]
-                gain, step = float(ratio**2), (float(single.coefficient[columns[0]]),)
+                gain = float(ratio**2)
+                step: tuple[float, ...] = (float(single.coefficient[columns[0]]),)
                 independence = float(single.independence[columns[0]])
             else:
                 gain, step, independence = multiple_correlation(current.fit, rows.asked[:, columns])

@@ -1,0 +1,83 @@
+"""Two methods on one question: does the model error d(t) say the same as the likelihood, and which predicts better."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aerosid.errors import EstimationError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.open_loop import on_log, respond
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.result import RivalStructure, SecondOpinion
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import labels, named
+from aerosid.search.model_error_search import ModelErrorSearchSettings
+
+if TYPE_CHECKING:
+    from aerosid.loop.identification import LoopSettings
+
+QUICK = ModelErrorSearchSettings(shortlist=3, rounds=4, trial_sweeps=2)
+"""A second opinion may cost a fifth of the loop: half the trial fits, which rank alike where an effect is plain."""
+
+
+def second_opinion(
+    question: Question, found: Attribution, settings: LoopSettings, progress: Callable[[str], None]
+) -> SecondOpinion:
+    """What method iebmee says of the same flights, beside what was found by the likelihood.
+
+    Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
+    """
+    progress("asking the model error d(t)")
+    role = "validation" if question.others else "identification"
+    flights = question.others or question.manoeuvres
+    names = _names(found)
+    try:
+        other = by_model_error(question, replace(settings, model_error=QUICK), lambda _stage: None).found
+    except EstimationError as error:
+        sentence = f"The model error d(t) gives no second opinion: {error}"
+        return SecondOpinion(False, sentence, role, (RivalStructure("likelihood", names, _error(found, flights)),))
+    others = _names(other)
+    own = RivalStructure("likelihood", names, _error(found, flights))
+    if set(names) == set(others):
+        told = f"names {_listed(names)} too" if names else "names nothing either"
+        return SecondOpinion(True, f"The model error d(t) alone (method iebmee) {told}.", role, (own,))
+    rival = RivalStructure("iebmee", others, _error(other, flights))
+    sentence = (
+        f"The two methods differ: the likelihood names {_listed(names)} ({_times(own.error)} on the {role} flight), "
+        f"the model error d(t) alone (method iebmee) {_listed(others)} ({_times(rival.error)})."
+    )
+    return SecondOpinion(False, sentence, role, (own, rival))
+
+
+def _names(found: Attribution) -> tuple[str, ...]:
+    """The named effects, without disturbances and each once."""
+    disturbed = {active.name for active in found.completed.effects if not active.slopes and not active.held}
+    return tuple(sorted(named(label) for label in labels(found.findings) if label[:2] not in disturbed))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(names) or "nothing"
+
+
+def _times(error: float | None) -> str:
+    return "no error can be stated" if error is None else f"{error:.3g} times the noise"
+
+
+def _error(found: Attribution, flights: Sequence[Manoeuvre]) -> float | None:
+    ratios = []
+    for flight in flights:
+        response = respond(
+            found.completed.model, flight, found.completed.variance, effects=on_log(found.completed, flight)
+        )
+        for channel, value in response.rms.items():
+            noise = float(flight.noise[OUTPUTS.index(channel)])
+            if value is None:
+                return None
+            if noise > 0.0:
+                ratios.append(value / noise)
+    return float(np.median(ratios)) if ratios else None
