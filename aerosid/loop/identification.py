@@ -153,7 +153,7 @@ def close_loop(
     """
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     progress("reading the logs into the flight model")
-    plain, candidates = _structure(identification, validation, aircraft)
+    plain, candidates = asked_of(identification, validation, aircraft)
     manoeuvres = [prepare(log, aircraft, plain.columns) for log in identification]
     others = [prepare(log, aircraft, plain.columns) for log in validation]
     given = declared_effects(aircraft, controls_of(plain), manoeuvres)
@@ -246,13 +246,13 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     EstimationError
         Where the recursion leaves the model's range.
     """
-    model, candidates = _structure([log], [], aircraft)
+    model, candidates = asked_of([log], [], aircraft)
     manoeuvre = prepare(log, aircraft, model.columns)
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
 
 
-def _structure(
+def asked_of(
     logs: Sequence[FlightLog], others: Sequence[FlightLog], aircraft: Aircraft
 ) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""

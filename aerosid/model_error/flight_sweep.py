@@ -75,7 +75,8 @@ class SweepSettings:
     coloured : bool
         Whether the innovations' own colour is allowed for beside d's.
     smoothed : bool
-        Whether d(t) is the fixed-interval one; else the forward estimate alone (for the study of stages).
+        Whether the motion is that of the fixed-interval d(t); else of the forward estimate alone (for the study of
+        stages).
     """
 
     sweeps: int = 8
@@ -473,7 +474,7 @@ class FlightSweeps:
             target, known, _ = columns
             residual = np.ascontiguousarray((target - known @ step)[:, :, None])
             error, deviation = self._smoothed(n, flown, residual, swept.statistics)
-            forces.append(error[:, : len(self.coefficients)])
+            forces.append(error[:, : len(self.coefficients)] if self.settings.smoothed else swept.forces[n])
             deviations.append(deviation)
         model = swept.model.with_values(values)
         return replace(swept, model=model, effects=tuple(effects), states=tuple(states), forces=tuple(forces)), tuple(

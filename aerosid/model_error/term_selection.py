@@ -69,7 +69,7 @@ class SelectionSettings:
     false_alarm: float = 0.001
     rounds: int = 6
     passes: int = 4
-    least_share: float = 1e-4
+    least_share: float = 1e-6
     colour: ColourSettings = field(default_factory=ColourSettings)
 
 
