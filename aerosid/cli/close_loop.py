@@ -17,7 +17,7 @@ from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.paper_chain import ChainSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
-_STAGES = 7
+_STAGES = 8
 
 
 def loop_settings(

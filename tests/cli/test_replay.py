@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ def test_the_missing_terms_are_named_while_the_manoeuvre_runs(frames: list[Frame
 
 
 def test_names_never_leave_and_time_goes_on(frames: list[Frame]) -> None:
-    assert all(a.time < b.time and a.names == b.names[: len(a.names)] for a, b in zip(frames, frames[1:], strict=False))
+    assert all(a.time < b.time and a.names == b.names[: len(a.names)] for a, b in pairwise(frames))
 
 
 def test_a_frame_has_seen_no_later_sample(frames: list[Frame]) -> None:
