@@ -13,6 +13,7 @@ import aerosid
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.compatibility import Agreement, check_kinematics
+from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
@@ -247,6 +248,8 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
         Where the recursion leaves the model's range.
     """
     model, candidates = asked_of([log], [], aircraft)
+    # The knots of a spline are taken from the whole record, which is not known on board.
+    candidates = tuple(entry for entry in candidates if not searched_numbers(entry[1]))
     manoeuvre = prepare(log, aircraft, model.columns)
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))

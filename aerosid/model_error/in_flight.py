@@ -38,6 +38,8 @@ class InFlightSettings:
     false_alarm : float
         Share of flights with nothing missing in which something may be named, by design, over all frames: each is
         judged at this over the number of frames of the flight.
+    reach : float
+        Difference of -2 ln L by which a name must lead the other candidates of its coefficient: odds of 20 to 1.
     most : int
         Terms that may be named on one flight.
     settling : float
@@ -54,6 +56,7 @@ class InFlightSettings:
     step: float = 0.25
     shown: int = 6
     false_alarm: float = 0.001
+    reach: float = 6.0
     most: int = 4
     settling: float = 1.0
     rate_hz: float = 8.0
@@ -74,11 +77,12 @@ class DerivativeNow:
 
 @dataclass(frozen=True)
 class CandidateNow:
-    """A candidate as it stands: partial correlation with d(t), p-value among all candidates and frames."""
+    """A candidate as it stands: partial correlation with d(t), t-ratio, p-value among all candidates and frames."""
 
     coefficient: str
     term: str
     correlation: float
+    ratio: float
     p_value: float
 
 
@@ -190,12 +194,10 @@ def _judged(
         due = time[k] + settings.step
         found = screening.ask(known, len(candidates) * count)
         screened = _candidates_now(found, entries, candidates, structure)
-        strongest = min(screened, key=lambda row: row.p_value, default=None)
-        if strongest is not None and strongest.p_value <= settings.false_alarm and len(names) < settings.most:
+        strongest = _told_apart(screened, settings)
+        if strongest is not None and len(names) < settings.most:
             names.append(Named(strongest.coefficient, strongest.term, float(time[k])))
-            place = next(
-                n for n, (c, t) in enumerate(candidates) if (c, str(t)) == (strongest.coefficient, strongest.term)
-            )
+            place = _place(candidates, strongest)
             known.append(len(entries) + place)
             structure.append(candidates[place])
             found = screening.ask(known, len(candidates) * count)
@@ -205,6 +207,26 @@ def _judged(
         derivatives = _derivatives_now(model, found, entries, candidates, structure)
         shown = tuple(ranked[: settings.shown])
         yield Frame(float(time[k]), tuple(float(v) for v in d), derivatives, shown, tuple(names))
+
+
+def _told_apart(screened: Sequence[CandidateNow], settings: InFlightSettings) -> CandidateNow | None:
+    """The strongest candidate, where it is significant and no other of its coefficient does nearly as well."""
+    strongest = max(screened, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
+    if strongest is None or strongest.p_value > settings.false_alarm:
+        return None
+    left = 1.0 - strongest.correlation**2
+    # As many independent samples as give this correlation its t-ratio.
+    effective = strongest.ratio**2 * left / max(strongest.correlation**2, np.finfo(float).tiny)
+    for other in screened:
+        if other is not strongest and other.coefficient == strongest.coefficient:
+            ahead = effective * np.log((1.0 - other.correlation**2) / max(left, np.finfo(float).tiny))
+            if ahead < settings.reach:
+                return None
+    return strongest
+
+
+def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:
+    return next(n for n, (name, term) in enumerate(candidates) if (name, str(term)) == (row.coefficient, row.term))
 
 
 def _columns(
@@ -238,7 +260,13 @@ def _candidates_now(
 ) -> list[CandidateNow]:
     first = len(entries)
     return [
-        CandidateNow(entry[0], str(entry[1]), float(found.correlation[first + n]), float(found.p_value[first + n]))
+        CandidateNow(
+            entry[0],
+            str(entry[1]),
+            float(found.correlation[first + n]),
+            float(found.ratio[first + n]),
+            float(found.p_value[first + n]),
+        )
         for n, entry in enumerate(candidates)
         if entry not in structure
     ]

@@ -52,7 +52,8 @@ class Screened:
     coefficients, deviations : (K,) arrays
         Of the known columns; NaN elsewhere and until they are determined.
     correlation, ratio, p_value : (K,) arrays
-        Partial correlation of each other column with the target, t-ratio of its coefficient beside the known ones, and
+        Partial correlation of each other column with the target of the equation in which it acts most, t-ratio of its
+        coefficient beside the known ones, and
         the p-value of that; 0, 0 and 1 for known columns and until there are enough samples.
     """
 
@@ -147,8 +148,7 @@ class StreamingScreening:
         noise = np.einsum("ic,ij,jc->c", asking, middle, asking)
         product = away @ normal @ asking
         apart = (squares > self._settings.least_independence * np.diag(normal)[others]) & (noise > 0.0)
-        size = np.sqrt(np.maximum(squares, 0.0) * max(float(away @ normal @ away), np.finfo(float).tiny))
-        rho = np.clip(np.divide(product, size, out=np.zeros(others.size), where=apart & (size > 0.0)), -1.0, 1.0)
+        rho = np.where(apart, _in_own_equation(lagged[:, 0], away, asking), 0.0)
         ratio = np.divide(product, np.sqrt(np.where(apart, noise, 1.0)), out=np.zeros(others.size), where=apart)
         ratio = ratio / np.sqrt(np.maximum(1.0 - rho**2, np.finfo(float).tiny))  # it would leave less noise itself
         p_value = 2.0 * stats.t.sf(np.abs(ratio), self.samples) * (others.size if asked is None else asked)
@@ -168,3 +168,14 @@ class StreamingScreening:
         scaled = weights[:, None] ** 2 * gamma * taper * (self._equations * self.samples / max(freedom, 1))
         total = np.einsum("el,elij->ij", scaled, lagged)
         return np.asarray(0.5 * (total + total.T))
+
+
+def _in_own_equation(products: Array, away: Array, asking: Array) -> Array:
+    """Correlation of what is left of target and candidates, each in the equation that holds most of its squares."""
+    squares = np.einsum("ic,eij,jc->ec", asking, products, asking)
+    shared = np.einsum("i,eij,jc->ec", away, products, asking)
+    targets = np.einsum("i,eij,j->e", away, products, away)
+    share = squares / np.maximum(targets, np.finfo(float).tiny)[:, None]
+    own, places = np.argmax(share, axis=0), np.arange(asking.shape[1])
+    size = np.sqrt(np.maximum(squares[own, places] * targets[own], 0.0))
+    return np.clip(np.divide(shared[own, places], size, out=np.zeros(size.size), where=size > 0.0), -1.0, 1.0)
