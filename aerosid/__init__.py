@@ -18,8 +18,11 @@ if TYPE_CHECKING:
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
     from aerosid.logs.formats import read_log
-    from aerosid.loop.identification import LoopSettings, close_loop
-    from aerosid.loop.result import ClosedLoop, Verdict
+    from aerosid.loop.closed_loop import close_loop
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.loop.verdict import Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
@@ -28,10 +31,12 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
-    "LoopSettings": "aerosid.loop.identification",
-    "Verdict": "aerosid.loop.result",
+    "FlightSegmentation": "aerosid.manoeuvres",
+    "LoopSettings": "aerosid.loop.settings",
+    "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
-    "close_loop": "aerosid.loop.identification",
+    "close_loop": "aerosid.loop.closed_loop",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
@@ -43,10 +48,12 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
     "save_aircraft",

@@ -27,9 +27,9 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import AerosidError
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import LoopSettings, close_loop
-from aerosid.loop.methods import METHODS
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import METHODS, LoopSettings
 
 NOISE = {
     "V": 0.15,
@@ -91,8 +91,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--method", choices=METHODS, default=METHODS[0])
     arguments = parser.parse_args()
-    # Pictures and plans take time and name nothing.
-    settings = LoopSettings(method=arguments.method, paper_chain=False, linear_analysis=False, next_flight=False)
+    # Pictures, plans and second opinions take time and name nothing.
+    settings = LoopSettings(
+        method=arguments.method, paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False
+    )
     begun = clock.perf_counter()
     alarms: list[tuple[Trial, ClosedLoop]] = []
     verdicts: Counter[str] = Counter()

@@ -30,8 +30,9 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.flight_model.aerodynamics import controls_of
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, asked_of
+from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question, answer
+from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.flight_sweep import SweepSettings
 from aerosid.model_error.paper_chain import ChainSettings, feed

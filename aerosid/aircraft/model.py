@@ -1,9 +1,12 @@
-"""What an aircraft is to the rest of aerosid: geometry, mass, thrust and the declared aerodynamic model."""
+"""The declared aircraft: geometry, mass, thrust and aerodynamic model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.flight_model.terms import Term
 
@@ -68,6 +71,40 @@ class DeclaredEffect:
 
 
 @dataclass(frozen=True)
+class FuelTable:
+    """How mass, inertia and centre of gravity follow the fuel used, linear between the entries and level beyond.
+
+    Attributes
+    ----------
+    used
+        Fuel used, kg, increasing.
+    mass
+        kg at each; empty: the aircraft's mass less the fuel used.
+    I_yy
+        kg m^2 at each; empty: the aircraft's.
+    x_cg
+        m by which the centre of gravity lies ahead of the declared one at each; empty: it stays there.
+    """
+
+    used: tuple[float, ...]
+    mass: tuple[float, ...] = ()
+    I_yy: tuple[float, ...] = ()
+    x_cg: tuple[float, ...] = ()
+
+    def mass_at(self, used: NDArray[np.float64], full: float) -> NDArray[np.float64]:
+        """Mass, kg, with this fuel used, kg; `full` that of the aircraft file, with none used."""
+        return np.interp(used, self.used, self.mass) if self.mass else full - used
+
+    def inertia_at(self, used: NDArray[np.float64], declared: float) -> NDArray[np.float64]:
+        """I_yy, kg m^2, with this fuel used, kg."""
+        return np.interp(used, self.used, self.I_yy) if self.I_yy else np.full(used.shape, declared)
+
+    def centre_at(self, used: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the centre of gravity lies ahead of the declared one, m, with this fuel used, kg."""
+        return np.interp(used, self.used, self.x_cg) if self.x_cg else np.zeros(used.shape)
+
+
+@dataclass(frozen=True)
 class Aircraft:
     """The aircraft file as read, SI and radians.
 
@@ -104,6 +141,11 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    fuel
+        How mass, inertia and centre of gravity follow the fuel used, None where the file does not say.
+    noise, resolution
+        Of recorded channels, SI, where the file gives them: they win over what is estimated from a log, and a log's
+        channel map wins over them.
     flight_phase, aircraft_class
         Category and class after MIL-F-8785C for the flying qualities, None where the file does not say.
     """
@@ -128,6 +170,9 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    fuel: FuelTable | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def coefficients(self) -> tuple[str, str, str]:

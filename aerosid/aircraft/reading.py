@@ -1,19 +1,22 @@
-"""From an aircraft file to an `Aircraft`, or to one sentence about what is wrong in it."""
+"""Reading of aircraft files."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
+from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
 from aerosid.aircraft.schema import (
     CandidatesTable,
     DerivativesTable,
     EffectTable,
+    FuelUsedTable,
     LimitsTable,
     meant,
     read_tables,
@@ -21,10 +24,11 @@ from aerosid.aircraft.schema import (
 )
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
-from aerosid.flight_model.terms import COEFFICIENTS, Term, parse_term
+from aerosid.flight_model.terms import COEFFICIENTS, VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
 
 _LARGEST_FILE = 1_000_000
+_MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
 
 
 def load_aircraft(path: str | Path) -> Aircraft:
@@ -104,6 +108,9 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        fuel=_read_fuel(path, tables.fuel),
+        noise=dict(tables.noise),
+        resolution=dict(tables.resolution),
     )
 
 
@@ -119,6 +126,22 @@ def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, flo
             raise AircraftError(f"{path}: limits.{name} is [{low:g}, {high:g}], expected the lower number first")
         limits[name] = (low, high)
     return limits
+
+
+def _read_fuel(path: str, table: FuelUsedTable | None) -> FuelTable | None:
+    """The fuel table, its columns of one length and its fuel used increasing."""
+    if table is None:
+        return None
+    if any(later <= earlier for earlier, later in pairwise(table.used)):
+        raise AircraftError(f"{path}: fuel.used does not increase throughout, expected kg in rising order; sort it")
+    for name in ("mass", "I_yy", "x_cg"):
+        column = getattr(table, name)
+        if column and len(column) != len(table.used):
+            raise AircraftError(
+                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for "
+                "each; complete it"
+            )
+    return FuelTable(tuple(table.used), tuple(table.mass), tuple(table.I_yy), tuple(table.x_cg))
 
 
 def _find(path: str | Path) -> Path:
@@ -190,6 +213,7 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
             term = parse_term(text)
         except AircraftError as error:
             raise AircraftError(f"{path}: {key}: {error}") from None
+        _refuse_misspelt(path, key, text, term)
         if term in spelling:
             raise AircraftError(
                 f'{path}: {key} holds the term {term} twice, as "{spelling[term]}" and "{text}", expected it once; '
@@ -198,6 +222,30 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
         terms[text] = term
         spelling[term] = text
     return terms
+
+
+def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
+    """Refuse a term that names no channel known here and all but one that is: it would only be missed in the log.
+
+    Raises
+    ------
+    AircraftError
+        With the known name that is nearest.
+    """
+    known = {*VARIABLES, *CHANNELS, "C_T"}
+    plain = {name.replace("_", "").lower(): name for name in known}
+    for name in sorted(term.variables - known):
+        bare = name.replace("_", "").lower()
+        near = plain.get(bare)
+        # A second vane is alpha2, a tab delta_e_tab: channels of their own.
+        if near is None and name.isalpha():
+            close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT)
+            near = plain[close[0]] if close else None
+        if near is not None:
+            raise AircraftError(
+                f'{path}: {key} holds the term "{text}", which names {name}; expected a channel or a variable of '
+                f"terms; did you mean {near}?"
+            )
 
 
 def _read_candidates(

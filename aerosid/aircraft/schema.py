@@ -1,4 +1,4 @@
-"""The tables and keys that an aircraft file may hold, and sentences for a file that breaks them."""
+"""Schema of the aircraft file, and sentences for a file that breaks it."""
 
 from __future__ import annotations
 
@@ -20,6 +20,10 @@ _UNITS = {
     "thrust.force": "N",
     "thrust.incidence": "rad",
     "thrust.z_arm": "m",
+    "fuel.used": "kg",
+    "fuel.mass": "kg",
+    "fuel.I_yy": "kg m^2",
+    "fuel.x_cg": "m",
     "limits.alpha": "rad",
     "limits.V": "m/s",
     "limits.theta": "rad",
@@ -37,6 +41,9 @@ _Name = Annotated[str, Field(min_length=1, max_length=200)]
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+_Small = Annotated[float, Field(gt=0.0, le=1e12)]
 
 
 class _AircraftTable(_Table):
@@ -82,6 +89,15 @@ class LimitsTable(_Table):
     theta: _Range | None = None
     delta_e: _Range | None = None
     delta_e_rate: _Positive | None = None
+
+
+class FuelUsedTable(_Table):
+    """[fuel]: columns of equal length by fuel used."""
+
+    used: Annotated[list[Annotated[float, Field(ge=0.0, le=1e12)]], Field(min_length=2, max_length=1000)]
+    mass: list[_Positive] = []
+    I_yy: list[_Positive] = []
+    x_cg: list[Annotated[float, Field(ge=-100.0, le=100.0)]] = []
 
 
 class _DerivativeTable(_Table):
@@ -144,6 +160,9 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    fuel: FuelUsedTable | None = None
+    noise: dict[_Name, _Small] = {}
+    resolution: dict[_Name, _Small] = {}
 
 
 def read_tables(document: Mapping[str, Any], path: str) -> AircraftFile:
@@ -226,6 +245,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def replay_command(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recorded manoeuvre.", show_default=False)],
+    log: Annotated[
+        str, typer.Argument(metavar="LOG", help="A recorded manoeuvre, or LOG@FROM:TO.", show_default=False)
+    ],
     aircraft: Annotated[
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
     ],
@@ -35,7 +37,7 @@ def replay_command(
 ) -> None:
     """Shows a flight as method iebmee would have seen it on board: derivatives, d(t) and the first names."""
     from aerosid.aircraft import load_aircraft
-    from aerosid.cli.close_loop import read_logs
+    from aerosid.cli.close_loop import read_roles
     from aerosid.errors import UsageError
     from aerosid.file_set import require_folder, text, write_files
     from aerosid.loop.identification import replayed
@@ -44,7 +46,7 @@ def replay_command(
     if not 0.0 < step < float("inf") or not 0.0 <= speed < float("inf"):
         raise UsageError(f"--step is {step:g} and --speed {speed:g}; give a step above zero and a speed not below it.")
     declared = load_aircraft(aircraft)
-    (flight,) = read_logs([log], channels)
+    flight = read_roles([log], [], channels).identification[0]
     directory = out or Path("reports") / flight.name
     require_folder(directory)
     output = console()

@@ -1,4 +1,4 @@
-"""Do the channels belong together at all: a sign, a unit, a clock or a whole channel that no instrument's fault mends.
+"""Gross contradictions: a sign, a unit, a clock or a whole channel that no instrument fault mends.
 
 Over windows of a few seconds small biases and drifts matter little, and whether the integrated motion is the measured
 one shows in its shape. Where it is not, signs, units and clocks of one channel are tried; a channel without which the

@@ -1,4 +1,4 @@
-"""Fit instrument faults and gusts by maximum likelihood, score those that are not in, and say how sure they are."""
+"""Maximum-likelihood estimates of instrument faults and gusts from kinematics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may be wrong with an instrument, and how it acts: inverted on what drives the path, forward on what sees it."""
+"""The catalogue of instrument faults in the kinematic equations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Integrate the flight path from measured accelerations and rates, with its derivatives: kinematics, no aerodynamics.
+"""Flight-path reconstruction: integration of measured accelerations and rates, with sensitivities.
 
 States are u, w, q, theta, h in the places of `longitudinal.STATES`; the pitch rate is a measured input here and its
 place stays empty.

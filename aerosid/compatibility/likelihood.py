@@ -1,4 +1,4 @@
-"""The likelihood of a set of instrument faults and gusts, from kinematics alone, with its derivatives.
+"""Likelihood of instrument faults and gusts from kinematics, with its derivatives.
 
 The path is integrated from the recorded accelerations and rates; their noise is process noise with a known path and is
 accounted for by whitening, and so is air that moves. Parameters are the faults' numbers and, for every stretch, its

@@ -1,4 +1,4 @@
-"""What a log says about the flight path: the channels that drive it and see it, in stretches without gaps."""
+"""A log as the kinematic equations take it: driving and observed channels, in stretches without gaps."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
-from aerosid.signals.noise import estimate_noise
 
 NEEDED = ("a_x", "a_z", "q", "V", "alpha")
 """Without these channels the path cannot be followed; theta and h add to it."""
@@ -120,7 +120,7 @@ def read_recording(log: FlightLog) -> Recording | None:
         margin = min(MARGIN, 0.05 * float(inside[-1] - inside[0]))
         kept = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
         compared[stretch] = np.isfinite(measured[stretch]) & kept[:, None]
-    noise = {name: estimate_noise(time, log[name]) for name in (*NEEDED, "theta", "h") if name in log}
+    noise = {name: channel_noise(log, name).deviation for name in (*NEEDED, "theta", "h") if name in log}
     return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)))
 
 

@@ -1,4 +1,4 @@
-"""The effects that an aircraft file declares, ready to act: part of the declared model, with their numbers held."""
+"""The aircraft file's own effects, acting with their numbers held."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What effects do to a flight: the inputs that act, and what the sensors record."""
+"""Application of effects to a flight: acting inputs and recorded outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives, stretch by stretch.
+"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives.
 
 Parameters are, in this order: the free terms, five initial states of each manoeuvre, the parameters of the effects.
 Outputs are simulated open loop; the noise of the measured inputs is accounted for by whitening. An aircraft that runs

@@ -1,4 +1,4 @@
-"""Turn a flight log into the arrays that the flight model takes: inputs without gaps, outputs with them."""
+"""The manoeuvre as arrays: inputs without gaps, outputs with them, noise levels, substeps."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.signals.noise import calmed, estimate_noise
+from aerosid.notation import plain
+from aerosid.signals.noise import calmed
 
 LONGEST_ANGLE = 0.15
 """rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
@@ -111,14 +113,14 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     variance = np.zeros(len(columns) - 8)
     for j, name in enumerate(columns[8:]):
         if name.startswith("delta_"):
-            variance[j] = estimate_noise(log.time, log[name]) ** 2
+            variance[j] = channel_noise(log, name).deviation ** 2
     measured = np.full((log.time.size, len(OUTPUTS)), np.nan)
     noise = np.full(len(OUTPUTS), np.nan)
     positions = np.zeros((len(OUTPUTS), 3))
     for i, name in enumerate(OUTPUTS):
         if name in log and np.isfinite(log[name]).sum() >= FEWEST:
             measured[:, i] = log[name]
-            noise[i] = estimate_noise(log.time, log[name])
+            noise[i] = channel_noise(log, name).deviation
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
     substeps = _substeps(log, aircraft, inputs)
     # A copy: kernels compile anew for arrays that may not be written.
@@ -185,14 +187,14 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return _bridged(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
-            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
             return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
                 "density; add one of them."
             )
-        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        notes.append(f"Density is the aircraft file's, {plain(aircraft.density)} kg/m^3.")
         return np.full(log.time.size, aircraft.density)
     if name == "thrust":
         if aircraft.thrust is None:

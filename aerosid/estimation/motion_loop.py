@@ -1,4 +1,4 @@
-"""Flights whose own motion adds to their inputs: flow separation, ground effect."""
+"""Simulation and sensitivities of manoeuvres with flow separation or ground effect."""
 
 from __future__ import annotations
 

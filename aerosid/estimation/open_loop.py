@@ -1,4 +1,4 @@
-"""Compare logs with open-loop simulations: measured inputs only, initial state estimated on that log, no feedback."""
+"""Open-loop comparison of a model with a log: measured inputs, estimated initial state, no feedback."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.longitudinal import OUTPUTS
 
-_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01)
+_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01, hold_variance=True, filtering=False)
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,6 @@ def respond(
             effects=[frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
-            hold_variance=True,
-            filtering=False,
             settings=_INITIAL_STATE,
         )
     except EstimationError:

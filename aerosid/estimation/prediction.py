@@ -1,4 +1,4 @@
-"""Predict every measured output one sample ahead, with whitened residuals and their exact sensitivities.
+"""One-step prediction with whitened innovations and their sensitivities: the filter-error recursion.
 
 One recursion serves three uses. With no noise on the inputs the gain is zero and the prediction is the open-loop
 simulation: its residuals are those of output error. With noise on a measured surface, or on a pseudo-input that

@@ -1,4 +1,4 @@
-"""The aerodynamic model as the estimators see it: named terms with values, and the tables that the kernel takes."""
+"""The aerodynamic model: named terms with values, and the tables that the kernels take."""
 
 from __future__ import annotations
 

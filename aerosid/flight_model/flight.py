@@ -1,4 +1,4 @@
-"""Simulate a flight open loop: outputs, states and coefficients along a manoeuvre."""
+"""Open-loop simulation of a manoeuvre: outputs, states and coefficients."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Linearise a flight model at a trimmed flight condition: x' = A x + B u in u, w, q, theta.
+"""Linearisation at a trimmed flight condition: x' = A x + B u in u, w, q, theta.
 
 The matrices are the exact partial derivatives that the compiled kernel evaluates. python-control is imported only where
 its objects are asked for: it takes a second to import beside what the loop has imported, which the loop does without.

@@ -1,4 +1,4 @@
-"""Simulate a flight whose own motion adds to its inputs.
+"""Simulation with effects of the motion on itself: flow separation and ground effect as feedback.
 
 What an effect adds at the end of an interval depends on the state there, which depends on what it adds: a few unknowns,
 found interval by interval.

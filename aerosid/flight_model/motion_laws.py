@@ -1,4 +1,4 @@
-"""What follows from the motion, sample by sample, and how it moves with the motion and with the laws' own numbers.
+"""Laws of flow separation and ground effect, sample by sample, with their partial derivatives.
 
 The equations stand in `aerosid.effects.flow_separation` and `aerosid.effects.ground_effect`. A law sees the motion up
 to its own sample alone, so that it can be integrated with the motion: the rate of alpha is that of the parabola through

@@ -1,4 +1,4 @@
-"""Carry the sensitivities of a flight around the loop in which its own motion adds to its inputs.
+"""Sensitivities of a simulation with feedback of the motion on itself.
 
 Those of a flight with given inputs come from `response`; what the loop adds to them is one more pass through
 the linearisation that was written there.

@@ -1,4 +1,4 @@
-"""Simulate a flight open loop together with the response of every output to every parameter."""
+"""Simulated response with the sensitivity of every output to every parameter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Integrate the equations of motion over one sampling interval, and carry what moves its end with it.
+"""Runge-Kutta integration over one sampling interval, with the sensitivities of its end.
 
 Classical fourth-order Runge-Kutta in equal substeps; inputs are linear between samples.
 """

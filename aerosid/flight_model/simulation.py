@@ -1,4 +1,4 @@
-"""Fly an aerodynamic model on paper: trim it, drive it, add sensor noise, and return what a recorder would hold."""
+"""Simulated flights: trim, manoeuvre, sensor noise, and the log that a recorder would hold."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.longitudinal import OUTPUTS, evaluate, make_workspace
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
+
+ALTITUDE = 1500.0
+"""m; where a simulated manoeuvre begins."""
 
 SPEED_OF_SOUND = 340.29
 """m/s, where the simulated flight has no atmosphere of its own."""
@@ -68,11 +71,13 @@ def trim(
         if name in model.columns:
             inputs[model.columns.index(name)] = value
 
+    values = np.array(model.values)  # the kernel is compiled for arrays that can be written
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, weights = unknown
         inputs[1], inputs[place] = weights * mass * 9.80665, delta_e
         x = np.array([airspeed * np.cos(alpha), airspeed * np.sin(alpha), 0.0, alpha, 0.0])
-        evaluate(x, inputs, model.values, model.table, model.constants, positions, work, False, False)
+        evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
         return np.array([work.rates[0], work.rates[1], work.rates[2]])
 
     solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)
@@ -97,7 +102,6 @@ def fly(
     mass: float,
     noise: Mapping[str, float],
     seed: int,
-    altitude: float = 1500.0,
     further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
     name: str = "simulated",
 ) -> FlightLog:
@@ -133,7 +137,7 @@ def fly(
     empty = np.zeros((len(OUTPUTS), 3))
     flight = Flight(time, inputs, np.zeros((0, 8)), empty, substeps, np.zeros(extra))
     alpha = trimmed.alpha
-    start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, altitude])
+    start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, ALTITUDE])
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")

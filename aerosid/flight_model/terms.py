@@ -1,4 +1,4 @@
-"""Terms of the aerodynamic model: their grammar, and their values and slopes as tables for compiled code.
+"""Terms of the aerodynamic model: grammar, and values and slopes as tables for compiled code.
 
 A term is a product of powers of variables, such as `alpha^2`, `alpha*delta_e` or `pos(alpha - 0.2)^2`:
 

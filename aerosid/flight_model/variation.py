@@ -1,4 +1,4 @@
-"""Carry sensitivities along a simulated flight, two substeps of the state at a time.
+"""Variational equations over spans of two substeps: how sensitivities are propagated.
 
 The state moves without partial derivatives. These are evaluated at the start, in the middle and at the end of a span of
 two substeps; the variational equations dS/dt = F S + g then pass through two Runge-Kutta steps of their own, with F and

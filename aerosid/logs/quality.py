@@ -1,4 +1,4 @@
-"""Is the log good enough: sampling, gaps, spikes, stuck channels, noise, excitation, and what is missing."""
+"""Data quality: sampling, gaps, spikes, stuck channels, noise, excitation, missing channels."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, FloatArray
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.nomenclature import CHANNELS
-from aerosid.signals.noise import estimate_noise
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
@@ -21,6 +21,8 @@ STUCK_SAMPLES = 20
 SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
 EXCITED = 3.0  # variation over noise
 WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
+MOST_RADIANS = {"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2}  # 99 % of the samples lie within
+MOST_DEFLECTION = 1.2  # rad, of any surface
 BANKED = math.radians(10.0)
 NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
 HELPFUL = ("theta", "a_x", "a_z")
@@ -44,9 +46,14 @@ class Problem(enum.Enum):
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
     SATURATED = "the channel is cut at its own extreme: check the sensor's range, or leave the channel out"
     COARSE = "the resolution is coarser than the noise: small effects drown in the steps"
+    NOISE_UNKNOWN = (
+        "its noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
+        "`resolution = ` for it in the channel map or the aircraft file"
+    )
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
+    DEGREES = "no aircraft turns so far: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
         "q rises where delta_e does, but positive is trailing edge down: correct one of the signs in a channel map"
@@ -54,7 +61,7 @@ class Problem(enum.Enum):
     LOAD_FACTOR = "a_z is not about -9.81 m/s^2 on the mean: check its unit, sign and offset (specific force, z down)"
 
 
-_BLOCKING = frozenset({Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
+_BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,10 @@ class ChannelQuality:
         Standard deviation of the white measurement noise.
     excitation : float
         Root-mean-square variation without the noise, over the noise; infinite without noise.
+    declared : bool
+        Whether the channel map or the aircraft file gives the noise.
+    doubt : str
+        Why the estimated noise is not to be believed; empty where it is.
     """
 
     name: str
@@ -120,6 +131,8 @@ class ChannelQuality:
     quantum: float
     noise: float
     excitation: float
+    declared: bool = False
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -210,7 +223,8 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     missing = 1.0 - held.size / values.size
     if held.size == 0:
         return ChannelQuality(name, unit, math.nan, math.nan, 1.0, 0, 0.0, 0.0, 0.0, 0.0)
-    noise = estimate_noise(log.time, values)
+    known = channel_noise(log, name)
+    noise = known.deviation
     variation = math.sqrt(max(float(np.var(held)) - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
@@ -224,6 +238,8 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
         _quantum(held),
         noise,
         excitation,
+        known.declared,
+        known.doubt,
     )
 
 
@@ -328,6 +344,10 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
+    # Of a coarse channel at least the steps are known, and they are said below.
+    coarse = channel.quantum > 2.0 * channel.noise
+    if channel.doubt and not coarse:
+        findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
     if channel.minimum == channel.maximum:
         return [*findings, Finding(Problem.CONSTANT, name, f"{channel.minimum:.4g} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])
@@ -335,7 +355,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         findings.append(Finding(Problem.STUCK, name, f"for {channel.stuck:.3g} s"))
     elif cut := _cut_at(values):
         findings.append(Finding(Problem.SATURATED, name, f"{cut:.4g} {channel.unit}"))
-    if channel.quantum > 2.0 * channel.noise:
+    if coarse:
         findings.append(Finding(Problem.COARSE, name, f"steps of {channel.quantum:.3g} {channel.unit}"))
     if channel.excitation < EXCITED:
         findings.append(Finding(Problem.WEAK, name, f"{channel.excitation:.2g} times"))
@@ -356,6 +376,14 @@ def _cut_at(values: FloatArray) -> float | None:
     return None
 
 
+def _most_radians(log: FlightLog, name: str) -> float:
+    """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
+    angle = name in MOST_RADIANS or name.startswith("delta_")
+    if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
+        return 0.0
+    return float(np.nanquantile(np.abs(log[name]), 0.99))
+
+
 def _motion_findings(log: FlightLog) -> list[Finding]:
     """What the channels say about each other: lateral motion, units, signs."""
     findings = []
@@ -363,6 +391,11 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
+    findings += [
+        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
+        for name in log.channels
+        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+    ]
     slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
 
 from aerosid.aircraft import Aircraft
+from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import coefficient_rivals, told_of_rivals, with_rivals
+from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
 from aerosid.search.model_error_attribution import attribute_by_model_error, told_of_unseen
-
-if TYPE_CHECKING:
-    from aerosid.compatibility import KinematicConsistency
-    from aerosid.loop.identification import LoopSettings
-
-Method = Literal["likelihood", "iebmee"]
-"""likelihood: score tests and maximum likelihood; iebmee: the model error d(t) of Parameswaran & Raol 1994 alone."""
-
-METHODS: tuple[Method, ...] = ("likelihood", "iebmee")
-
-BEFORE = RefinementSettings(cost_tolerance=0.05)
-"""A wrong structure creeps along a flat valley for long; a twentieth of -2 ln L moves none of its errors."""
 
 
 @dataclass(frozen=True)
@@ -67,20 +56,21 @@ class Question:
     def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
         """What may be missing: terms, and of the whole catalogue what these flights can show."""
         terms = term_hypotheses(self.candidates)
-        if catalogue != "all":
+        if catalogue == "terms":
             return terms
         return terms + effect_hypotheses(self.declared, self.manoeuvres, self.aircraft.coefficients)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a method found, and what it has to say about it."""
+    """What a method found, what one coefficient could not tell from it, and what the method has to say."""
 
     found: Attribution
+    rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
 
 
-def answer(question: Question, settings: LoopSettings, progress: Callable[[str], None]) -> Answer:
+def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """What the method of the settings finds to be missing.
 
     Raises
@@ -88,23 +78,30 @@ def answer(question: Question, settings: LoopSettings, progress: Callable[[str],
     EstimationError
         Where the declared model cannot be simulated.
     """
-    methods: dict[Method, Callable[[Question, LoopSettings, Callable[[str], None]], Answer]] = {
+    methods: dict[Method, Callable[[Question, LoopSettings, Progress], Answer]] = {
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
     return methods[settings.method](question, settings, progress)
 
 
-def by_likelihood(question: Question, settings: LoopSettings, progress: Callable[[str], None]) -> Answer:
+def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Score tests, trial fits and maximum likelihood."""
     progress("re-estimating the declared model")
-    priors = _priors(question.aircraft) if settings.priors else ()
     manoeuvres, declared = question.manoeuvres, question.declared
-    before = refine(declared, manoeuvres, question.free, effects=question.given, priors=priors, settings=BEFORE)
+    before = refine(
+        _begun(declared, settings.start),
+        manoeuvres,
+        question.free,
+        effects=question.given,
+        priors=_priors(question.aircraft) if settings.priors else (),
+        settings=NEARBY if settings.start else WRONG_STRUCTURE,
+    )
     progress("tracing the residual")
     hypotheses = question.hypotheses(settings.catalogue)
-    if settings.catalogue != "all":
-        return Answer(attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False)))
+    if settings.catalogue == "terms":
+        quiet = replace(settings.attribution, disturbances=False)
+        return Answer(attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others))
     found = attribute(
         before,
         manoeuvres,
@@ -116,10 +113,10 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Callable
         moving_air=question.agreement is not None and question.agreement.is_gusty,
     )
     rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-    return Answer(with_rivals(found, rivals), tuple(told_of_rivals(rivals)))
+    return Answer(with_rivals(found, rivals), tuple(rivals))
 
 
-def by_model_error(question: Question, settings: LoopSettings, progress: Callable[[str], None]) -> Answer:
+def by_model_error(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares."""
     progress("re-estimating the declared model")
     found, selection = attribute_by_model_error(
@@ -133,13 +130,19 @@ def by_model_error(question: Question, settings: LoopSettings, progress: Callabl
         settings.model_error,
         progress,
     )
-    return Answer(found, tuple(told_of_unseen(selection)))
+    return Answer(found, notes=tuple(told_of_unseen(selection)))
+
+
+def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
+    """The declared model with other values of its terms to begin from, where some are given."""
+    if not start:
+        return declared
+    values = declared.values.copy()
+    values[: len(start)] = start
+    return declared.with_values(values)
 
 
 def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
     return tuple(
         ((d.coefficient, d.term), d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None and not d.fixed
     )
-
-
-__all__ = ["METHODS", "Answer", "Method", "Question", "answer", "by_likelihood", "by_model_error"]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,21 +12,57 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.loop.methods import Question, by_model_error
-from aerosid.loop.result import RivalStructure, SecondOpinion
+from aerosid.loop.settings import LoopSettings, Progress
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named
 from aerosid.search.model_error_search import ModelErrorSearchSettings
-
-if TYPE_CHECKING:
-    from aerosid.loop.identification import LoopSettings
 
 QUICK = ModelErrorSearchSettings(shortlist=3, rounds=4, trial_sweeps=2)
 """A second opinion may cost a fifth of the loop: half the trial fits, which rank alike where an effect is plain."""
 
 
-def second_opinion(
-    question: Question, found: Attribution, settings: LoopSettings, progress: Callable[[str], None]
-) -> SecondOpinion:
+@dataclass(frozen=True)
+class RivalStructure:
+    """What one method found, and its error.
+
+    Attributes
+    ----------
+    method : str
+    effects : tuple of str
+        As a person writes them; empty where nothing was named.
+    error : float or None
+        Median over channels and logs of the root-mean-square error over the noise, on flights that were not fitted
+        (without such, on those that were); None where a simulation left its range.
+    """
+
+    method: str
+    effects: tuple[str, ...]
+    error: float | None
+
+
+@dataclass(frozen=True)
+class SecondOpinion:
+    """Whether d(t) says the same.
+
+    Attributes
+    ----------
+    agrees : bool
+        Whether both methods name the same effects.
+    sentence : str
+        The same for a person.
+    role : str
+        Of the flights on which the errors were taken: "validation" or "identification".
+    structures : tuple of RivalStructure
+        Side by side, where the methods differ; one row where they agree.
+    """
+
+    agrees: bool
+    sentence: str
+    role: str
+    structures: tuple[RivalStructure, ...]
+
+
+def second_opinion(question: Question, found: Attribution, settings: LoopSettings, progress: Progress) -> SecondOpinion:
     """What method iebmee says of the same flights, beside what was found by the likelihood.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.

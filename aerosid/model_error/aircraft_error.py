@@ -20,15 +20,9 @@ from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
 from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace, pressure_area
 from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
-from aerosid.model_error.invariant_embedding import (
-    StepWork,
-    cholesky,
-    estimator_step,
-    gain_step,
-    information,
-    step_work,
-    transition_step,
-)
+from aerosid.model_error.invariant_embedding import estimator_step, gain_step, information
+from aerosid.model_error.step_map import transition_step
+from aerosid.model_error.step_work import StepWork, cholesky, step_work
 
 STATE_COUNT = 4
 """u, w, q, theta: altitude acts on nothing and carries no model error."""

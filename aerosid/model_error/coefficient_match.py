@@ -1,4 +1,4 @@
-"""The coefficients as the sensors measured them beside those of the model: how much of their variance is explained."""
+"""Measured coefficients against those of the model: explained variance."""
 
 from __future__ import annotations
 
@@ -144,7 +144,8 @@ def _modelled(
 ) -> NDArray[np.float64]:
     """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
     known = np.isfinite(states[:, :4].sum(axis=1))
-    found = coefficients_along(np.where(np.isnan(states), 1.0, states), flight, values, model.table, model.constants)
+    steady = np.where(np.isnan(states), 1.0, states)
+    found = coefficients_along(steady, flight, np.array(values), model.table, model.constants)
     alpha = np.arctan2(states[:, 1], states[:, 0])
     lift, drag = found[:, COEFFICIENTS.index("C_L")], found[:, COEFFICIENTS.index("C_D")]
     c_x = found[:, 0] + lift * np.sin(alpha) - drag * np.cos(alpha)

@@ -1,4 +1,4 @@
-"""Estimate the model error d(t) of a flight in the coefficients of force and moment, with its standard deviation.
+"""d(t) of the coefficients by fixed-interval smoothing, with its standard deviation.
 
 The fixed-interval solution: every sample of the record speaks for every moment, so that d(t) does not lag. All outputs
 take part for what they are: accelerometers and q_dot see the forces of d(t) directly, the others through the motion.

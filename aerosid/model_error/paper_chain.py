@@ -1,4 +1,4 @@
-"""The paper's chain on flight logs: prefilter, model error d(t), screening by correlation, recursive least squares.
+"""The chain of the paper on flight logs: prefilter, d(t), correlation, recursive least squares.
 
 Parameswaran & Raol 1994, section 3.3. The derivatives that it gives stand beside the refined ones, and every verdict
 on a term shows the d(t) that the term was seen in.

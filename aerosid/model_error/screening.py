@@ -1,4 +1,4 @@
-"""Correlate the model error d(t) with candidate terms, equation by equation: the paper's table 3, on any flight."""
+"""Correlation screening of d(t) with candidate terms: the paper's table 3, on any flight."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
 from aerosid.model_error.force_history import ErrorHistory

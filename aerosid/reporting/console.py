@@ -8,8 +8,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, SecondOpinion, Verdict
-from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.next_flight.planned_flight import NextFlight
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.second_opinion import SecondOpinion
+from aerosid.loop.verdict import Verdict
+from aerosid.notation import MISSING, number, p_value, with_deviation
+from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",
@@ -41,12 +47,16 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(Text(result.second_opinion.sentence), soft_wrap=True)
         if not result.second_opinion.agrees:
             console.print(_rivals(result.second_opinion))
-    if result.next_flight is not None:
-        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
         console.print(_errors(log, role, [row for row in result.errors if (row.log, row.role) == (log, role)]))
+
+
+def print_next_flight(result: ClosedLoop, console: Console) -> None:
+    """Prints what to fly next, where something is left to decide."""
+    if result.next_flight is not None:
+        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:

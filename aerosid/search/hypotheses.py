@@ -1,4 +1,4 @@
-"""Everything that is asked of a flight: a hypothesis for each term, sensor, control and moment that may be to blame."""
+"""Hypotheses of a flight: one for each candidate term and each offer of the catalogue."""
 
 from __future__ import annotations
 

@@ -12,9 +12,9 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
+from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.effects_in_flight import acting_flight
-from aerosid.estimation.evidence import Deviations
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.maximum_likelihood import Refinement

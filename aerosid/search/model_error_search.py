@@ -21,9 +21,10 @@ from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.model_error.flight_sweep import FlightSweeps, Sweep, SweepSettings, SweptModel, is_seen
 from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
 from aerosid.search.findings import Finding, Part, found_among, named
@@ -62,6 +63,9 @@ class ModelErrorSearchSettings:
     least_reduction : float
         Share of its spread to which d(t) of some coefficient must fall for a term, control or jump to have explained
         it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and stalls.
+    most_increase : float
+        Times by which a name may raise the spread of d(t) in any coefficient: it is to explain model error and not to
+        need more of it. Half as much again is within the scatter of the spread on records of 500 samples.
     apparent_mass : float
         Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
         motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
@@ -84,6 +88,7 @@ class ModelErrorSearchSettings:
     outliers: int = 3
     outlying: float = 8.0
     least_reduction: float = 0.8
+    most_increase: float = 1.5
     apparent_mass: float = 0.3
     gusts: bool = True
     partial: bool = True
@@ -325,7 +330,7 @@ class _Search:
                 continue
             if any(part.is_disturbance for part in new):
                 return self.sweeps.estimate(trial.sweep.swept), []
-            if self.p_value(trial.sweep, new) > self.settings.false_alarm:
+            if self.p_value(trial.sweep, new) > self.settings.false_alarm or _at_a_limit(new):
                 continue
             others = [
                 self._rival(current, other, trial)
@@ -337,12 +342,19 @@ class _Search:
         return None
 
     def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
-        """Whether d(t) becomes smaller in some coefficient, where it is more than rounding: of all but sensors."""
-        if all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new):
-            return True
+        """Whether d(t) becomes smaller in some coefficient, and no larger in any, where it is more than rounding.
+
+        Of a sensor only the second is asked: what it shows wrongly need not be in d.
+        """
         before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
-        there = before > NOTICED * self.settings.sweeps.least_spread
-        return not there.any() or bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+        noticed = NOTICED * self.settings.sweeps.least_spread
+        if np.any((after > self.settings.most_increase * before) & (after > noticed)):
+            return False
+        there = before > noticed
+        of_sensors = all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new)
+        if of_sensors or not there.any():
+            return True
+        return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
 
     def _in_moving_air(self, current: Sweep) -> list[_Trial]:
         """The structure in turbulence, where it is not already and some model error is left."""
@@ -357,8 +369,17 @@ class _Search:
             )
         except EstimationError:
             return []
+        if not self._moves_the_vane(sweep):
+            return []
         extra = self.settings.price * (len(numbers) - 1)
         return [_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra)]
+
+    def _moves_the_vane(self, sweep: Sweep) -> bool:
+        """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
+        assert sweep.swept.statistics.gust is not None
+        sigma, place = sweep.swept.statistics.gust[0], OUTPUTS.index("alpha")
+        pairs = zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
+        return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
 
     def _is_left(self, current: Sweep) -> bool:
         """Whether d(t) is more than rounding in some coefficient."""
@@ -519,6 +540,16 @@ class _Search:
                 struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
             rows.append((part, struck - current.cost, self.p_value(current, [part])))
         return rows
+
+
+def _at_a_limit(parts: Sequence[Part]) -> bool:
+    """Whether a number of an effect has run to its limit: it then means something else."""
+    return any(
+        value in (parameter.lowest, parameter.highest)
+        for part in parts
+        if part.active is not None
+        for value, parameter in zip(part.active.values, part.active.effect.parameters, strict=True)
+    )
 
 
 def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:

@@ -1,4 +1,4 @@
-"""Flow separation in place of what was found of its likeness."""
+"""Structure search with flow separation entered first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Standard deviation of the white noise of one measured channel, and the autocovariance of a residual.
+"""Noise level of a measured channel from its differences, and the autocovariance of a residual.
 
 The manoeuvre is smooth between corners, the noise is not: a normalised difference of high order suppresses the first
 and passes the second unchanged. Which order is high enough depends on the sampling rate, so it is chosen from the

@@ -1,4 +1,4 @@
-"""Sensors that remember: how a lag, a delay or a scale passes on what noise does to the true signal.
+"""Sensor dynamics as a state-space model: lag, delay and scale as process noise meets them.
 
 A simulated response goes through a sensor's own operator, exactly. The noise along the way (gusts, the recorded
 surface, forces of any shape) is known by its statistics alone: there the sensor is a linear system of a few states

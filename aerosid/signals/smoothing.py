@@ -1,4 +1,4 @@
-"""Smooth what drove a simulated flight away from its measurements: the fixed-interval solution for input errors.
+"""Fixed-interval smoothing of input errors along a simulated flight.
 
 Along a simulated flight, linearised, the errors of the inputs (a disturbance, an unmodelled force) with a memory from
 sample to sample move states and outputs. From all measurements of the record follow the input errors of every sample

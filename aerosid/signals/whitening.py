@@ -1,4 +1,4 @@
-"""Whiten residuals of an open-loop simulation: the noise of measured inputs acts on the aircraft as process noise.
+"""Whitening of open-loop residuals: measured inputs' noise as process noise along the simulated flight.
 
 The noise of each sample of a measured surface moves the simulated states in the intervals on both sides of the sample
 and, directly, the accelerometers. The filter here knows that path along the simulated flight and turns residuals, and

@@ -11,8 +11,8 @@ import pytest
 from broken_inputs import GOOD
 
 import aerosid
-from aerosid.cli import main as cli
 from aerosid.cli.main import main
+from aerosid.cli.main import main as cli
 from aerosid.logs.formats import FORMATS
 
 README = Path(__file__).resolve().parents[2] / "README.md"

@@ -19,8 +19,8 @@ from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.verdict import Verdict
 
 Array = NDArray[np.float64]
 SPREAD = np.array([NOISE.get(name, 1.0) for name in OUTPUTS])

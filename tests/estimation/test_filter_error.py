@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 from aerosid.aircraft import Aircraft
 from aerosid.effects import ActiveEffect
 from aerosid.effects.disturbance import unmodelled_forces
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.effect_columns import with_offsets
-from aerosid.estimation.evidence import deviations
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog

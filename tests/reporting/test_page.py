@@ -14,7 +14,11 @@ import pytest
 from hostile_pages import HOSTILE, Page, hostile_result
 from problems_report import closed_loop
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, Evidence, Parameter, Verdict
+from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
 

@@ -12,7 +12,8 @@ from problems_report import closed_loop, simulated
 from pypdf import PageObject, PdfReader
 from pypdf.generic import ContentStream
 
-from aerosid.loop.result import ClosedLoop, Verdict
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
 

@@ -19,12 +19,16 @@ from problems_report import closed_loop, simulated
 from rich.console import Console
 
 from aerosid.errors import UsageError
-from aerosid.loop.result import ClosedLoop, Effect, Evidence, Parameter, Verdict
+from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
+from aerosid.notation import number, with_deviation
 from aerosid.reporting import ResultFile, print_summary, result_file, write_report
-from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, residuals_csv
 from aerosid.reporting.thinning import BINS, DRAWN_WHOLE, envelope
-from aerosid.reporting.words import number, symbol, with_deviation
+from aerosid.reporting.words import symbol
 
 FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "report.pdf"}
 FILES |= {"completed_aircraft.toml"}

@@ -13,8 +13,9 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import LoopSettings, asked_of
+from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.attribution import Attribution

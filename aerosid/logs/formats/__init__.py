@@ -1,4 +1,4 @@
-"""Reads a recorded manoeuvre: one file a format, one table of formats, one function."""
+"""Log formats: one file a format, one table of formats, one function that reads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.flight_log import FlightLog, with_fuel_used
 from aerosid.logs.formats.ascii_columns import read_ascii_columns
 from aerosid.logs.formats.assembly import Assembled, assemble_mapped, assemble_native
 from aerosid.logs.formats.matlab5 import read_matlab5
@@ -77,17 +77,29 @@ def read_log(path: str | Path, channel_map: str | Path | None = None) -> FlightL
     data = _unpacked(packed, label)
     map_path = None if channel_map is None else Path(channel_map)
     assembled = _assemble(path, data, map_path)
-    return FlightLog(
+    used = _used_map(path, map_path)
+    log = FlightLog(
         name=_log_name(path),
         time=assembled.time,
         channels=assembled.channels,
         units=assembled.units,
         sources=assembled.sources,
         positions=assembled.positions,
+        noise=assembled.noise,
+        resolution=assembled.resolution,
         notes=tuple(assembled.notes),
         path=label,
         sha256=hashlib.sha256(packed).hexdigest(),
+        channel_map="" if used is None else str(used),
+        channel_map_sha256="" if used is None else hashlib.sha256(_read_bytes(used)).hexdigest(),
     )
+    return with_fuel_used(log)
+
+
+def _used_map(path: Path, given_map: Path | None) -> Path | None:
+    from aerosid.logs.formats.channel_map import find_channel_map
+
+    return find_channel_map(path, given_map)
 
 
 def _assemble(path: Path, data: bytes, given_map: Path | None) -> Assembled:

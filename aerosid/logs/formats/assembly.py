@@ -31,6 +31,8 @@ class Assembled:
     units: dict[str, str] = field(default_factory=dict)
     sources: dict[str, ChannelSource] = field(default_factory=dict)
     positions: dict[str, Position] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+    resolution: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -88,6 +90,9 @@ def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: s
         log.sources[name] = _source(entry, unit, table, entry.delay)
         if entry.position is not None:
             log.positions[name] = entry.position
+        for given, held in ((entry.noise, log.noise), (entry.resolution, log.resolution)):
+            if given is not None:
+                held[name] = given * _glossary_factor(name, unit)
     _move_earlier(log, mapping.channels, place)
     _derive_from_velocities(log)
     return log
@@ -117,6 +122,11 @@ def _in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
         return np.ascontiguousarray(values)
     factor, shift = conversion(unit, CHANNELS[name].unit)
     return np.ascontiguousarray(values) if (factor, shift) == (1.0, 0.0) else values * factor + shift
+
+
+def _glossary_factor(name: str, unit: str) -> float:
+    """What a difference in the file's unit is in the glossary's."""
+    return abs(conversion(unit, CHANNELS[name].unit)[0]) if name in CHANNELS else 1.0
 
 
 def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:

@@ -13,6 +13,7 @@ from aerosid.logs.formats.table import shown
 
 Column = Annotated[StrictInt, Field(ge=1)] | Annotated[StrictStr, Field(min_length=1)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class ColumnMap(BaseModel):
@@ -44,9 +45,14 @@ class ColumnMap(BaseModel):
 
 
 class ChannelColumnMap(ColumnMap):
-    """As `ColumnMap`, with what only a measured channel has: how late it is, s, and where its sensor sits, m."""
+    """As `ColumnMap`, with what only a measured channel has: how late it is, s, and where its sensor sits, m.
+
+    `noise` (standard deviation) and `resolution`, in the given unit, win over what is estimated from the samples.
+    """
 
     delay: Finite = 0.0
+    noise: Positive | None = None
+    resolution: Positive | None = None
     position: tuple[Finite, Finite, Finite] | None = None
 
 

@@ -1,4 +1,4 @@
-"""What a flight that has not been flown would tell: how far apart two models come, and how well derivatives are known.
+"""Expected information of a planned flight: discrimination of models and standard deviations.
 
 Two models that a record cannot tell apart are each fitted to it. On the flight to come the one predicts what the other
 cannot follow, however its parameters move within what the record leaves open: the square of that distance, in units of

@@ -1,4 +1,4 @@
-"""The limits of a flight to come: what the aircraft file or the call gives, or little more than what was flown."""
+"""Limits of the next flight: those given, or the flown range with a margin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to fly next: the questions that the flights left open, the input that answers them, and the expected answer."""
+"""The plan of the next flight: open questions, the input that answers them, the expected answers."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.input_shapes import Multisine
 from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.loop.derivative_table import SHOWN, DerivativeRow
 from aerosid.loop.next_flight.expected_information import (
     CERTAIN,
     Prospect,
@@ -33,9 +34,7 @@ from aerosid.loop.next_flight.input_design import (
     Unknown,
     rivals_of,
 )
-from aerosid.loop.result import (
-    SHOWN,
-    DerivativeRow,
+from aerosid.loop.next_flight.planned_flight import (
     NextFlight,
     PlannedHistory,
     PlannedInput,

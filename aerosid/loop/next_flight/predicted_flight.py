@@ -1,4 +1,4 @@
-"""A flight that has not been flown yet: from steady flight at a record's condition, as the estimators take a log."""
+"""Prediction of a planned flight from steady flight at a record's condition."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.flight_model.terms import INPUT_COLUMNS
 from aerosid.logs.flight_log import FlightLog
+from aerosid.notation import number
 
 ELEVATOR = "delta_e"
 _STILL = 0.01
@@ -103,7 +104,7 @@ def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
     solution = root(drift, begin, tol=1e-10)
     alpha, delta_e, theta = (float(number) for number in solution.x)
     if np.max(np.abs(drift(solution.x))) > 1e-6 or abs(alpha) > 0.6 or abs(delta_e) > 1.0 or abs(theta) > 1.2:
-        raise EstimationError(f"the completed model has no steady flight at {airspeed:.3g} m/s.")
+        raise EstimationError(f"the completed model has no steady flight at {number(airspeed)} m/s.")
     inputs[elevator] = delta_e
     return SteadyFlight(state_at(alpha, theta), inputs, elevator)
 

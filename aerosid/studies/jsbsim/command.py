@@ -22,12 +22,8 @@ _DIGITS = 10
 
 def flight_plan(
     aircraft: str,
+    flown: Manoeuvre,
     *,
-    shape: str,
-    amplitude: float,
-    unit: float | None,
-    duration: float,
-    interval: float,
     airspeed: float | None,
     altitude: float | None,
     noise: float,
@@ -54,9 +50,7 @@ def flight_plan(
     if altitude is None:
         altitude = cruise[1] if cruise else 1500.0
     injected = tuple(map(parse_effect, effects))
-    return FlightPlan(
-        found, elevator(shape, amplitude, unit, duration, interval), airspeed, altitude, injected, noise, seed
-    )
+    return FlightPlan(found, flown, airspeed, altitude, injected, noise, seed)
 
 
 def find_aircraft(name: str) -> Aircraft | str:

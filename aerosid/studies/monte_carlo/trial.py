@@ -17,7 +17,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.journal import Row
 from aerosid.studies.monte_carlo.noise_draw import ColouredNoise, NoiseSource
 from aerosid.studies.monte_carlo.plan import Catalogue, Snr
-from aerosid.studies.monte_carlo.search import Found, search
+from aerosid.studies.monte_carlo.search import Found, estimate_known, search
 from aerosid.studies.monte_carlo.truth import Truth
 
 FloatArray = NDArray[np.float64]
@@ -53,7 +53,7 @@ class Trials:
             return self
         starts = []
         for level in range(len(self.levels)):
-            before = search(self.log(level, _NO_RUN), self.truth.aircraft, "known").completed
+            before = estimate_known(self.log(level, _NO_RUN), self.truth.aircraft).completed
             starts.append(tuple(before.model.values[: len(self.truth.aircraft.derivatives)].tolist()))
         return replace(self, starts=tuple(starts))
 
@@ -97,10 +97,11 @@ def run_trial(trials: Trials, key: str) -> Row:
     """
     level, run = (int(part) for part in key.split("/"))
     truth = trials.truth
-    structure = tuple(entry for entry in truth.free)
-    effects = truth.effects if trials.catalogue == "known" else ()
-    start = trials.starts[level] if trials.starts else None
-    found = search(trials.log(level, run), truth.aircraft, trials.catalogue, structure, effects, start)
+    log = trials.log(level, run)
+    if trials.catalogue == "known":
+        found = estimate_known(log, truth.aircraft, truth.free, truth.effects)
+    else:
+        found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else ())
     completed, spread = found.completed, found.spread
     if not np.isfinite(completed.cost):
         raise EstimationError("the likelihood of the estimate is no number.")
