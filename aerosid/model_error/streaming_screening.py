@@ -178,4 +178,5 @@ def _in_own_equation(products: Array, away: Array, asking: Array) -> Array:
     share = squares / np.maximum(targets, np.finfo(float).tiny)[:, None]
     own, places = np.argmax(share, axis=0), np.arange(asking.shape[1])
     size = np.sqrt(np.maximum(squares[own, places] * targets[own], 0.0))
-    return np.clip(np.divide(shared[own, places], size, out=np.zeros(size.size), where=size > 0.0), -1.0, 1.0)
+    rho = np.divide(shared[own, places], size, out=np.zeros(size.size), where=size > 0.0)
+    return np.asarray(np.clip(rho, -1.0, 1.0))
