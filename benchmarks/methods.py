@@ -34,9 +34,9 @@ from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question, answer
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.coefficient_match import Corrected
-from aerosid.model_error.flight_sweep import SweepSettings
 from aerosid.model_error.paper_chain import ChainSettings, feed
-from aerosid.search.model_error_search import ModelErrorSearchSettings
+from aerosid.model_error.swept_model import SweepSettings
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from benchmarks.planted_flights import Circumstances
 from benchmarks.plants import Plant
 from benchmarks.wide_detection import matches, written

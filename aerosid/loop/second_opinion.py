@@ -15,7 +15,7 @@ from aerosid.loop.methods import Question, by_model_error
 from aerosid.loop.settings import LoopSettings, Progress
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named
-from aerosid.search.model_error_search import ModelErrorSearchSettings
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
 
 QUICK = ModelErrorSearchSettings(shortlist=3, rounds=4, trial_sweeps=2)
 """A second opinion may cost a fifth of the loop: half the trial fits, which rank alike where an effect is plain."""

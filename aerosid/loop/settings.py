@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.search.model_error_search import ModelErrorSearchSettings
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 
 Method = Literal["likelihood", "iebmee"]

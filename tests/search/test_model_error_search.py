@@ -21,7 +21,7 @@ from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.model_error_attribution import swept_start
-from aerosid.search.model_error_search import ModelErrorSearchSettings
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
 
 QUIET = LoopSettings(method="iebmee")
 
