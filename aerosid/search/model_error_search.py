@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect
+from aerosid.effects import KINDS, ActiveEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
 from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
@@ -30,6 +29,7 @@ from aerosid.model_error.partial_correlation import multiple_correlation, partia
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
 
 Array = NDArray[np.float64]
 
@@ -157,16 +157,9 @@ class _Search:
         """Candidates that the structure does not hold yet."""
         labels = {part.label for part in self.parts(current)}
         labels |= {(*active.name, "") for active in self.declared.effects}
-        return [h for h in self.seen if h.label not in labels and not self._near_a_jump(h, current)]
-
-    def _near_a_jump(self, hypothesis: Hypothesis, current: Sweep) -> bool:
-        """Whether a jump is so close to one that is held already that it would only mend its edge."""
-        if hypothesis.time is None:
-            return False
-        log = next(m for m in self.manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
-        reach = 3.0 * float(np.ptp(log.flight.time)) / GRID
-        jumps = [a for a in current.swept.effects if a.log == log.name and is_sudden(a)]
-        return any(abs(moment(a) - hypothesis.time) < reach for a in jumps)
+        return [
+            h for h in self.seen if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres)
+        ]
 
     def parts(self, current: Sweep) -> list[Part]:
         """What the structure holds beyond the declared one, with corrected deviations."""
@@ -197,35 +190,11 @@ class _Search:
             place += active.slopes
         return found
 
-    def _at_outliers(self, current: Sweep) -> list[Hypothesis]:
-        """Sudden changes at the moments of the greatest innovations: between those of a grid d(t) follows a jump."""
-        rows = current.rows
-        found = []
-        for n, log in enumerate(self.manoeuvres):
-            squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
-            for part, (flight, output) in zip(current.fit.groups, rows.channels, strict=True):
-                if flight == n:
-                    held = np.isfinite(log.flight.measured[:, output])
-                    squares[held] += current.fit.white_target[part] ** 2
-                    count += held
-            excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
-            interval = float(np.median(np.diff(log.flight.time)))
-            reach = max(1, round(3.0 * np.ptp(log.flight.time) / GRID / interval))
-            first = {h.kind: h for h in self.seen if h.time is not None and h.where == log.name}
-            first |= {h.kind: h for h in self.seen if h.time is not None and all(a.log == log.name for a in h.effects)}
-            for _ in range(self.settings.outliers):
-                k = int(np.argmax(excess))
-                if excess[k] < self.settings.outlying:
-                    break
-                found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in first.values()]
-                excess[max(k - reach, 0) : k + reach] = -np.inf
-        return [h for h in found if not self._near_a_jump(h, current)]
-
     def scores(self, current: Sweep) -> tuple[Score, ...]:
         """Every open candidate with what its correlation with d(t) is worth, greatest first."""
         asked = [
             (hypothesis, hypothesis.by_chord(trial), trial)
-            for hypothesis in (*self.open(current), *self._at_outliers(current))
+            for hypothesis in (*self.open(current), *at_outliers(current, self.seen, self.manoeuvres, self.settings))
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
@@ -425,7 +394,7 @@ class _Search:
         swept, hypothesis = current.swept, score.hypothesis
         effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
         if hypothesis.time is not None:
-            effects = tuple(self._moving(active, hypothesis.time) for active in effects)
+            effects = tuple(moving(active, hypothesis.time, self.manoeuvres) for active in effects)
         further = replace(
             swept,
             model=swept.model.extended(hypothesis.entries),
@@ -433,10 +402,6 @@ class _Search:
             effects=(*swept.effects, *effects),
         )
         return self.sweeps.carried(swept, further) if effects else further
-
-    def _moving(self, active: ActiveEffect, time: float) -> ActiveEffect:
-        log = next(m for m in self.manoeuvres if m.name == active.log)
-        return at_moment(active, time, active.log, float(np.median(np.diff(log.flight.time))))
 
     def _without(self, current: Sweep, part: Part) -> SweptModel:
         """The structure with a part struck out; what it did is left to d(t)."""
@@ -489,17 +454,6 @@ def _at_a_limit(parts: Sequence[Part]) -> bool:
         if part.active is not None
         for value, parameter in zip(part.active.values, part.active.effect.parameters, strict=True)
     )
-
-
-def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
-    """The same sudden changes at another moment, given."""
-    effects = []
-    for active in hypothesis.effects:
-        effect = active.effect
-        if isinstance(effect, InputEffect) and effect.again is not None:
-            active = replace(active, effect=at_given_moment(effect.again(time, interval)))
-        effects.append(active)
-    return replace(hypothesis, effects=tuple(effects), time=time)
 
 
 def _plain(target: Array, columns: Array) -> Array:

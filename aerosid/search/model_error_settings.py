@@ -22,6 +22,10 @@ class ModelErrorSearchSettings:
     price : float
         What each further number must bring in -2 ln L for one candidate to be preferred to a simpler one (as the
         likelihood's search).
+    evidence : float
+        ln L beyond half of ln N for each number that a name must bring: the field's Bayesian criterion, and odds of
+        3000 to 1 beside it, for the colour of the noise is itself estimated. Eight is what an independent regression
+        needed on twelve practice flights in turbulence.
     reach : float
         Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
     trial_sweeps : int
@@ -56,6 +60,7 @@ class ModelErrorSearchSettings:
     shortlist: int = 6
     rounds: int = 6
     price: float = 8.0
+    evidence: float = 8.0
     reach: float = 6.0
     trial_sweeps: int = 3
     least_share: float = 0.5
