@@ -151,6 +151,7 @@ class _Search:
         self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
         self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
         self.asked = len(self.seen)
+        self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
         self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
 
     def open(self, current: Sweep) -> list[Hypothesis]:
@@ -233,7 +234,9 @@ class _Search:
         trials += self._in_moving_air(current)
         for trial in sorted(trials, key=lambda trial: trial.price):
             new = self._new_parts(current, trial.sweep)
-            cheaper = trial.price < current.cost - self.settings.price
+            numbers = sum(len(part.std_errors) or 1 for part in new)
+            least = 2.0 * self.settings.evidence + numbers * np.log(self.values)
+            cheaper = trial.price < current.cost - self.settings.price and trial.sweep.cost < current.cost - least
             if not new or not cheaper or not self._explains(current, trial.sweep, new):
                 continue
             if any(part.is_disturbance for part in new):
