@@ -291,6 +291,8 @@ def _groups(target: Array, known: Array, lengths: Sequence[int]) -> tuple[slice,
 def _filtered(columns: Array, groups: Sequence[slice], filters: Sequence[Array], variances: Array) -> Array:
     """Columns (N, c) through each group's filter over its noise; the rows that start a filter are zero."""
     found = np.zeros_like(columns)
+    if not columns.shape[1]:
+        return found
     for part, taps, variance in zip(groups, filters, variances, strict=True):
         order = taps.size - 1
         through = signal.lfilter(taps, [1.0], columns[part], axis=0) if order else columns[part]

@@ -249,6 +249,8 @@ class _Search:
                 if other is not trial and other.price - trial.price < self.settings.reach
             ]
             whole = self.sweeps.estimate(trial.sweep.swept)
+            if self._apparent_mass(whole) >= self.settings.apparent_mass:
+                continue
             return whole, [other for other in others if other is not None]
         return None
 
