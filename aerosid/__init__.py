@@ -10,10 +10,10 @@ Nothing is imported before it is used: `import aerosid` costs no more than Pytho
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in `typing`, whose import would take as long as all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from aerosid.aircraft import Aircraft, load_aircraft, save_aircraft
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
@@ -65,6 +65,8 @@ def __getattr__(name: str) -> Any:
     """A public name, imported from its home; AttributeError for any other."""
     if name not in _HOMES:
         raise AttributeError(f"module 'aerosid' has no attribute {name!r}")
+    import importlib
+
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

@@ -9,23 +9,25 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
-from aerosid.aircraft.schema import (
-    CandidatesTable,
-    DerivativesTable,
-    EffectTable,
-    FuelUsedTable,
-    LimitsTable,
-    meant,
-    read_tables,
-    shown,
-)
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
-from aerosid.flight_model.terms import COEFFICIENTS, VARIABLES, Term, parse_term
+from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
+from aerosid.flight_model.terms import VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
+
+if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
+    from aerosid.aircraft.schema import (
+        AircraftFile,
+        CandidatesTable,
+        DerivativesTable,
+        EffectTable,
+        FuelUsedTable,
+        LimitsTable,
+    )
 
 _LARGEST_FILE = 1_000_000
 _MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
@@ -82,15 +84,20 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    from aerosid.aircraft.schema import read_tables
+
     tables = read_tables(document, path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
+    axes = _axes(coefficients)
+    _check_lateral(path, tables, axes, derivatives)
     return Aircraft(
         name=tables.aircraft.name,
         source=tables.aircraft.source,
         wing_area=tables.reference.wing_area,
         mean_chord=tables.reference.mean_chord,
         airspeed=tables.reference.airspeed,
+        length=tables.reference.length,
         mass=tables.mass.mass,
         I_yy=tables.mass.I_yy,
         density=None if tables.air is None else tables.air.density,
@@ -111,7 +118,39 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         fuel=_read_fuel(path, tables.fuel),
         noise=dict(tables.noise),
         resolution=dict(tables.resolution),
+        span=tables.reference.span,
+        I_xx=tables.mass.I_xx,
+        I_zz=tables.mass.I_zz,
+        I_xz=tables.mass.I_xz,
+        axes=axes,
     )
+
+
+def _axes(coefficients: Sequence[str]) -> Axes:
+    """The case of the equations of motion that the declared coefficients make."""
+    if not set(coefficients) & set(LATERAL.coefficients):
+        return LONGITUDINAL
+    return SIX if set(coefficients) & set(loads_of(LONGITUDINAL)) else LATERAL
+
+
+def _check_lateral(path: str, tables: AircraftFile, axes: Axes, derivatives: Sequence[Derivative]) -> None:
+    """Span and inertia are there where rolling and yawing motion needs them."""
+    named = {name for derivative in derivatives for name in derivative.term.variables}
+    if tables.reference.span is None and (named & {"p_hat", "r_hat"} or axes is not LONGITUDINAL):
+        raise AircraftError(
+            f"{path}: the key reference.span [m] is missing, expected the whole span where a model has C_l or C_n, or "
+            "a term names p_hat or r_hat; add it"
+        )
+    for name in ("I_xx", "I_zz"):
+        if axes is not LONGITUDINAL and getattr(tables.mass, name) is None:
+            raise AircraftError(
+                f"{path}: the key mass.{name} [kg m^2] is missing, expected it where a model has C_l or C_n; add it"
+            )
+    i_xx, i_zz, i_xz = (getattr(tables.mass, name) or 0.0 for name in ("I_xx", "I_zz", "I_xz"))
+    if axes is not LONGITUDINAL and i_xz**2 >= i_xx * i_zz:
+        raise AircraftError(
+            f"{path}: mass.I_xz is {i_xz:g}, expected I_xz^2 below I_xx I_zz, as of any body; correct it"
+        )
 
 
 def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, float]]:
@@ -179,7 +218,9 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
                 f"{path}: derivatives holds both {body} and {wind}, expected one of them, since {wind} stands in place "
                 f"of {body}; remove one"
             )
-    wanted = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else ("C_X", "C_Z", "C_m")
+    symmetric = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else LONGITUDINAL.coefficients
+    axes = _axes(tuple(given))
+    wanted = tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(axes))
     for name in wanted:
         if name not in given:
             pair = ", C_L and C_D standing together in place of C_Z and C_X" if wanted[0] == "C_D" else ""
@@ -270,6 +311,8 @@ def _read_candidates(
 
 def _read_effect(path: str, number: int, table: EffectTable, coefficients: Sequence[str]) -> DeclaredEffect:
     """One declared effect; `number` counts from 1 as a reader of the file does."""
+    from aerosid.aircraft.schema import meant, shown
+
     key = f"{path}: effects[{number}]"
     if table.kind == "aero_term":
         raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")

@@ -13,9 +13,14 @@ from aerosid.errors import AircraftError
 _UNITS = {
     "reference.wing_area": "m^2",
     "reference.mean_chord": "m",
+    "reference.span": "m",
     "reference.airspeed": "m/s",
+    "reference.length": "m",
     "mass.mass": "kg",
+    "mass.I_xx": "kg m^2",
     "mass.I_yy": "kg m^2",
+    "mass.I_zz": "kg m^2",
+    "mass.I_xz": "kg m^2",
     "air.density": "kg/m^3",
     "thrust.force": "N",
     "thrust.incidence": "rad",
@@ -54,12 +59,17 @@ class _AircraftTable(_Table):
 class _ReferenceTable(_Table):
     wing_area: _Positive
     mean_chord: _Positive
+    span: _Positive | None = None
     airspeed: _Positive | None = None
+    length: _Positive | None = None
 
 
 class _MassTable(_Table):
     mass: _Positive
+    I_xx: _Positive | None = None
     I_yy: _Positive
+    I_zz: _Positive | None = None
+    I_xz: _Number | None = None
 
 
 class _AirTable(_Table):
@@ -114,6 +124,9 @@ class DerivativesTable(_Table):
     C_m: dict[str, _DerivativeTable] | None = None
     C_L: dict[str, _DerivativeTable] | None = None
     C_D: dict[str, _DerivativeTable] | None = None
+    C_Y: dict[str, _DerivativeTable] | None = None
+    C_l: dict[str, _DerivativeTable] | None = None
+    C_n: dict[str, _DerivativeTable] | None = None
 
 
 class CandidatesTable(_Table):
@@ -124,6 +137,9 @@ class CandidatesTable(_Table):
     C_m: list[str] = []
     C_L: list[str] = []
     C_D: list[str] = []
+    C_Y: list[str] = []
+    C_l: list[str] = []
+    C_n: list[str] = []
 
 
 class _ParameterTable(_Table):

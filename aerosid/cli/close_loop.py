@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from aerosid.aircraft import Aircraft
-from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
-from aerosid.loop.closed_loop import Told, close_loop
-from aerosid.loop.next_flight.flight_limits import read_limit
-from aerosid.loop.provenance import Provenance, today, unusual_settings
-from aerosid.loop.result import ClosedLoop
-from aerosid.loop.settings import METHODS, LoopSettings, Method
-from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts, whole_flight_sentence
-from aerosid.model_error.paper_chain import ChainSettings
+
+if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
+    from aerosid.aircraft import Aircraft
+    from aerosid.loop.closed_loop import Told
+    from aerosid.loop.provenance import Provenance
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings, Method
 
 _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 8
 _OUT = "--out"
+
+_ONCE = (
+    "Compiling the numerical kernels: once for this user, Python and processor "
+    "(`aerosid warm-up` does it ahead, on all cores)."
+)
 
 FEWEST = 10
 """Samples of a log without which nothing is estimated."""
@@ -38,7 +42,7 @@ def loop_settings(
     aircraft_class: str | None = None,
     next_flight: bool = True,
     limits: Sequence[str] = (),
-    method: str = METHODS[0],
+    method: str = "likelihood",
 ) -> LoopSettings:
     """The settings that the words of the command line ask for.
 
@@ -49,9 +53,14 @@ def loop_settings(
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
+    density = _density(error_density)
+    from aerosid.loop.next_flight.flight_limits import read_limit
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.model_error.paper_chain import ChainSettings
+
     return LoopSettings(
         method=_method(method),
-        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
+        chain=ChainSettings(filtering=prefilter, error_density=density),
         priors=priors,
         seed=seed,
         flight_phase=flight_phase,
@@ -62,6 +71,8 @@ def loop_settings(
 
 
 def _method(text: str) -> Method:
+    from aerosid.loop.settings import METHODS
+
     for method in METHODS:
         if text == method:
             return method
@@ -85,6 +96,8 @@ def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remar
     UsageError
         Where SOURCE_DATE_EPOCH is no whole number of seconds.
     """
+    from aerosid.loop.provenance import Provenance, today, unusual_settings
+
     return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
 
 
@@ -145,7 +158,7 @@ def read_roles(
     UsageError
         Where --from or --to stands beside a span.
     LogError
-        Where a log cannot be used, is a whole flight, or holds no manoeuvre to be found.
+        Where a log cannot be used, or holds no manoeuvre to be found.
     """
     held: dict[Path, FlightLog] = {}
     roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
@@ -156,7 +169,6 @@ def read_roles(
             if find and role == ROLES[0]:
                 roled[role] += _found(log)
             else:
-                refuse_whole_flight(log)
                 roled[role].append(require_samples(log, FEWEST))
     if not roled[ROLES[0]]:
         raise UsageError(
@@ -187,6 +199,8 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
 
 
 def _found(log: FlightLog) -> tuple[FlightLog, ...]:
+    from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts
+
     found = find_manoeuvres(log)
     cuts = longitudinal_cuts(log, found)
     if not cuts:
@@ -198,17 +212,23 @@ def _found(log: FlightLog) -> tuple[FlightLog, ...]:
     return cuts
 
 
-def refuse_whole_flight(log: FlightLog) -> None:
-    """Stop before a whole flight is taken for one manoeuvre.
+def refuse_unusable(roled: RoledLogs) -> None:
+    """Stop before a whole flight is taken for one manoeuvre, or degrees for radians.
 
     Raises
     ------
     LogError
-        With the spans that look useful.
+        With the spans that look useful, or the channel and its unit.
     """
-    sentence = whole_flight_sentence(log)
-    if sentence is not None:
-        raise LogError(sentence)
+    from aerosid.logs.quality import degrees_findings
+    from aerosid.manoeuvres import whole_flight_sentence
+
+    for log in (*roled.identification, *roled.validation):
+        wrong = degrees_findings(log)
+        if wrong:
+            raise LogError(f"{log.path or log.name}: {wrong[0]}")
+        if (sentence := whole_flight_sentence(log)) is not None:
+            raise LogError(sentence)
 
 
 def with_progress(
@@ -218,40 +238,21 @@ def with_progress(
     settings: LoopSettings,
     judged: Told,
 ) -> ClosedLoop:
-    """The loop, with a progress bar on the terminal; silent where stderr is none."""
-    with compilation_announced(_say_once()):
-        return _run(identification, aircraft, validation, settings, judged)
+    """The loop, with a progress bar on the terminal; silent where stderr is none.
 
+    The bar also names each kernel that is compiled, under a line that says why this takes so long and happens once.
+    """
+    from aerosid.loop.closed_loop import close_loop
 
-def _say_once() -> Callable[[str], None]:
-    """Says before the first compilation what takes so long, and that it happens once."""
-    said: list[str] = []
-
-    def say(kernel: str) -> None:
-        if not said:
-            sys.stderr.write(
-                "Compiling the numerical kernels: once for this user, Python and processor, up to some minutes "
-                "(`aerosid warm-up` does it ahead, on all cores).\n"
-            )
-            sys.stderr.flush()
-        said.append(kernel)
-
-    return say
-
-
-def _run(
-    identification: Sequence[FlightLog],
-    aircraft: Aircraft,
-    validation: Sequence[FlightLog],
-    settings: LoopSettings,
-    judged: Told,
-) -> ClosedLoop:
     if not sys.stderr.isatty():
         return close_loop(identification, aircraft, validation, settings, judged=judged)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from aerosid.compiled.kernel_cache import compilation_announced
+
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    compiled: list[str] = []
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=_STAGES)
 
@@ -260,11 +261,18 @@ def _run(
             judged(result)
             bar.start()
 
-        return close_loop(
-            identification,
-            aircraft,
-            validation,
-            settings,
-            progress=lambda stage: bar.update(task, description=stage, advance=1),
-            judged=shown,
-        )
+        def compiling(kernel: str) -> None:
+            if not compiled:
+                bar.console.print(_ONCE, soft_wrap=True)
+            compiled.append(kernel)
+            bar.update(task, description=f"compiling {kernel}")
+
+        with compilation_announced(compiling):
+            return close_loop(
+                identification,
+                aircraft,
+                validation,
+                settings,
+                progress=lambda stage: bar.update(task, description=stage, advance=1),
+                judged=shown,
+            )

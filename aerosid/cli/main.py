@@ -192,11 +192,13 @@ def close_loop_command(
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
-    from aerosid.aircraft import load_aircraft
-    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, with_progress
-    from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_next_flight, print_summary, write_report
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_unusable, with_progress
 
+    roled = read_roles(logs, validate or [], channels, start, stop, find=find)
+    from aerosid.aircraft import load_aircraft
+
+    declared = load_aircraft(aircraft)
+    refuse_unusable(roled)
     settings = loop_settings(
         prefilter,
         error_density,
@@ -209,8 +211,9 @@ def close_loop_command(
         method,
     )
     made = provenance(context.obj or (), settings, analyst, remarks)
-    declared = load_aircraft(aircraft)
-    roled = read_roles(logs, validate or [], channels, start, stop, find=find)
+    from aerosid.loop.verdict import Verdict
+    from aerosid.reporting import print_next_flight, print_summary, write_report
+
     directory = out or Path("reports") / roled.identification[0].name
     output = console()
     result = with_progress(

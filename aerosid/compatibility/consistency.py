@@ -16,7 +16,7 @@ from aerosid.compatibility.estimate import Fit
 from aerosid.compatibility.fault_search import DEFAULT, Named, Searched, SearchSettings, search
 from aerosid.compatibility.likelihood import simulate, whiten
 from aerosid.compatibility.recording import MOST_SAMPLES, Recording, lacking, read_recording
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number, with_deviation
@@ -225,7 +225,7 @@ def _channels(recordings: Sequence[Recording], found: Searched) -> tuple[Channel
     rows = []
     for n, recording in enumerate(recordings):
         for name in recording.outputs:
-            i = OUTPUTS.index(name)
+            i = LONGITUDINAL.outputs.index(name)
             before, after = (float(np.sqrt(np.nanmean(part[n][:, i] ** 2))) for part in raw)
             noise = recording.noise[name]
             rows.append(
@@ -248,7 +248,7 @@ def _whiteness(recordings: Sequence[Recording], at: Fit) -> dict[tuple[int, str]
     stretches = simulate(recordings, at.structure, at.states)
     for part in whiten(recordings, stretches, at.structure.gust, at.variance):
         for name in recordings[part.recording].outputs:
-            residual = part.residual[:, OUTPUTS.index(name)]
+            residual = part.residual[:, LONGITUDINAL.outputs.index(name)]
             said = whiteness(residual[np.isfinite(residual)])
             if said is not None and said.p_value < COLOURED:
                 white[part.recording, name] = False

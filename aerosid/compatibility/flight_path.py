@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
-from aerosid.flight_model.longitudinal import GRAVITY
+from aerosid.flight_model.constants import GRAVITY
 
 DRIVING = ("a_x", "a_z", "q")
 """The measured inputs that drive the path, specific force at the centre of gravity [m/s^2] and pitch rate [rad/s]."""

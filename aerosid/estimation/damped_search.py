@@ -66,7 +66,7 @@ def improving_points(
     damping = 1e-3
     active = likelihood.active(point.effects)
     if settings.hold_states:
-        active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
+        active[likelihood.free.size : likelihood.free.size + sum(state.size for state in point.states)] = False
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
     disturbed = point.is_disturbed

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT
 from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
 
@@ -64,7 +63,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     """
     groups = []
     for part in whiten(refinement, manoeuvres):
-        for i in range(OUTPUT_COUNT):
+        for i in range(refinement.variance.size):
             held = np.isfinite(part.residual[:, i])
             if held.any():
                 groups.append((part.columns[held, i, :], part.residual[held, i], 1.0))
@@ -89,7 +88,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     floor = np.diag(white)
     variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
     free = len(refinement.free)
-    first = free + 5 * len(manoeuvres)
+    first = free + sum(state.size for state in refinement.states)
     spread = np.sqrt(np.diag(white))
     relation = np.zeros_like(white)
     relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])

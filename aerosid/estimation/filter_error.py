@@ -44,7 +44,7 @@ def filter_error(
         The estimate in open loop, what it lacks left in its residuals.
     forces : ActiveEffect
         Those forces, with the statistics where their search begins.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise of the outputs beside them, SI squared.
     """
     try:

@@ -34,11 +34,11 @@ class Refinement:
         The model with the estimated values.
     free : tuple of Entry
         The entries that were estimated, in the order of the first parameters.
-    states : tuple of ndarray, shape (5,)
+    states : tuple of ndarray, shape (n,)
         The initial state of each manoeuvre.
     effects : tuple of ActiveEffect
         Effects that are no term, with their estimated numbers.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise variance of each output, SI squared; of unmeasured outputs 1.
     cost : float
         -2 ln L but for a constant.
@@ -99,9 +99,9 @@ def refine(
         What is estimated; may be empty (initial states alone).
     effects : sequence of ActiveEffect
         Effects that are no term, with start values.
-    states : sequence of ndarray, shape (5,), optional
+    states : sequence of ndarray, shape (n,), optional
         Start values of the initial states; by default from the first samples.
-    variance : ndarray, shape (8,), optional
+    variance : ndarray, shape (m,), optional
         Noise variances to start from; by default those of the logs.
     priors : sequence of (entry, value, standard deviation)
         A-priori knowledge that is to enter as such.
@@ -244,7 +244,7 @@ def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSetti
     variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
     states = start.states
     if states is None:
-        states = tuple(initial_state(manoeuvre.flight) for manoeuvre in likelihood.manoeuvres)
+        states = tuple(initial_state(manoeuvre.flight, manoeuvre.axes) for manoeuvre in likelihood.manoeuvres)
     point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
         point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)

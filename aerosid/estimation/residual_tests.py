@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.signals.fit_statistics import noise_memories, whiteness
 
 NOISE_RATIO = 1.3
@@ -39,7 +38,7 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
     for part in whiten(refinement, manoeuvres):
         manoeuvre = manoeuvres[part.log]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
+        for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             held = np.isfinite(residual)
             if held.sum() < 20:
@@ -62,7 +61,7 @@ def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> t
     for part in whiten(refinement, manoeuvres):
         manoeuvre = manoeuvres[part.log]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
+        for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
                 found.append((manoeuvre.name, name, float(memories[i])))

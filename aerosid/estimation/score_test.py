@@ -22,7 +22,6 @@ from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ class Linearised:
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-        free, states = len(refinement.free), 5 * len(manoeuvres)
+        free, states = len(refinement.free), sum(state.size for state in refinement.states)
         own = sum(active.slopes for active in refinement.effects)
         self.own = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
         self.place = place = {entry: free + n for n, entry in enumerate(entries)}
@@ -127,7 +126,7 @@ class Linearised:
             self.asked.append((hypothesis, columns, trial))
             column += count
         samples = max(manoeuvre.flight.time.size for manoeuvre in manoeuvres)
-        most = max(room // (OUTPUT_COUNT * samples) - self.own.size, 1)
+        most = max(room // (refinement.variance.size * samples) - self.own.size, 1)
         self.point = self._beside(manoeuvres, [chord for _, chord, _ in asked], column, most)
         self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
         self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
@@ -143,6 +142,7 @@ class Linearised:
             batches[-1].append(n)
             held += len(columns)
         whole: Point | None = None
+        outputs = self.refinement.variance.size
         for batch in batches:
             entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
             tested = [active for n in batch for active in chords[n].effects]
@@ -156,8 +156,8 @@ class Linearised:
             if whole is None:
                 whole = replace(
                     part,
-                    normals=np.zeros((OUTPUT_COUNT, count, count)),
-                    gradients=np.zeros((OUTPUT_COUNT, count)),
+                    normals=np.zeros((outputs, count, count)),
+                    gradients=np.zeros((outputs, count)),
                     prior_normal=np.zeros((count, count)),
                     prior_gradient=np.zeros(count),
                 )

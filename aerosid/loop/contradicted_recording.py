@@ -9,7 +9,6 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.goodness import CorrelationMatrix
 from aerosid.loop.identification import Identification
@@ -62,7 +61,7 @@ def _declared_alone(declared: AerodynamicModel, manoeuvre: Manoeuvre) -> tuple[S
     variance = np.where(np.isfinite(manoeuvre.noise), np.maximum(manoeuvre.noise, 1e-9), 1.0) ** 2
     response = respond(declared, manoeuvre, variance)
     absent = np.full(manoeuvre.flight.time.size, np.nan)
-    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
     nothing = dict.fromkeys(places, absent)
     simulated = Simulated(
         log=manoeuvre.log,

@@ -15,7 +15,6 @@ from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine, whiten
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.loop.open_loop_errors import Simulated
 from aerosid.signals.fit_statistics import explained_variance, theil, whiteness
 
@@ -102,7 +101,7 @@ def innovation_rows(completed: Refinement, manoeuvres: Sequence[Manoeuvre]) -> l
     rows = []
     for log, stretches in parts.items():
         residual = np.concatenate(stretches)
-        for i, channel in enumerate(OUTPUTS):
+        for i, channel in enumerate(manoeuvres[log].axes.outputs):
             if channel not in manoeuvres[log].outputs:
                 continue
             white = whiteness(residual[:, i])

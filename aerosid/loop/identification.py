@@ -97,10 +97,12 @@ def identify(
     LogError
         Where a log lacks a channel that the model needs.
     AircraftError
-        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold.
+        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold, or
+        lateral coefficients.
     EstimationError
         Where the declared model cannot be simulated at all.
     """
+    aircraft.require_longitudinal("the search for what a model lacks")
     progress("reading the logs into the flight model")
     aircraft, logs, validation = at_own_loading(aircraft, logs, validation)
     logs, validation = (

@@ -12,8 +12,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
-from aerosid.flight_model.longitudinal import GRAVITY
 from aerosid.flight_model.modes import PHUGOID, SHORT_PERIOD, longitudinal_modes
 from aerosid.loop.flying_qualities import (
     Requirement,
@@ -159,7 +159,7 @@ def condition_of(manoeuvre: Manoeuvre) -> FlightCondition:
     mean = dict(zip(manoeuvre.columns, manoeuvre.flight.inputs.mean(axis=0).tolist(), strict=True))
     lateral = ("rho", "thrust", "mass", "speed_of_sound", "phi", "p", "r", "beta", "delta_e")
     return FlightCondition(
-        airspeed=float(np.nanmean(manoeuvre.flight.measured[:, 0])),
+        airspeed=float(np.nanmean(manoeuvre.measured("V"))),
         density=mean["rho"],
         mass=mean["mass"],
         speed_of_sound=mean["speed_of_sound"],

@@ -12,7 +12,6 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
@@ -96,7 +95,7 @@ def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) 
     names = manoeuvre.outputs
 
     def channels(values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-        return {name: values[:, OUTPUTS.index(name)] for name in names}
+        return {name: values[:, manoeuvre.row(name)] for name in names}
 
     return Simulated(
         log=manoeuvre.log,
@@ -109,7 +108,7 @@ def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) 
 def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> list[ErrorRow]:
     rows = []
     for name in manoeuvre.outputs:
-        i = OUTPUTS.index(name)
+        i = manoeuvre.row(name)
         trimmed = responses["trimmed"].rms[name]
         spread = float(np.nanvar(manoeuvre.flight.measured[:, i]))
         rows.append(

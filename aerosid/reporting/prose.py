@@ -12,10 +12,12 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.notation import SUPERSCRIPTS
 from aerosid.reporting.words import Symbol, symbol
 
-_FURTHER = ("q_hat", "V_hat", "alpha_dot_hat", "n_z", "sigma_w", "sigma_u", "sigma")
-"""Names in terms and sentences that are no channels."""
+_VARIABLES = ("q_hat", "V_hat", "alpha_dot_hat")
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "sigma", "L_w", "L_u", "I_yy")
+"""Names in terms and in sentences that are no channels."""
+_DERIVATIVES = [f"{c}_{name}" for c in COEFFICIENTS for name in (*CHANNELS, *_VARIABLES)]
 
-_NAMES = sorted({*CHANNELS, *COEFFICIENTS, *_FURTHER}, key=lambda name: -len(name))
+_NAMES = sorted({*CHANNELS, *COEFFICIENTS, *_VARIABLES, *_MEASURES, *_DERIVATIVES}, key=lambda name: -len(name))
 _NAME = "|".join(map(re.escape, _NAMES))
 _FACTOR = rf"(?:{_NAME})(?:\^-?\d+)?"
 _TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w/\\]|\.\w|-\w)")

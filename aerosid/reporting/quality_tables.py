@@ -12,6 +12,7 @@ from rich.table import Table
 from aerosid.compatibility import Agreement, InstrumentFinding, KinematicConsistency
 from aerosid.logs.quality import LogQuality
 from aerosid.manoeuvres import FlightSegmentation
+from aerosid.notation import number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 
 
@@ -34,19 +35,18 @@ def print_quality(quality: LogQuality, console: Console) -> None:
         table.add_row(
             channel.name,
             channel.unit,
-            f"{channel.minimum:.4g}",
-            f"{channel.maximum:.4g}",
-            f"{100.0 * channel.missing:.3g} %" if channel.missing else "",
+            number(channel.minimum, 4),
+            number(channel.maximum, 4),
+            f"{number(100.0 * channel.missing)} %" if channel.missing else "",
             str(channel.spikes or ""),
-            f"{channel.stuck:.3g}",
-            f"{channel.quantum:.2g}" if channel.quantum else "",
-            f"{channel.noise:.2g}",
-            f"{channel.excitation:.3g}",
+            number(channel.stuck),
+            number(channel.quantum, 2) if channel.quantum else "",
+            number(channel.noise, 2),
+            number(channel.excitation),
         )
     console.print(table)
-    console.print(
-        f"{quality.samples} samples from {quality.start:g} to {quality.stop:g} s, every {quality.interval:.4g} s."
-    )
+    span = f"from {plain(quality.start)} to {plain(quality.stop)} s"
+    console.print(f"{quality.samples} samples {span}, every {number(quality.interval, 4)} s.")
     for note in quality.notes:
         console.print(f"read: {note}", soft_wrap=True)
     for finding in quality.findings:
@@ -69,10 +69,12 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     if agreement.findings:
         console.print(_findings(agreement))
     for gust in agreement.air:
-        console.print(f"The air moves along body {gust.axis}: {gust.sigma:.2g} m/s over {gust.length:.3g} m.")
+        console.print(
+            f"Turbulence: sigma_{gust.axis} = {number(gust.sigma, 2)} m/s, scale length {number(gust.length, 2)} m."
+        )
     if not agreement.channels:
         return
-    table = Table(title="measured - integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
+    table = Table(title="measured minus integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
     table.add_column("channel")
     table.add_column("unit")
     for heading in ("as recorded", "corrected", "noise"):
@@ -80,7 +82,7 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     table.add_column("what is left")
     for row in agreement.channels:
         left = "white" if row.white else "coloured"
-        table.add_row(row.channel, row.unit, f"{row.before:.3g}", f"{row.after:.3g}", f"{row.noise:.2g}", left)
+        table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
     if worse := [row for row in agreement.channels if row.after > 1.02 * row.before]:
         listed = ", ".join(f"{row.channel} of {row.log}" for row in worse)
@@ -98,7 +100,7 @@ def _findings(agreement: KinematicConsistency) -> Table:
     table = Table(title="Instruments, from kinematics alone", title_justify="left")
     table.add_column("what is wrong")
     table.add_column("where")
-    for heading in ("value", "deviation", "unit", "p"):
+    for heading in ("value ± standard error", "unit", "p-value"):
         table.add_column(heading, justify="right")
     groups = {group[0]: group[1:] for group in agreement.inseparable}
     for finding in agreement.findings:
@@ -110,7 +112,7 @@ def _findings(agreement: KinematicConsistency) -> Table:
 
 def _add_finding(table: Table, finding: InstrumentFinding, before: str) -> None:
     where = f"{finding.where} along {finding.axis}" if finding.axis else finding.where
-    numbers = (f"{finding.value:.4g}", f"{finding.std_error:.2g}", finding.unit, f"{finding.p_value:.1g}")
+    numbers = (with_deviation(finding.value, finding.std_error), finding.unit, p_value(finding.p_value))
     table.add_row(f"{before}{finding.kind.replace('_', ' ')}", where, *numbers)
 
 

@@ -18,7 +18,7 @@ from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, fl
 REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
 SIGN_CONVENTION = (
     "body axes x forward, y right, z down; pitch rate and C_m nose up; elevator positive trailing edge down "
-    "(C_m delta_e negative); accelerations as specific force, a_z = −9.81 m/s² in level flight"
+    "(C_m_delta_e negative); accelerations as specific force, a_z = −9.81 m/s² in level flight"
 )
 
 

@@ -16,9 +16,10 @@ from aerosid.notation import MISSING, SUPERSCRIPTS, number, si_unit
 DEGREES = 180.0 / math.pi
 
 _GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ", "sigma": "σ"}
-_MEASURES = ("n_z", "sigma_w", "sigma_u")
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "L_w", "L_u", "I_yy")
 _ACCENTS = {"hat": "\u0302", "dot": "\u0307", "bar": "\u0304"}
-_SUBSCRIPTED = re.compile(r"(C|a|n|delta|sigma)_([A-Za-z]+)")
+_SUBSCRIPTED = re.compile(r"(C|I|L|a|h|n|delta|sigma)_([A-Za-z]+)")
+_DERIVATIVE = re.compile(r"C_([A-Za-z]+)_(\w+)")
 _ANGLES = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}
 
 
@@ -41,6 +42,10 @@ def symbol(name: str) -> Symbol:
     matched = _SUBSCRIPTED.fullmatch(name)
     if matched and (name in CHANNELS or name in _MEASURES or name.startswith("C_")):
         return Symbol(_GREEK.get(matched[1], matched[1]), matched[2])
+    derivative = _DERIVATIVE.fullmatch(name)
+    if derivative:
+        inner = symbol(derivative[2])
+        return Symbol("C", derivative[1] + inner.base + inner.subscript)
     base, *marks = name.split("_")
     if (base in CHANNELS or base in _GREEK) and all(mark in _ACCENTS for mark in marks):
         return Symbol(_GREEK.get(base, base) + "".join(_ACCENTS[mark] for mark in marks))

@@ -173,8 +173,10 @@ def _recorded(term: Term) -> Term:
 
 
 def _with_recorded_rate(log: Corrected) -> Corrected:
-    alpha, constants = np.arctan2(log.states[:, 1], log.states[:, 0]), log.model.constants
-    speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else log.flight.measured[:, 0]
+    axes, constants = log.model.axes, log.model.constants
+    u, w = (log.states[:, axes.integrated.index(name)] for name in ("u", "w"))
+    alpha, airspeed = np.arctan2(w, u), log.flight.measured[:, axes.outputs.index("V")]
+    speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else airspeed
     inputs = log.flight.inputs.copy()
     place = log.model.columns.index(RECORDED_RATE)
     inputs[:, place] = np.gradient(alpha, log.flight.time) * constants.mean_chord / (2.0 * speed)

@@ -12,7 +12,6 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.open_loop import on_log, respond
 from aerosid.estimation.residual_tests import unexplained_channels
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
 
@@ -69,7 +68,7 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     for manoeuvre in manoeuvres:
         rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
         for name, value in rms.items():
-            i = OUTPUTS.index(name)
+            i = manoeuvre.row(name)
             if value is None:
                 return float("inf")
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())

@@ -144,7 +144,7 @@ class StructureSearch:
         """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
         length = 0.0
         for manoeuvre in self.manoeuvres:
-            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.flight.measured[:, 0]))
+            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.measured("V")))
             length += float(np.ptp(time)) * speed
         return max(length / active.values[-1], 1.0)
 

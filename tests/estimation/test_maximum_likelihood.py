@@ -20,14 +20,14 @@ from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest, refine, whiten
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
 """The light transport with nothing left to find: twelve derivatives."""
 
-VARIANCE = np.array([NOISE.get(name, 1.0) for name in OUTPUTS]) ** 2
+VARIANCE = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs]) ** 2
 AS_GIVEN = RefinementSettings(steps=0)
 
 
@@ -282,6 +282,6 @@ def test_deviations_are_the_scatter_over_four_hundred_seeds(interval: float) -> 
     corrected, _, estimates = scatter(replace(QUICK, interval=interval), range(1000, 1400))
     calibrated(corrected, 1e-3, 1.07)
     levels = np.sqrt(np.mean([found.variance for found in estimates], axis=0))
-    for i, name in enumerate(OUTPUTS):
+    for i, name in enumerate(LONGITUDINAL.outputs):
         if name in NOISE:
             assert levels[i] / NOISE[name] == pytest.approx(1.0, abs=0.03), name

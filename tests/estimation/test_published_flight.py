@@ -16,7 +16,7 @@ from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.formats import read_log
 
 PUBLISHED = {"V": 0.571, "alpha": 0.00228, "theta": 0.01205, "q": 0.00263, "a_x": 0.0246, "a_z": 0.217}
@@ -49,7 +49,7 @@ def test_residuals_are_the_published_ones(hfb: tuple[AerodynamicModel, Manoeuvre
     found = refine(model, [manoeuvre], model.entries, states=[START], settings=settings)
     assert found.converged
     assert (found.states[0] == START).all()
-    level = dict(zip(OUTPUTS, np.sqrt(found.variance), strict=True))
+    level = dict(zip(LONGITUDINAL.outputs, np.sqrt(found.variance), strict=True))
     for channel, wanted in PUBLISHED.items():
         # Published to three digits.
         assert level[channel] == pytest.approx(wanted, rel=0.003)

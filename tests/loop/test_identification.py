@@ -23,7 +23,7 @@ from scipy.stats import binom
 
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, LogError
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import identify
@@ -45,11 +45,27 @@ def aero(*keys: tuple[str, str]) -> set[tuple[str, str, str]]:
     return {("aero_term", coefficient, term) for coefficient, term in keys}
 
 
+EARLY: list[ClosedLoop] = []
+
+
 @pytest.fixture(scope="module")
 def squares() -> ClosedLoop:
     """Both of the paper's terms withheld; fitted on a doublet, validated on a 3-2-1-1."""
     other = replace(SQUARES, elevator="3211", amplitude=0.045)
-    return close_loop([SQUARES.fly(1, "doublet")], declaring(LIGHT, OFF), [other.fly(2, "3211")])
+    return close_loop([SQUARES.fly(1, "doublet")], declaring(LIGHT, OFF), [other.fly(2, "3211")], judged=EARLY.append)
+
+
+def test_what_is_told_first_is_what_is_returned(squares: ClosedLoop) -> None:
+    """The verdict waits neither for d(t) nor for the next flight, and neither changes it."""
+    (early,) = EARLY
+    assert (early.verdict, early.summary, early.errors) == (squares.verdict, squares.summary, squares.errors)
+    assert early.coefficients == squares.coefficients
+    for first, last in zip(early.effects, squares.effects, strict=True):
+        assert first == replace(last, evidence=replace(last.evidence, correlation=None))
+    for before, after in zip(early.derivatives, squares.derivatives, strict=True):
+        assert before == replace(after, rls=None, rls_std_error=None)
+    assert squares.model_error
+    assert not early.model_error
 
 
 def test_the_model_error_is_a_straight_line_over_a_missing_term_and_none_over_its_rival(squares: ClosedLoop) -> None:
@@ -129,7 +145,7 @@ def test_errors_are_those_of_an_independent_simulation(squares: ClosedLoop, vari
     for row in squares.errors:
         if row.log != log.name:
             continue
-        answer = outputs[:, OUTPUTS.index(row.channel)]
+        answer = outputs[:, LONGITUDINAL.outputs.index(row.channel)]
         error = np.sqrt(np.mean((log[row.channel] - answer) ** 2))
         assert_allclose(curve[row.channel], answer, rtol=0.0, atol=1e-3 * np.ptp(answer), err_msg=row.channel)
         assert getattr(row, variant) == pytest.approx(error, rel=2e-3), row.channel
@@ -145,13 +161,13 @@ def test_the_first_sample_is_the_best_one(squares: ClosedLoop) -> None:
     )
     cut = part.log.time < 1.2
     inputs = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": part.log["thrust"][0]}
-    names = [name for name in OUTPUTS if name in part.after]
+    names = [name for name in LONGITUDINAL.outputs if name in part.after]
 
     def cost(start: np.ndarray) -> float:
         driving = inputs | {"delta_e": part.log["delta_e"][cut]}
         _, outputs = simulate(start, part.log.time[cut], driving, terms, FRAME)
         return sum(
-            float(np.sum((part.log[name][cut] - outputs[:, OUTPUTS.index(name)]) ** 2)) / NOISE[name] ** 2
+            float(np.sum((part.log[name][cut] - outputs[:, LONGITUDINAL.outputs.index(name)]) ** 2)) / NOISE[name] ** 2
             for name in names
         )
 

@@ -16,7 +16,7 @@ from scipy.signal import lsim
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.aerodynamics import values_by_name
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, steps, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import identify
@@ -65,7 +65,7 @@ def recorded(problem: Problem, seed: int, channel: str, sense: Callable[[Array, 
 def sampled(problem: Problem, seed: int, outputs: Array, thrust: float, elevator: Array) -> FlightLog:
     """Outputs (N, 8) of an independent simulation as a log, with the usual noise."""
     generator = np.random.default_rng(seed)
-    truth = {**dict(zip(OUTPUTS, outputs.T, strict=True)), "delta_e": elevator}
+    truth = {**dict(zip(LONGITUDINAL.outputs, outputs.T, strict=True)), "delta_e": elevator}
     channels = {name: truth[name] + s * generator.standard_normal(problem.time.size) for name, s in NOISE.items()}
     template = problem.fly()
     return FlightLog("flight", problem.time, {**channels, "thrust": np.full(problem.time.size, thrust)}, template.units)

@@ -191,7 +191,12 @@ def test_the_summary_says_verdict_effects_and_errors(verdict: Verdict) -> None:
     made = dataclasses.replace(made, summary="[red]not markup[/red]")
     print_summary(made, Console(file=stream, width=140))
     text = stream.getvalue()
-    for words in (verdict.name.lower(), "[red]not markup[/red]", "C_m has a term in alpha^2", "−1.711 ± 0.019"):
+    for words in (
+        verdict.name.lower().replace("_", " "),
+        "[red]not markup[/red]",
+        "C_m has a term in alpha^2",
+        "−1.711 ± 0.019",
+    ):
         assert words in text
     for row in made.errors:
         assert row.log in text

@@ -64,7 +64,9 @@ def find_aircraft(name: str) -> Aircraft | str:
         Where the aircraft file is wrong.
     """
     if name.endswith(".toml") or Path(name).is_file() or name in bundled_aircraft():
-        return load_aircraft(name)
+        aircraft = load_aircraft(name)
+        aircraft.require_longitudinal("fly")
+        return aircraft
     if name not in stock_aircraft():
         raise UsageError(
             f"{name!r} is neither an aircraft file, nor a bundled aircraft ({', '.join(bundled_aircraft())}), nor one "

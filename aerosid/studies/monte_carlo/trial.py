@@ -12,7 +12,6 @@ from aerosid.effects import ActiveEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.journal import Row
 from aerosid.studies.monte_carlo.noise_draw import ColouredNoise, NoiseSource
@@ -81,10 +80,10 @@ class Trials:
         channels = dict(manoeuvre.log.channels)
         channels.update(zip(manoeuvre.outputs, drawn.T, strict=True))
         for j, deviation in enumerate(inputs):
-            name = manoeuvre.columns[8 + j]
+            name = manoeuvre.extra_columns[j]
             if name in channels:
                 noise = deviation * generator.standard_normal(samples) if deviation > 0.0 else 0.0
-                channels[name] = manoeuvre.flight.inputs[:, 8 + j] + noise
+                channels[name] = manoeuvre.extra_inputs[:, j] + noise
         return replace(manoeuvre.log, channels=channels)
 
 
@@ -135,7 +134,7 @@ def _errors(truth: Truth, model: AerodynamicModel, effects: Sequence[ActiveEffec
     assert flight is not None
     acting = [active for active in effects if active.acts_on(flight.manoeuvre.name)]
     outputs, _ = simulate(model, flight.manoeuvre, flight.state, acting)
-    places = [OUTPUTS.index(name) for name in flight.manoeuvre.outputs]
+    places = [flight.manoeuvre.row(name) for name in flight.manoeuvre.outputs]
     rms = np.sqrt(np.nanmean((flight.outputs - outputs[:, places]) ** 2, axis=0))
     diverged = not np.isfinite(outputs).all()
     return [None if diverged or not np.isfinite(value) else float(value) for value in rms]

@@ -16,7 +16,6 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.flight_model.simulation import ALTITUDE, fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import deflection
@@ -181,7 +180,9 @@ def _simulated(plan: StudyPlan) -> Truth:
         validation = true_flight(other, "validation", _lasting(plan.effects))
     else:
         flight = prepare(plan.validation, aircraft, model.columns)
-        validation = _recorded(aircraft, model, flight, initial_state(flight.flight), _lasting(plan.effects))
+        validation = _recorded(
+            aircraft, model, flight, initial_state(flight.flight, flight.axes), _lasting(plan.effects)
+        )
     return Truth(
         aircraft=aircraft,
         model=model,
@@ -190,7 +191,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
-        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.columns[8:]]),
+        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.extra_columns]),
         recorded=None,
         recorded_deviation=np.zeros(len(plan.measured)),
     )
@@ -219,7 +220,9 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
     validation = None
     if isinstance(plan.validation, FlightLog):
         other = prepare(plan.validation, aircraft, found.manoeuvre.columns)
-        validation = _recorded(aircraft, completed.model, other, initial_state(other.flight), _lasting(planted))
+        validation = _recorded(
+            aircraft, completed.model, other, initial_state(other.flight, other.axes), _lasting(planted)
+        )
     return Truth(
         aircraft=aircraft,
         model=completed.model,
@@ -228,7 +231,7 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
         identification=identification,
         validation=validation,
         # What the recorded inputs' noise does to the outputs is in the residuals already.
-        input_deviation=np.zeros(len(found.manoeuvre.columns) - 8),
+        input_deviation=np.zeros(len(found.manoeuvre.extra_columns)),
         recorded=source,
         recorded_deviation=deviation,
     )
@@ -274,4 +277,4 @@ def _free(aircraft: Aircraft) -> tuple[Entry, ...]:
 
 
 def _places(manoeuvre: Manoeuvre) -> list[int]:
-    return [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    return [manoeuvre.row(name) for name in manoeuvre.outputs]
