@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.loop.methods import Question, by_model_error
 from aerosid.loop.settings import LoopSettings, Progress
 from aerosid.search.attribution import Attribution
@@ -110,7 +110,7 @@ def _error(found: Attribution, flights: Sequence[Manoeuvre]) -> float | None:
             found.completed.model, flight, found.completed.variance, effects=on_log(found.completed, flight)
         )
         for channel, value in response.rms.items():
-            noise = float(flight.noise[OUTPUTS.index(channel)])
+            noise = float(flight.noise[LONGITUDINAL.outputs.index(channel)])
             if value is None:
                 return None
             if noise > 0.0:

@@ -24,9 +24,8 @@ from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
 from aerosid.estimation.likelihood import Likelihood, Traced
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LONGITUDINAL, loads_of
 from aerosid.flight_model.flight import Flight, coefficients_along, simulate_outputs
-from aerosid.flight_model.longitudinal import FIXED_INPUTS, STATES
-from aerosid.flight_model.terms import COEFFICIENTS
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.partial_correlation import Coloured, coloured_regression
 from aerosid.model_error.swept_model import ErrorStatistics, Rows, Sweep, SweepSettings, SweptModel
@@ -43,7 +42,7 @@ from aerosid.signals.whitening import (
 
 Array = NDArray[np.float64]
 
-STATE_COUNT = len(STATES)
+STATE_COUNT = len(LONGITUDINAL.integrated)
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ class FlightSweeps:
             if not np.isfinite(states).all():
                 return other
             given = coefficients_along(states, flight, before.values.copy(), before.table, before.constants)
-            places = [COEFFICIENTS.index(name) for name in self.coefficients]
+            places = [loads_of(before.axes).index(name) for name in self.coefficients]
             after, plain = self._acting(other, n, other.effects)
             taken = coefficients_along(states, plain, after.values.copy(), after.table, after.constants)
             forces.append((given - taken)[:, places])
@@ -216,7 +215,7 @@ class FlightSweeps:
             Where the flown model leaves its range.
         """
         model = self._flying(swept.model.extended(entries), (*swept.effects, *effects))
-        offsets = tuple(model.columns.index(name) - FIXED_INPUTS for name in (*self.columns, GUST_COLUMN))
+        offsets = tuple(model.extra_place(name) for name in (*self.columns, GUST_COLUMN))
         likelihood = Likelihood(model, self.manoeuvres, (*swept.free, *entries))
         found = []
         for n, (manoeuvre, force) in enumerate(zip(self.manoeuvres, swept.forces, strict=True)):

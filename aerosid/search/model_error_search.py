@@ -23,7 +23,7 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
 from aerosid.model_error.swept_model import Sweep, SweptModel
@@ -290,7 +290,7 @@ class _Search:
     def _moves_the_vane(self, sweep: Sweep) -> bool:
         """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
         assert sweep.swept.statistics.gust is not None
-        sigma, place = sweep.swept.statistics.gust[0], OUTPUTS.index("alpha")
+        sigma, place = sweep.swept.statistics.gust[0], LONGITUDINAL.outputs.index("alpha")
         pairs = zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
         return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
 
