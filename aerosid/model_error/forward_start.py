@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.model_error.aircraft_error import CHANNELS_FED, estimate_aircraft_error
+from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
 from aerosid.signals import prefilter
 from aerosid.signals.prefilter import Butterworth
@@ -58,7 +58,7 @@ def forward_forces(
         time = part.flight.time
         known = np.isfinite(axes).all(axis=1)
         axes = np.column_stack([np.interp(time, time[known], column[known]) for column in axes.T])
-        band = part.cut_off.per_channel.get(CHANNELS_FED[1]) if part.cut_off is not None else None
+        band = part.cut_off.per_channel.get("alpha") if part.cut_off is not None else None
         if band is not None and band < 0.4 / float(np.median(np.diff(time))):
             axes = np.column_stack([prefilter.apply(Butterworth(2, band), time, column) for column in axes.T])
         found.append(_in_coefficients(axes, history.states, coefficients))
