@@ -29,6 +29,7 @@ from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, tri
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import METHODS, LoopSettings
 
 NOISE = {
     "V": 0.15,
@@ -88,7 +89,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--flights", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--method", choices=METHODS, default=METHODS[0])
     arguments = parser.parse_args()
+    # Pictures, plans and second opinions take time and name nothing.
+    settings = LoopSettings(
+        method=arguments.method, paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False
+    )
     begun = clock.perf_counter()
     alarms: list[tuple[Trial, ClosedLoop]] = []
     verdicts: Counter[str] = Counter()
@@ -96,7 +102,7 @@ def main() -> None:
     for n, trial in enumerate(tried):
         progress(f"{n} of {len(tried)} flights, {len(alarms)} alarms")
         try:
-            result = close_loop([flown(trial)], declared(trial))
+            result = close_loop([flown(trial)], declared(trial), settings=settings)
         except AerosidError as error:
             verdicts[f"{type(error).__name__}: {error}"] += 1
             continue
@@ -105,7 +111,7 @@ def main() -> None:
         if result.effects:
             alarms.append((trial, result))
     progress("")
-    lines = [f"{len(tried)} flights, seed {arguments.seed}, {clock.perf_counter() - begun:.0f} s"]
+    lines = [f"{arguments.method}: {len(tried)} flights, seed {arguments.seed}, {clock.perf_counter() - begun:.0f} s"]
     lines += shares(tried, alarms)
     lines.append("verdicts: " + ", ".join(f"{name} {count}" for name, count in verdicts.most_common()))
     lines += [f"  {described(trial, result)}" for trial, result in alarms]

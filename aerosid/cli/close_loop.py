@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # what the loop needs is imported when words and files have b
     from aerosid.loop.closed_loop import Told
     from aerosid.loop.provenance import Provenance
     from aerosid.loop.result import ClosedLoop
-    from aerosid.loop.settings import LoopSettings
+    from aerosid.loop.settings import LoopSettings, Method
 
 _FILTERS = ("zero-phase", "causal", "off")
 
@@ -42,6 +42,7 @@ def loop_settings(
     aircraft_class: str | None = None,
     next_flight: bool = True,
     limits: Sequence[str] = (),
+    method: str = "likelihood",
 ) -> LoopSettings:
     """The settings that the words of the command line ask for.
 
@@ -58,6 +59,7 @@ def loop_settings(
     from aerosid.model_error.paper_chain import ChainSettings
 
     return LoopSettings(
+        method=_method(method),
         chain=ChainSettings(filtering=prefilter, error_density=density),
         priors=priors,
         seed=seed,
@@ -66,6 +68,15 @@ def loop_settings(
         next_flight=next_flight,
         limits=dict(read_limit(text) for text in limits),
     )
+
+
+def _method(text: str) -> Method:
+    from aerosid.loop.settings import METHODS
+
+    for method in METHODS:
+        if text == method:
+            return method
+    raise UsageError(f"--method is {text!r}; give one of {', '.join(METHODS)}.")
 
 
 def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remarks: str) -> Provenance:

@@ -20,6 +20,7 @@ from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
 from aerosid.cli.output import headed, loudly, taken_out, tell, written
+from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
@@ -155,6 +156,10 @@ def close_loop_command(
     find: Annotated[
         bool, typer.Option("--find", help="Identify from the elevator manoeuvres that are found in each log.")
     ] = False,
+    method: Annotated[
+        str,
+        typer.Option(help="What decides the structure: likelihood, or iebmee, the paper's model error d(t) alone."),
+    ] = "likelihood",
     prefilter: Annotated[
         str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",
@@ -218,7 +223,15 @@ def close_loop_command(
     declared = load_aircraft(aircraft)
     refuse_unusable(roled)
     settings = loop_settings(
-        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
+        prefilter,
+        error_density,
+        priors,
+        seed,
+        flight_phase,
+        aircraft_class,
+        not no_next_flight,
+        limit or [],
+        method,
     )
     made = provenance(context.obj or (), settings, analyst, remarks)
     from aerosid.loop.verdict import Verdict
@@ -266,6 +279,7 @@ app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
 app.command("channels")(channels_command)
+app.command("replay")(replay_command)
 app.command("warm-up")(warm_up_command)
 app.command("schema")(schema_command)
 

@@ -174,6 +174,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         decided_by_validation=told_of_decisions(completed),
         provenance=provenance,
         settings=settings,
+        second_opinion=known.identified.second_opinion,
     )
 
 
@@ -264,6 +265,8 @@ def _notes(
     return (
         *_read(identified.manoeuvres, (*others, *judged.held_out)),
         *(_BROKEN_DOWN if pictures is None and settings.paper_chain else ()),
+        *identified.notes,
+        *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),
         *told_of_refuted(found.refuted),
         *told_of_rivals(identified.rivals),
         *told_of_fallen(found, settings.attribution.final_deviations),

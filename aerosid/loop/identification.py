@@ -6,8 +6,8 @@ logs, aircraft -> manoeuvres -> do the instruments agree? -> the declared struct
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,20 +15,20 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import Agreement, KinematicConsistency, check_kinematics
+from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
-from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.settings import USUAL, LoopSettings, Progress
-from aerosid.search.attribution import Attribution, attribute
+from aerosid.loop.methods import Question, answer
+from aerosid.loop.second_opinion import SecondOpinion, second_opinion
+from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Progress
+from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
+from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
-from aerosid.search.final_significance import significant
-from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
+from aerosid.search.indistinguishable_terms import CoefficientRival
 from aerosid.search.structure_search import StructureSearch
 
 
@@ -56,6 +56,10 @@ class Identification:
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     search : StructureSearch or None
         The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
+    notes : tuple of str
+        What the method has to say of itself.
+    second_opinion : SecondOpinion or None
+        Whether the model error d(t) alone says the same; None where it was not asked.
     """
 
     aircraft: Aircraft
@@ -67,6 +71,8 @@ class Identification:
     agreement: KinematicConsistency | None
     found: Attribution | None
     rivals: tuple[CoefficientRival, ...] = ()
+    notes: tuple[str, ...] = ()
+    second_opinion: SecondOpinion | None = None
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
 
 
@@ -106,8 +112,7 @@ def identify(
     logs, validation = (
         [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, validation)
     )
-    candidates = candidate_entries(aircraft, [*logs, *validation])
-    plain = declared_model(aircraft, _mean_airspeed(logs[0]), [term for _, term in candidates])
+    plain, candidates = asked_of(logs, validation, aircraft)
     manoeuvres = tuple(prepare(log, aircraft, plain.columns) for log in logs)
     others = tuple(prepare(log, aircraft, plain.columns) for log in validation)
     given = declared_effects(aircraft, controls_of(plain), manoeuvres)
@@ -118,73 +123,54 @@ def identify(
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, None)
 
-    progress("re-estimating the declared model")
-    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
-    before = refine(
-        _begun(declared, settings.start),
-        manoeuvres,
-        free,
-        effects=given,
-        priors=_priors(aircraft) if settings.priors else (),
-        settings=NEARBY if settings.start else WRONG_STRUCTURE,
-    )
-
-    progress("tracing the residual")
-    found, rivals, search = _traced(before, declared, candidates, manoeuvres, others, aircraft, agreement, settings)
-    return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, found, rivals, search)
-
-
-def _traced(
-    before: Refinement,
-    declared: AerodynamicModel,
-    candidates: Sequence[Entry],
-    manoeuvres: Sequence[Manoeuvre],
-    others: Sequence[Manoeuvre],
-    aircraft: Aircraft,
-    agreement: KinematicConsistency | None,
-    settings: LoopSettings,
-) -> tuple[Attribution, tuple[CoefficientRival, ...], StructureSearch]:
-    """What is missing among the hypotheses that the settings allow, and what one coefficient could not tell from it."""
-    hypotheses = term_hypotheses(candidates)
-    if settings.catalogue == "terms":
-        quiet = replace(settings.attribution, disturbances=False)
-        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, others)
-        search = StructureSearch(tuple(manoeuvres), hypotheses, (), before, quiet, declared)
-        return significant(found, search), (), search
-    hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
-    found = attribute(
-        before,
-        manoeuvres,
-        hypotheses,
-        aircraft.coefficients,
-        settings.attribution,
+    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others, agreement)
+    told = answer(question, settings, progress)
+    second = None
+    if settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all":
+        second = second_opinion(question, told.found, settings, progress)
+    return Identification(
+        aircraft,
+        plain,
         declared,
+        candidates,
+        manoeuvres,
         others,
-        moving_air=agreement is not None and agreement.is_gusty,
+        agreement,
+        told.found,
+        told.rivals,
+        told.notes,
+        second,
+        told.search,
     )
-    search = StructureSearch(
-        tuple(manoeuvres), tuple(hypotheses), aircraft.coefficients, before, settings.attribution, declared
-    )
-    found = significant(found, search)
-    rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-    return with_rivals(found, rivals, settings.attribution.reach), tuple(rivals), search
+
+
+def asked_of(
+    logs: Sequence[FlightLog], others: Sequence[FlightLog], aircraft: Aircraft
+) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
+    """The declared model with input columns for every candidate, and the candidates."""
+    candidates = candidate_entries(aircraft, [*logs, *others])
+    return declared_model(aircraft, _mean_airspeed(logs[0]), [term for _, term in candidates]), candidates
+
+
+def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]:
+    """A recorded flight as it would have been identified on board, a frame each `step` s.
+
+    Raises
+    ------
+    LogError
+        Where the log lacks a channel that the model needs.
+    EstimationError
+        Where the recursion leaves the model's range.
+    """
+    aircraft, (log,), _ = at_own_loading(aircraft, [log], [])
+    model, candidates = asked_of([log], [], aircraft)
+    # The knots of a spline are taken from the whole record, which is not known on board.
+    candidates = tuple(entry for entry in candidates if not searched_numbers(entry[1]))
+    manoeuvre = prepare(with_declared_noise(log, aircraft.noise, aircraft.resolution), aircraft, model.columns)
+    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
+    return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
 
 
 def _mean_airspeed(log: FlightLog) -> float:
     """U0 of V_hat where the aircraft file gives none, m/s."""
     return float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0
-
-
-def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
-    """The declared model with other values of its terms to begin from, where some are given."""
-    if not start:
-        return declared
-    values = declared.values.copy()
-    values[: len(start)] = start
-    return declared.with_values(values)
-
-
-def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
-    return tuple(
-        ((d.coefficient, d.term), d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None and not d.fixed
-    )

@@ -21,6 +21,7 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.roles import ROLES
+from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.settings import USUAL, LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
@@ -71,6 +72,8 @@ class ClosedLoop:
     """Logs that no decision touched: predicted by the completed model after everything else."""
     decided_by_validation: tuple[str, ...] = ()
     """What the validation logs confirmed and refuted, a few words each; empty where they changed nothing."""
+    second_opinion: SecondOpinion | None = None
+    """Whether the model error d(t) alone says the same; None where it was not asked, or decided itself."""
     provenance: Provenance = NOBODY
     """Day, settings that are not the usual ones, command line, analyst."""
     settings: LoopSettings = USUAL

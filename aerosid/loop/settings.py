@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
+
+Method = Literal["likelihood", "iebmee"]
+
+METHODS: tuple[Method, ...] = ("likelihood", "iebmee")
+"""The first decides unless another one is asked for."""
 
 Progress = Callable[[str], None]
 """Is told the name of each stage as it begins."""
@@ -21,12 +27,18 @@ class LoopSettings:
     ----------
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
+    method : "likelihood" or "iebmee"
+        What decides the structure: score tests and likelihood, or the model error d(t) of Parameswaran & Raol 1994.
+    model_error : ModelErrorSearchSettings
+        Of method iebmee.
     attribution : AttributionSettings
         Which evidence lets a term enter.
     catalogue : "all" or "terms"
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
         Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
+    second_opinion : bool
+        Whether method iebmee is asked too where another one decides.
     linear_analysis : bool
         Whether modes and flying qualities of the models are wanted.
     kinematics : bool
@@ -48,9 +60,12 @@ class LoopSettings:
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
+    method: Method = "likelihood"
+    model_error: ModelErrorSearchSettings = field(default_factory=ModelErrorSearchSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
+    second_opinion: bool = True
     linear_analysis: bool = True
     kinematics: bool = True
     priors: bool = False

@@ -13,5 +13,10 @@
 | `fixed_interval` | `fixed_interval_discrete`, `fixed_interval_continuous`: the minimiser of J, with covariances |
 | `initial_states` | `estimate_forward_backward`, `with_unknown_initial` |
 | `streaming` | `StreamingModelError`: estimate, causal filter, recursive least squares, one sample at a time |
+| `streaming_screening` | recursive partial correlation of candidates in coloured noise |
+| `partial_correlation` | regression and partial correlation of candidates in coloured noise |
+| `term_selection` | `select_terms_continuous`, `select_terms_discrete`: what any model lacks |
+| `flight_sweep`, `swept_model`, `forward_start` | the fixed-interval d(t) of flights, all candidates as columns |
+| `in_flight` | the method on board: derivatives, d(t) and names, frame by frame |
 | `functions`, `records`, `sweeps` | how given functions are called; arrays checked; the fixed-interval sweeps |
 """

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from aerosid.reporting.result_schema import Number, Text
+from aerosid.reporting.schema_types import Number, Text
 
 
 class _Row(BaseModel):

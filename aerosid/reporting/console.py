@@ -12,6 +12,7 @@ from aerosid.loop.effect_rows import Effect
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.verdict import Verdict
 from aerosid.notation import MISSING, number, p_value, with_deviation
 from aerosid.reporting.prose import in_words
@@ -44,6 +45,10 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
+    if result.second_opinion is not None:
+        console.print(Text(result.second_opinion.sentence), soft_wrap=True)
+        if not result.second_opinion.agrees:
+            console.print(_rivals(result.second_opinion))
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
@@ -84,6 +89,15 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             said,
         )
         table.add_row(*(Text(in_words(cell)) for cell in cells))
+    return table
+
+
+def _rivals(opinion: SecondOpinion) -> Table:
+    """Rival structures side by side."""
+    table = _table("What two methods find", ("method", "effects"), (f"error/noise, {opinion.role}",))
+    for row in opinion.structures:
+        cells = (row.method, "; ".join(row.effects) or "nothing", number(row.error, 3))
+        table.add_row(*map(Text, cells))
     return table
 
 

@@ -16,6 +16,7 @@ from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.provenance import all_settings
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
+from aerosid.reporting.next_flight_schema import NextFlightEntry
 from aerosid.reporting.result_schema import (
     SCHEMA,
     AlternativeRow,
@@ -29,12 +30,12 @@ from aerosid.reporting.result_schema import (
     InputFile,
     KinematicsEntry,
     LinearEntry,
-    NextFlightEntry,
     PrefilterEntry,
     ProvenanceEntry,
     ResultFile,
     Role,
     ScreeningEntry,
+    SecondOpinionEntry,
 )
 
 
@@ -95,6 +96,9 @@ def result_file(result: ClosedLoop) -> ResultFile:
         settings=all_settings(result.settings),
         settings_changed=tuple(result.provenance.settings),
         decided_by_validation=result.decided_by_validation,
+        second_opinion=None
+        if result.second_opinion is None
+        else SecondOpinionEntry.model_validate(result.second_opinion),
     )
 
 
@@ -118,7 +122,8 @@ def result_text(result: ClosedLoop) -> str:
     Notes
     -----
     `time`, `parameters`, `hold_out_gain` and `confirmation` are left out of effects that have none, `next_flight` where
-    nothing is left to decide, and `kinematics` where too few channels are there; every other key always stands.
+    nothing is left to decide, `second_opinion` where none was asked, and `kinematics` where too few channels are there;
+    every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
@@ -130,7 +135,7 @@ def result_text(result: ClosedLoop) -> str:
         for key in ("span", "channel_map", "channel_map_sha256"):
             if entry[key] is None:
                 del entry[key]
-    for key in ("next_flight", "kinematics"):
+    for key in ("next_flight", "kinematics", "second_opinion"):
         if document[key] is None:
             del document[key]
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

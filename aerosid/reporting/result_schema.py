@@ -5,39 +5,21 @@ The file is a pure function of the result: fixed order of keys, shortest exact d
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import ConfigDict
+
+from aerosid.reporting.next_flight_schema import NextFlightEntry
+from aerosid.reporting.schema_types import Number, Row, Text
 
 SCHEMA = 1
 
 
-def finite_or_none(number: Any) -> Any:
-    """The number as a float; None where it is None, NaN or infinite, none of which JSON can hold."""
-    if number is None or not math.isfinite(number):
-        return None
-    return float(number)
-
-
-Number = Annotated[float | None, BeforeValidator(finite_or_none)]
-
-
-def encodable(text: Any) -> Any:
-    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8") if isinstance(text, str) else text
-
-
-Text = Annotated[str, BeforeValidator(encodable)]
 Role = Literal["identification", "validation", "hold_out", "aircraft"]
 LogRole = Literal["identification", "validation", "hold_out"]
 
 
-class _Row(BaseModel):
-    model_config = ConfigDict(frozen=True, from_attributes=True, allow_inf_nan=False)
-
-
-class InputFile(_Row):
+class InputFile(Row):
     """A file that the result depends on; `span` of a log is what was used of it, s of its own time."""
 
     path: Text
@@ -48,7 +30,7 @@ class InputFile(_Row):
     channel_map_sha256: Text | None = None
 
 
-class ConfirmationRow(_Row):
+class ConfirmationRow(Row):
     """A term's number from the validation logs alone."""
 
     value: Number
@@ -56,7 +38,7 @@ class ConfirmationRow(_Row):
     p_value: Number
 
 
-class EvidenceRow(_Row):
+class EvidenceRow(Row):
     """Why an effect is believed."""
 
     correlation: Number
@@ -67,7 +49,7 @@ class EvidenceRow(_Row):
     confirmation: ConfirmationRow | None = None
 
 
-class ParameterRow(_Row):
+class ParameterRow(Row):
     """One number of an effect that has several."""
 
     value: Number
@@ -75,7 +57,7 @@ class ParameterRow(_Row):
     unit: Text
 
 
-class EffectRow(_Row):
+class EffectRow(Row):
     """What the data show to be missing; `time` and `parameters` stand only where the kind has them."""
 
     rank: int
@@ -98,7 +80,7 @@ class AlternativeRow(EffectRow):
     margin: Number = None
 
 
-class DerivativeEntry(_Row):
+class DerivativeEntry(Row):
     """One line of the derivative table."""
 
     coefficient: Text
@@ -119,7 +101,7 @@ class DerivativeEntry(_Row):
     estimate: Number = None
 
 
-class CoefficientEntry(_Row):
+class CoefficientEntry(Row):
     """Share of a measured coefficient's variance that the model explains."""
 
     coefficient: Text
@@ -128,7 +110,7 @@ class CoefficientEntry(_Row):
     r2_after: Number
 
 
-class ErrorEntry(_Row):
+class ErrorEntry(Row):
     """Root-mean-square of measured minus simulated of one channel on one log."""
 
     log: Text
@@ -144,7 +126,7 @@ class ErrorEntry(_Row):
     noise_doubt: Text = ""
 
 
-class PrefilterEntry(_Row):
+class PrefilterEntry(Row):
     """The prefilter that fed the model-error recursion."""
 
     kind: Text
@@ -153,7 +135,7 @@ class PrefilterEntry(_Row):
     effect_on_estimates: Text
 
 
-class ScreeningEntry(_Row):
+class ScreeningEntry(Row):
     """One candidate in the screening of the model error."""
 
     coefficient: Text
@@ -165,7 +147,7 @@ class ScreeningEntry(_Row):
     chosen: bool
 
 
-class InstrumentEntry(_Row):
+class InstrumentEntry(Row):
     """One fault of an instrument, from kinematics alone; `axis` of a position."""
 
     kind: Text
@@ -178,7 +160,7 @@ class InstrumentEntry(_Row):
     likelihood_gain: Number
 
 
-class AirEntry(_Row):
+class AirEntry(Row):
     """Gusts along a body axis, from kinematics alone: m/s and m."""
 
     axis: Text
@@ -186,7 +168,7 @@ class AirEntry(_Row):
     length: Number
 
 
-class AgreementEntry(_Row):
+class AgreementEntry(Row):
     """How one channel of one log agrees with the integrated path: root-mean-squares, and whether the rest is white."""
 
     log: Text
@@ -198,7 +180,7 @@ class AgreementEntry(_Row):
     white: bool
 
 
-class ContradictionEntry(_Row):
+class ContradictionEntry(Row):
     """Channels of one log that cannot belong to one motion."""
 
     log: Text
@@ -208,7 +190,7 @@ class ContradictionEntry(_Row):
     sentence: Text
 
 
-class KinematicsEntry(_Row):
+class KinematicsEntry(Row):
     """Whether the instruments agree with each other; groups of `inseparable` begin with a finding."""
 
     logs: tuple[Text, ...]
@@ -222,14 +204,14 @@ class KinematicsEntry(_Row):
     notes: tuple[Text, ...]
 
 
-class ModeEntry(_Row):
+class ModeEntry(Row):
     """One mode of a linear model; `numbers` holds those that the mode has."""
 
     name: Text
     numbers: dict[Text, ParameterRow]
 
 
-class LinearEntry(_Row):
+class LinearEntry(Row):
     """A model linearised at level flight: x' = A x + B u in u, w, q, theta, SI; rows of A and B by state.
 
     Levels are those of MIL-F-8785C for `category` and `aircraft_class`, 4 where worse than level 3.
@@ -253,63 +235,7 @@ class LinearEntry(_Row):
     phugoid_level: int | None
 
 
-class PlannedStepEntry(_Row):
-    """One level of a planned input; s and rad from trim."""
-
-    start: Number
-    duration: Number
-    deflection: Number
-
-
-class PlannedPeakEntry(_Row):
-    """Least and greatest expected value of one quantity, SI, and its limits."""
-
-    name: Text
-    unit: Text
-    trim: Number
-    lowest: Number
-    highest: Number
-    limit_low: Number
-    limit_high: Number
-    given: bool
-
-
-class PlannedInputEntry(_Row):
-    """The input of next_input.csv."""
-
-    name: Text
-    amplitude: Number
-    rate: Number
-    airspeed: Number
-    density: Number
-    steps: tuple[PlannedStepEntry, ...]
-    peaks: tuple[PlannedPeakEntry, ...]
-
-
-class QuestionEntry(_Row):
-    """Something that the flights leave open, and what the planned input would answer."""
-
-    kind: Literal["alternative", "derivative"]
-    subject: Text
-    rival: Text
-    present: Number
-    expected: Number
-    needed: Number
-    probability: Number
-    repeats: int | None
-    elsewhere: Text
-
-
-class NextFlightEntry(_Row):
-    """What to fly next; `input` is null where no input within the limits decides anything."""
-
-    input: PlannedInputEntry | None
-    questions: tuple[QuestionEntry, ...]
-    tried: int
-    note: Text
-
-
-class FitEntry(_Row):
+class FitEntry(Row):
     """How well one channel of one log is simulated."""
 
     log: Text
@@ -325,7 +251,7 @@ class FitEntry(_Row):
     whiteness: Number
 
 
-class InnovationEntry(_Row):
+class InnovationEntry(Row):
     """The whitened residuals of one channel of an identification log."""
 
     log: Text
@@ -335,14 +261,14 @@ class InnovationEntry(_Row):
     whiteness: Number
 
 
-class CorrelationEntry(_Row):
+class CorrelationEntry(Row):
     """Correlations of the estimated derivatives."""
 
     parameters: tuple[Text, ...]
     rows: tuple[tuple[Number, ...], ...]
 
 
-class ProvenanceEntry(_Row):
+class ProvenanceEntry(Row):
     """The day, and who asked how."""
 
     date: Text
@@ -351,7 +277,24 @@ class ProvenanceEntry(_Row):
     remarks: Text
 
 
-class ResultFile(_Row):
+class RivalStructureEntry(Row):
+    """One method's structure; `error` is the median of error over noise on the flights that were compared."""
+
+    method: Text
+    effects: tuple[Text, ...]
+    error: Number
+
+
+class SecondOpinionEntry(Row):
+    """Whether the model error d(t) alone names the same effects."""
+
+    agrees: bool
+    sentence: Text
+    role: Text
+    structures: tuple[RivalStructureEntry, ...]
+
+
+class ResultFile(Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
     schema_: Literal[1]
@@ -378,6 +321,7 @@ class ResultFile(_Row):
     settings: dict[Text, Any] = {}
     settings_changed: tuple[Text, ...] = ()
     decided_by_validation: tuple[Text, ...] = ()
+    second_opinion: SecondOpinionEntry | None = None
 
     model_config = ConfigDict(
         frozen=True,

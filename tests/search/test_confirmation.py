@@ -8,7 +8,7 @@ import pytest
 from problems import LIGHT, Problem, entry, shaken
 from scipy.stats import binom, norm
 
-from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.search.attribution import USUAL, attribute
 from aerosid.search.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
@@ -24,7 +24,7 @@ ELSEWHERE = replace(WITHOUT, undeclared=WITH.undeclared)
 
 def suggested() -> tuple[StructureSearch, Refinement, tuple[Unproven, ...]]:
     model, manoeuvre = WITH.prepared(shaken(WITH.fly(), 5))
-    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     search = StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL)
     return search, before, tuple(each for each in unproven_terms(search, before) if each.finding.where == "C_X")
@@ -66,7 +66,7 @@ def test_what_another_flight_confirms_is_among_the_findings_with_the_chance_that
     small, elsewhere = (replace(problem, undeclared={DRAG: 0.15}) for problem in (WITH, ELSEWHERE))
     model, manoeuvre = small.prepared(shaken(small.fly(), 5))
     other = elsewhere.prepared(replace(shaken(elsewhere.fly(11), 11), name="another flight"))[1]
-    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     settings = replace(USUAL, false_alarm=1e-250)
     alone, together = (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, with_channels
 from scipy.signal import lsim
 
-from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.attribution import USUAL, Attribution, attribute
@@ -25,7 +25,7 @@ QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 *
 def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[CoefficientRival]]:
     """What is found among terms and sensors' effects, and what one coefficient cannot tell from it."""
     model, manoeuvre = problem.prepared(log)
-    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     effects = effect_hypotheses(model, [manoeuvre])
     hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
     found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))

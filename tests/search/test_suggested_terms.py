@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from problems import LIGHT, Problem, entry, shaken
 
-from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.attribution import USUAL
@@ -18,7 +18,7 @@ DRAG = ("C_X", "alpha^2")
 
 def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinement]:
     model, manoeuvre = problem.prepared(log)
-    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
 

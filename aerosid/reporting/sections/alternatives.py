@@ -13,4 +13,4 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     groups: dict[str, list[Any]] = {}
     for effect in result.alternatives:
         groups.setdefault(effect.instead_of, []).append(effect)
-    return {"groups": groups}
+    return {"groups": groups, "second": result.second_opinion}

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from aerosid.reporting.result_schema import Text
+from aerosid.reporting.schema_types import Text
 from aerosid.studies.monte_carlo.statistics import LevelStatistics
 
 

@@ -1,0 +1,102 @@
+"""The verb replay: its words, a live table, and the page."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Optional
+
+import typer
+
+from aerosid.cli.options import ChannelsOption, console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from aerosid.model_error.in_flight import Frame
+
+
+def replay_command(
+    log: Annotated[
+        str, typer.Argument(metavar="LOG", help="A recorded manoeuvre, or LOG@FROM:TO.", show_default=False)
+    ],
+    aircraft: Annotated[
+        str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
+    ],
+    channels: ChannelsOption = None,
+    out: Annotated[
+        Optional[Path],
+        typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
+    ] = None,
+    step: Annotated[float, typer.Option(help="Seconds of flight from one frame to the next.")] = 0.25,
+    speed: Annotated[
+        float, typer.Option(help="Times real time on a terminal; 0: as fast as it can be computed.")
+    ] = 4.0,
+) -> None:
+    """Shows a flight as method iebmee would have seen it on board: derivatives, d(t) and the first names."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.cli.close_loop import read_roles
+    from aerosid.errors import UsageError
+    from aerosid.file_set import require_folder, text, write_files
+    from aerosid.loop.identification import replayed
+    from aerosid.reporting.replay_page import render_replay
+
+    if not 0.0 < step < float("inf") or not 0.0 <= speed < float("inf"):
+        raise UsageError(f"--step is {step:g} and --speed {speed:g}; give a step above zero and a speed not below it.")
+    declared = load_aircraft(aircraft)
+    flight = read_roles([log], [], channels).identification[0]
+    directory = out or Path("reports") / flight.name
+    require_folder(directory)
+    output = console()
+    frames = list(_watched(replayed(flight, declared, step), output, speed))
+    files = write_files(directory, {"replay.html": text(render_replay(frames, flight.name, declared.name))})
+    output.print(replay_table(frames[-1]))
+    for name in frames[-1].names:
+        output.print(f"{name.coefficient} {name.term} named at {name.time:.2f} s", markup=False)
+    if not frames[-1].names:
+        output.print("Nothing was named.")
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+
+
+def _watched(frames: Iterable[Frame], output: Console, speed: float) -> Iterator[Frame]:
+    """The frames, shown in a table that changes as they come where the output is a terminal."""
+    if not output.is_terminal:
+        yield from frames
+        return
+    from rich.live import Live
+
+    before: float | None = None
+    with Live(console=output, transient=True) as live:
+        for frame in frames:
+            live.update(replay_table(frame))
+            if speed > 0.0 and before is not None:
+                clock.sleep((frame.time - before) / speed)
+            before = frame.time
+            yield frame
+
+
+def replay_table(frame: Frame) -> Table:
+    """A frame: derivatives on the left, the strongest candidates on the right."""
+    from rich.table import Table
+    from rich.text import Text
+
+    named = ", ".join(f"{name.coefficient} {name.term}" for name in frame.names) or "nothing yet"
+    table = Table(title=Text(f"{frame.time:8.2f} s   named: {named}"), title_justify="left")
+    for heading in ("derivative", "value", "± deviation", "candidate", "partial correlation", "p"):
+        table.add_column(heading, justify="left" if heading in ("derivative", "candidate") else "right")
+    for n in range(max(len(frame.derivatives), len(frame.candidates))):
+        left, right = ["", "", ""], ["", "", ""]
+        if n < len(frame.derivatives):
+            row = frame.derivatives[n]
+            left = [f"{row.coefficient} {row.term}", f"{row.value:.4g}", f"{row.deviation:.2g}"]
+        if n < len(frame.candidates):
+            candidate = frame.candidates[n]
+            right = [
+                f"{candidate.coefficient} {candidate.term}",
+                f"{candidate.correlation:.2f}",
+                f"{candidate.p_value:.2g}",
+            ]
+        table.add_row(*(Text(cell) for cell in (*left, *right)))
+    return table

@@ -1,0 +1,169 @@
+"""The method that decides the structure: the one place where a method's name leads to its search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from aerosid.aircraft import Aircraft
+from aerosid.compatibility import KinematicConsistency
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import refine
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.loop.settings import LoopSettings, Method, Progress
+from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.final_significance import significant
+from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
+from aerosid.search.model_error_attribution import attribute_by_model_error, told_of_unseen
+from aerosid.search.structure_search import StructureSearch
+
+
+@dataclass(frozen=True)
+class Question:
+    """What every method is asked.
+
+    Attributes
+    ----------
+    aircraft : Aircraft
+        The declared one.
+    declared : AerodynamicModel
+        Its model, with columns for what the file declares to act.
+    given : tuple of ActiveEffect
+        That, its numbers held.
+    candidates : tuple of Entry
+        Terms that may be missing.
+    manoeuvres, others : tuple of Manoeuvre
+        Flights that are fitted, and flights that are only predicted.
+    agreement : KinematicConsistency or None
+        What the instruments say of each other.
+    """
+
+    aircraft: Aircraft
+    declared: AerodynamicModel
+    given: tuple[ActiveEffect, ...]
+    candidates: tuple[Entry, ...]
+    manoeuvres: tuple[Manoeuvre, ...]
+    others: tuple[Manoeuvre, ...]
+    agreement: KinematicConsistency | None = None
+
+    @property
+    def free(self) -> tuple[Entry, ...]:
+        """Declared terms that are estimated."""
+        return tuple((d.coefficient, d.term) for d in self.aircraft.derivatives if not d.fixed)
+
+    def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
+        """What may be missing: terms, and of the whole catalogue what these flights can show."""
+        terms = term_hypotheses(self.candidates)
+        if catalogue == "terms":
+            return terms
+        return terms + effect_hypotheses(self.declared, self.manoeuvres, self.aircraft.coefficients)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method found, what one coefficient could not tell from it, and what the method has to say.
+
+    `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked.
+    """
+
+    found: Attribution
+    search: StructureSearch
+    rivals: tuple[CoefficientRival, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """What the method of the settings finds to be missing.
+
+    Raises
+    ------
+    EstimationError
+        Where the declared model cannot be simulated.
+    """
+    methods: dict[Method, Callable[[Question, LoopSettings, Progress], Answer]] = {
+        "likelihood": by_likelihood,
+        "iebmee": by_model_error,
+    }
+    return methods[settings.method](question, settings, progress)
+
+
+def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """Score tests, trial fits and maximum likelihood."""
+    progress("re-estimating the declared model")
+    manoeuvres, declared = question.manoeuvres, question.declared
+    before = refine(
+        _begun(declared, settings.start),
+        manoeuvres,
+        question.free,
+        effects=question.given,
+        priors=_priors(question.aircraft) if settings.priors else (),
+        settings=NEARBY if settings.start else WRONG_STRUCTURE,
+    )
+    progress("tracing the residual")
+    hypotheses = question.hypotheses(settings.catalogue)
+    if settings.catalogue == "terms":
+        quiet = replace(settings.attribution, disturbances=False)
+        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
+        search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
+        return Answer(significant(found, search), search)
+    found = attribute(
+        before,
+        manoeuvres,
+        hypotheses,
+        question.aircraft.coefficients,
+        settings.attribution,
+        declared,
+        question.others,
+        moving_air=question.agreement is not None and question.agreement.is_gusty,
+    )
+    search = StructureSearch(
+        manoeuvres, hypotheses, question.aircraft.coefficients, before, settings.attribution, declared
+    )
+    found = significant(found, search)
+    rivals = coefficient_rivals(found, manoeuvres, hypotheses)
+    return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals))
+
+
+def by_model_error(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares."""
+    progress("re-estimating the declared model")
+    hypotheses = question.hypotheses(settings.catalogue)
+    found, selection = attribute_by_model_error(
+        question.declared,
+        question.manoeuvres,
+        question.free,
+        question.given,
+        hypotheses,
+        question.aircraft.coefficients,
+        settings.chain,
+        settings.model_error,
+        progress,
+    )
+    search = StructureSearch(
+        question.manoeuvres,
+        hypotheses,
+        question.aircraft.coefficients,
+        found.before,
+        settings.attribution,
+        question.declared,
+    )
+    return Answer(found, search, notes=tuple(told_of_unseen(selection)))
+
+
+def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
+    """The declared model with other values of its terms to begin from, where some are given."""
+    if not start:
+        return declared
+    values = declared.values.copy()
+    values[: len(start)] = start
+    return declared.with_values(values)
+
+
+def _priors(aircraft: Aircraft) -> tuple[tuple[Entry, float, float], ...]:
+    return tuple(
+        ((d.coefficient, d.term), d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None and not d.fixed
+    )

@@ -1,0 +1,272 @@
+"""Identification while flying: d(t), derivatives with deviations and the first name, sample by sample.
+
+Forward estimate (21)-(23), one causal filter on d(t) and on every candidate's picture in it, recursive regression and
+recursive screening: what is shown at a moment has seen no later sample. The weights alone are set beforehand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
+from aerosid.model_error.streaming_screening import Screened, ScreeningSettings, StreamingScreening
+
+Array = NDArray[np.float64]
+
+AXES = ("C_X", "C_Z", "C_m")
+"""The coefficients of the state equations u, w, q in which d(t) is shown."""
+
+
+@dataclass(frozen=True)
+class InFlightSettings:
+    """Settings of the estimate while flying.
+
+    Attributes
+    ----------
+    step : float
+        s between two frames; a person reads four a second.
+    shown : int
+        Candidates in each frame, strongest first.
+    false_alarm : float
+        Share of flights with nothing missing in which something may be named, by design, over all frames: each is
+        judged at this over the number of frames of the flight.
+    reach : float
+        Difference of -2 ln L by which a name must lead the other candidates of its coefficient: odds of 20 to 1.
+    most : int
+        Terms that may be named on one flight.
+    settling : float
+        s at the beginning that are left out: the filter's own transient.
+    cut_off_hz : float
+        Of the causal second-order low-pass on d(t) and on the candidates' pictures: twice the usual short period.
+    rate_hz : float
+        Samples of the low-passed d(t) that enter the regression: four times the cut-off hold all that passes it.
+    chain : ChainSettings
+        Weights; channels enter unfiltered.
+    screening : ScreeningSettings
+    """
+
+    step: float = 0.25
+    shown: int = 6
+    false_alarm: float = 0.001
+    reach: float = 6.0
+    most: int = 4
+    settling: float = 1.0
+    rate_hz: float = 8.0
+    cut_off_hz: float = 2.0
+    chain: ChainSettings = field(default_factory=ChainSettings)
+    screening: ScreeningSettings = field(default_factory=ScreeningSettings)
+
+
+@dataclass(frozen=True)
+class DerivativeNow:
+    """A derivative as it stands; NaN until it is determined."""
+
+    coefficient: str
+    term: str
+    value: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class CandidateNow:
+    """A candidate as it stands: partial correlation with d(t), t-ratio, p-value among all candidates and frames."""
+
+    coefficient: str
+    term: str
+    correlation: float
+    ratio: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """A term that d(t) showed to be missing, and when, s."""
+
+    coefficient: str
+    term: str
+    time: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known at one moment.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    model_error : tuple of float
+        d in C_X, C_Z, C_m; NaN where a sample is missing.
+    derivatives : tuple of DerivativeNow
+    candidates : tuple of CandidateNow
+        The strongest.
+    names : tuple of Named
+        What has become significant, in that order; each is a derivative from then on as well.
+    """
+
+    time: float
+    model_error: tuple[float, ...]
+    derivatives: tuple[DerivativeNow, ...]
+    candidates: tuple[CandidateNow, ...]
+    names: tuple[Named, ...]
+
+
+def frames(
+    model: AerodynamicModel,
+    manoeuvre: Manoeuvre,
+    entries: Sequence[Entry],
+    candidates: Sequence[Entry],
+    settings: InFlightSettings,
+) -> Iterator[Frame]:
+    """The frames of a flight, in order.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        The declared one.
+    manoeuvre : Manoeuvre
+        A recorded flight, taken as if its samples were just coming in.
+    entries : sequence of Entry
+        Declared terms that are estimated.
+    candidates : sequence of Entry
+        Terms that are screened.
+
+    Raises
+    ------
+    EstimationError
+        Where the recursion leaves the model's range.
+    """
+    chain = replace(settings.chain, filtering="off")
+    density = choose_error_density(model, [manoeuvre], chain)
+    fed = feed(manoeuvre, chain)
+    extended = model.extended(candidates)
+    history = _low_passed(estimate_aircraft_error(extended, fed.flight, fed.variance, density), manoeuvre, settings)
+    yield from _judged(extended, history, manoeuvre.flight.time, entries, candidates, settings)
+
+
+def _low_passed(history: AircraftError, manoeuvre: Manoeuvre, settings: InFlightSettings) -> AircraftError:
+    """The history through the causal low-pass, all columns alike; as it is where the sampling is too slow for it."""
+    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    if settings.cut_off_hz * interval >= 0.4:
+        return history
+    sections = signal.butter(2, settings.cut_off_hz, fs=1.0 / interval, output="sos")
+    held = np.isfinite(history.d).all(axis=1)
+
+    def passed(values: Array) -> Array:
+        found = np.full_like(values, np.nan)
+        flat = values[held].reshape(int(held.sum()), -1)
+        first = signal.sosfilt_zi(sections)[:, :, None] * flat[0]
+        found[held] = signal.sosfilt(sections, flat, axis=0, zi=first)[0].reshape(values[held].shape)
+        return found
+
+    return replace(history, d=passed(history.d), responded=passed(history.responded), initial=passed(history.initial))
+
+
+def _judged(
+    model: AerodynamicModel,
+    history: AircraftError,
+    time: Array,
+    entries: Sequence[Entry],
+    candidates: Sequence[Entry],
+    settings: InFlightSettings,
+) -> Iterator[Frame]:
+    columns = _columns(model, history, entries, candidates)
+    known = [*range(len(entries)), *range(len(entries) + len(candidates), columns.shape[2])]
+    screening = StreamingScreening(columns.shape[2], len(AXES), settings=settings.screening)
+    count = max(1, round((time[-1] - time[0]) / settings.step))
+    stride = max(1, round(1.0 / (settings.rate_hz * float(np.median(np.diff(time))))))
+    structure = list(entries)
+    due = time[0] + settings.step
+    names: list[Named] = []
+    for k in range(time.size):
+        if time[k] - time[0] >= settings.settling and k % stride == 0:
+            screening.update(history.d[k, : len(AXES)], columns[k])
+        if time[k] < due and k + 1 < time.size:
+            continue
+        due = time[k] + settings.step
+        found = screening.ask(known, len(candidates) * count)
+        screened = _candidates_now(found, entries, candidates, structure)
+        strongest = _told_apart(screened, settings)
+        if strongest is not None and len(names) < settings.most:
+            names.append(Named(strongest.coefficient, strongest.term, float(time[k])))
+            place = _place(candidates, strongest)
+            known.append(len(entries) + place)
+            structure.append(candidates[place])
+            found = screening.ask(known, len(candidates) * count)
+            screened = _candidates_now(found, entries, candidates, structure)
+        d = history.d[k, : len(AXES)] / history.rate_per_unit[k]
+        ranked = sorted(screened, key=lambda row: (row.p_value, -abs(row.correlation)))
+        derivatives = _derivatives_now(model, found, entries, candidates, structure)
+        shown = tuple(ranked[: settings.shown])
+        yield Frame(float(time[k]), tuple(float(v) for v in d), derivatives, shown, tuple(names))
+
+
+def _told_apart(screened: Sequence[CandidateNow], settings: InFlightSettings) -> CandidateNow | None:
+    """The strongest candidate, where it is significant and no other of its coefficient does nearly as well."""
+    strongest = max(screened, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
+    if strongest is None or strongest.p_value > settings.false_alarm:
+        return None
+    left = 1.0 - strongest.correlation**2
+    # As many independent samples as give this correlation its t-ratio.
+    effective = strongest.ratio**2 * left / max(strongest.correlation**2, np.finfo(float).tiny)
+    for other in screened:
+        if other is not strongest and other.coefficient == strongest.coefficient:
+            ahead = effective * np.log((1.0 - other.correlation**2) / max(left, np.finfo(float).tiny))
+            if ahead < settings.reach:
+                return None
+    return strongest
+
+
+def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:
+    return next(n for n, (name, term) in enumerate(candidates) if (name, str(term)) == (row.coefficient, row.term))
+
+
+def _columns(
+    model: AerodynamicModel, history: AircraftError, entries: Sequence[Entry], candidates: Sequence[Entry]
+) -> Array:
+    """Pictures in d(t) of declared terms, of candidates and of an error of the initial state, (N, 3, K)."""
+    places = model.indices([*entries, *candidates])
+    return np.concatenate(
+        [history.responded[:, : len(AXES), :][:, :, places], history.initial[:, : len(AXES), :]], axis=2
+    )
+
+
+def _derivatives_now(
+    model: AerodynamicModel,
+    found: Screened,
+    entries: Sequence[Entry],
+    candidates: Sequence[Entry],
+    structure: Sequence[Entry],
+) -> tuple[DerivativeNow, ...]:
+    order = [*entries, *candidates]
+    rows = []
+    for entry in structure:
+        n = order.index(entry)
+        value = model.value(entry) + float(found.coefficients[n])
+        rows.append(DerivativeNow(entry[0], str(entry[1]), value, float(found.deviations[n])))
+    return tuple(rows)
+
+
+def _candidates_now(
+    found: Screened, entries: Sequence[Entry], candidates: Sequence[Entry], structure: Sequence[Entry]
+) -> list[CandidateNow]:
+    first = len(entries)
+    return [
+        CandidateNow(
+            entry[0],
+            str(entry[1]),
+            float(found.correlation[first + n]),
+            float(found.ratio[first + n]),
+            float(found.p_value[first + n]),
+        )
+        for n, entry in enumerate(candidates)
+        if entry not in structure
+    ]

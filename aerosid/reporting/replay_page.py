@@ -1,0 +1,85 @@
+"""replay.html: a flight's identification to scrub through, in one file that loads nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aerosid.model_error.in_flight import AXES, Frame
+from aerosid.reporting.scripts import Script, content_policy
+from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
+
+
+def render_replay(frames: Sequence[Frame], log: str, aircraft: str) -> str:
+    """The page of a replay.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        At least one.
+    log, aircraft : str
+        Names; escaped.
+    """
+    script = (REPORT_TEMPLATES / "replay.js").read_text(encoding="utf-8")
+    scripts = (Script(frames_json(frames), data="replay-data"), Script(script))
+    strips, ranges = zip(*(_strip(frames, axis) for axis in range(len(AXES))), strict=True)
+    return (
+        page_environment(Path(REPORT_TEMPLATES))
+        .get_template("replay.html")
+        .render(
+            title=f"Replay of {log}",
+            log=log,
+            aircraft=aircraft,
+            axes=AXES,
+            last=frames[-1],
+            count=len(frames),
+            strips=strips,
+            ranges=ranges,
+            scripts=scripts,
+            policy=content_policy(scripts),
+            style=page_style(),
+        )
+    )
+
+
+def frames_json(frames: Sequence[Frame]) -> str:
+    """The frames as JSON that may stand inside an element: no `<`, null for what is not known."""
+    text = json.dumps([_finite(asdict(frame)) for frame in frames], allow_nan=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _finite(value: Any) -> Any:
+    """Numbers to five digits; NaN as None, all the way down."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float):
+        return float(f"{value:.5g}") if math.isfinite(value) else None
+    return value
+
+
+def _strip(frames: Sequence[Frame], axis: int) -> tuple[str, tuple[float, float]]:
+    """The path of d in one coefficient, in a box of 1000 by 100, and its range."""
+    time = np.array([frame.time for frame in frames])
+    d = np.array([frame.model_error[axis] for frame in frames])
+    held = np.isfinite(d)
+    if not held.any():
+        return "", (math.nan, math.nan)
+    low, high = float(d[held].min()), float(d[held].max())
+    x = 1000.0 * (time - time[0]) / max(float(np.ptp(time)), np.finfo(float).tiny)
+    y = 95.0 - 90.0 * (d - low) / max(high - low, np.finfo(float).tiny)
+    path, pen = [], "M"
+    for k in range(time.size):
+        if not held[k]:
+            pen = "M"
+            continue
+        path.append(f"{pen}{x[k]:.1f} {y[k]:.1f}")
+        pen = "L"
+    return "".join(path), (low, high)

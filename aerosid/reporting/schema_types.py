@@ -1,0 +1,30 @@
+"""Types of the schemas: numbers that JSON can hold, texts that UTF-8 can hold, frozen rows."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+
+def finite_or_none(number: Any) -> Any:
+    """The number as a float; None where it is None, NaN or infinite, none of which JSON can hold."""
+    if number is None or not math.isfinite(number):
+        return None
+    return float(number)
+
+
+Number = Annotated[float | None, BeforeValidator(finite_or_none)]
+
+
+def encodable(text: Any) -> Any:
+    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8") if isinstance(text, str) else text
+
+
+Text = Annotated[str, BeforeValidator(encodable)]
+
+
+class Row(BaseModel):
+    model_config = ConfigDict(frozen=True, from_attributes=True, allow_inf_nan=False)

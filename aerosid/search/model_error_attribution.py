@@ -1,0 +1,179 @@
+"""Attribution by the model error d(t) alone, in the form that the likelihood's search gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.disturbance import gust
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.errors import EstimationError
+from aerosid.estimation.deviations import Deviations
+from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
+from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.flight import simulate_outputs
+from aerosid.model_error.flight_sweep import STATE_COUNT
+from aerosid.model_error.forward_start import forward_forces
+from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweptModel
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import found_among
+from aerosid.search.model_error_search import Selection, select
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
+
+Array = NDArray[np.float64]
+
+
+def attribute_by_model_error(
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    hypotheses: Sequence[Hypothesis],
+    coefficients: Sequence[str],
+    chain: ChainSettings,
+    settings: ModelErrorSearchSettings,
+    progress: Callable[[str], None] = lambda _stage: None,
+) -> tuple[Attribution, Selection]:
+    """What the declared model lacks, as its model error d(t) says; and the search itself.
+
+    Parameters
+    ----------
+    declared : AerodynamicModel
+        Structure and declared values.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights, one joint estimate.
+    free : sequence of Entry
+        Declared terms that are re-estimated.
+    given : sequence of ActiveEffect
+        Effects that the aircraft file declares, their numbers held.
+    hypotheses : sequence of Hypothesis
+        What may enter.
+    coefficients : sequence of str
+        The aircraft's three.
+    chain : ChainSettings
+        Prefilter and weights of the forward estimate that begins the sweeps.
+
+    Raises
+    ------
+    EstimationError
+        Where the declared model with its d(t), or the completed one without, cannot be flown.
+    """
+    start = swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
+    selection = select(start, manoeuvres, coefficients, hypotheses, settings, progress)
+    _require_open_loop(selection.completed, manoeuvres)
+    before, _ = _refinement(selection.before, manoeuvres)
+    completed, spread = _refinement(selection.completed, manoeuvres)
+    findings = tuple(
+        replace(found_among(part, selection.asked, gain), p_value=p_value) for part, gain, p_value in selection.parts
+    )
+    found = Attribution(before, completed, spread, findings, selection.alternatives, selection.rounds)
+    return found, selection
+
+
+def swept_start(
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    coefficients: Sequence[str],
+    chain: ChainSettings,
+    settings: ModelErrorSearchSettings,
+) -> SweptModel:
+    """The declared structure with the forward estimate's d(t)."""
+    variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
+    forces = forward_forces(declared, manoeuvres, coefficients, chain)
+    first = settings.sweeps
+    statistics = ErrorStatistics((first.first_spread,) * len(coefficients), first.first_memory, variance)
+    states = tuple(initial_state(manoeuvre.flight) for manoeuvre in manoeuvres)
+    return SweptModel(declared, tuple(free), tuple(given), states, forces, statistics)
+
+
+def told_of_unseen(selection: Selection) -> list[str]:
+    """What the method did not look for, in one sentence."""
+    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unseen, "flow_separation"))
+    sentence = (
+        "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. No column in it stands for "
+        f"{kinds}, which it was not asked for: use the default method for those."
+    )
+    return [sentence]
+
+
+def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> None:
+    """The report compares open-loop simulations: a completed model that runs away in one has no errors to show."""
+    swept = completed.swept
+    model = with_columns_of(swept.model, swept.effects)
+    for manoeuvre, state in zip(manoeuvres, swept.states, strict=True):
+        flight, _ = acting_flight(model, manoeuvre, swept.effects)
+        outputs, _ = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
+        if not np.isfinite(outputs).all():
+            k = int(np.flatnonzero(~np.isfinite(outputs).all(axis=1))[0])
+            raise EstimationError(
+                f"{manoeuvre.name}: without its d(t) the model found by method iebmee leaves |alpha| < 1.5 rad at "
+                f"{flight.time[k]:.2f} s (sample {k + 1}), so that no error can be stated; use the default method, "
+                "which holds an unstable aircraft to the data."
+            )
+
+
+def _refinement(sweep: Sweep, manoeuvres: Sequence[Manoeuvre]) -> tuple[Refinement, Deviations]:
+    """The estimate and its deviations in the order that the loop takes: free terms, initial states, effects."""
+    swept, fit = sweep.swept, sweep.fit
+    free, slopes = len(swept.free), swept.slopes
+    states = np.arange(free + slopes, free + slopes + STATE_COUNT * len(manoeuvres))
+    order = np.concatenate([np.arange(free), states, np.arange(free, free + slopes)])
+    columns = fit.whitened(sweep.rows.known)[:, order]
+    effects = swept.effects
+    model = with_columns_of(swept.model, effects)
+    if swept.statistics.gust is not None:
+        effects = (*effects, ActiveEffect(gust(), swept.statistics.gust))
+        model = with_columns_of(model, effects)
+    refinement = Refinement(
+        model=model,
+        free=swept.free,
+        states=swept.states,
+        effects=effects,
+        variance=swept.statistics.variance,
+        cost=sweep.cost,
+        information=columns.T @ columns,
+        converged=sweep.converged,
+    )
+    white = sweep.rows.known[:, order]
+    plain = _deviations(white.T @ white)
+    corrected = np.sqrt(np.diag(fit.covariance))
+    covariance = fit.covariance[:free, :free]
+    return refinement, Deviations(
+        corrected=corrected[:free],
+        white=plain[:free],
+        published=corrected[:free],
+        covariance=covariance,
+        correlation_max=_largest_correlation(fit.covariance)[:free],
+        effects=corrected[free : free + slopes],
+        effects_white=plain[free + STATE_COUNT * len(manoeuvres) :],
+    )
+
+
+def _deviations(information: Array) -> Array:
+    scale = np.sqrt(np.diag(information))
+    held = np.flatnonzero(scale > 0.0)
+    found = np.full(scale.size, np.inf)
+    inner = information[np.ix_(held, held)] / np.outer(scale[held], scale[held])
+    found[held] = np.sqrt(np.diag(np.linalg.pinv(inner, rcond=1e-13, hermitian=True))) / scale[held]
+    return found
+
+
+def _largest_correlation(covariance: Array) -> Array:
+    """Of each number with any other, (m,); zero where it is not determined."""
+    deviation = np.sqrt(np.diag(covariance))
+    held = np.flatnonzero(np.isfinite(deviation) & (deviation > 0.0))
+    relation = np.zeros_like(covariance)
+    relation[np.ix_(held, held)] = covariance[np.ix_(held, held)] / np.outer(deviation[held], deviation[held])
+    np.fill_diagonal(relation, 0.0)
+    return np.asarray(np.max(np.abs(relation), axis=1))

@@ -1,0 +1,469 @@
+"""Stepwise selection of terms by partial correlation with the model error d(t).
+
+Parameswaran & Raol 1994, section 3.3, on any flight: d(t) of the present structure, candidates passed through the same
+estimator, partial correlation of each with d(t) in its coloured noise; the likeliest of the best few enters if its
+correlation is significant among so many; recursive least squares of all terms; again, until nothing in d(t)
+correlates. A late or slow control and a late, slow, scaled or biased sensor are columns too, to first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from aerosid.effects import KINDS, ActiveEffect, OutputEffect
+from aerosid.effects.aerodynamic_terms import rarity
+from aerosid.effects.disturbance import gust
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.errors import EstimationError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
+from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
+from aerosid.model_error.swept_model import Sweep, SweptModel
+from aerosid.search.findings import Finding, Part, found_among, named
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a search by d(t) found.
+
+    Attributes
+    ----------
+    before : Sweep
+        The declared structure.
+    completed : Sweep
+        With everything that entered.
+    parts : tuple of (Part, gain, p-value)
+        What entered, most certain first; the gain is the rise of -2 ln L when it is struck out.
+    alternatives : tuple of Finding
+        What could stand in place of a part.
+    rounds : tuple of tuple of Score
+        Scores of each round.
+    asked : int
+        How many candidates were looked at in each round.
+    unseen : tuple of str
+        Kinds of effect that d(t) cannot show, of those that were asked for.
+    """
+
+    before: Sweep
+    completed: Sweep
+    parts: tuple[tuple[Part, float, float], ...]
+    alternatives: tuple[Finding, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    asked: int
+    unseen: tuple[str, ...]
+
+
+NOTICED = 30.0
+"""Times the least spread of d(t) from which it is there at all: 3e-5 of a coefficient."""
+
+
+def select(
+    start: SweptModel,
+    manoeuvres: Sequence[Manoeuvre],
+    coefficients: Sequence[str],
+    hypotheses: Sequence[Hypothesis],
+    settings: ModelErrorSearchSettings,
+    progress: Callable[[str], None] = lambda _stage: None,
+) -> Selection:
+    """What the model error of the declared structure says is missing.
+
+    Parameters
+    ----------
+    start : SweptModel
+        The declared structure with start values.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights, one joint estimate.
+    coefficients : sequence of str
+        The aircraft's, in which model error is allowed.
+    hypotheses : sequence of Hypothesis
+        What may enter; those that d(t) cannot show are left out and named.
+
+    Raises
+    ------
+    EstimationError
+        Where the declared model with its model error cannot be flown.
+    """
+    search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
+    before = current = search.sweeps.estimate(start)
+    alternatives: list[Finding] = []
+    rounds: list[tuple[Score, ...]] = []
+    for n in range(settings.rounds):
+        progress(f"screening d(t), round {n + 1}")
+        scores = search.scores(current)
+        rounds.append(scores)
+        entered = search.entered(current, scores)
+        if entered is None:
+            break
+        current, others = entered
+        alternatives.extend(others)
+        current = search.pruned(current)
+    parts = search.judged(current)
+    held = {named(part.label) for part, _, _ in parts}
+    return Selection(
+        before,
+        current,
+        tuple(sorted(parts, key=lambda row: -row[1])),
+        tuple(other for other in alternatives if other.instead_of in held and _label(other) not in held),
+        tuple(rounds),
+        search.asked,
+        search.unseen,
+    )
+
+
+def _label(finding: Finding) -> str:
+    return named((finding.kind, finding.where, finding.term))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    hypothesis: Hypothesis
+    sweep: Sweep
+    price: float
+
+
+class _Search:
+    """One set of candidates on one set of flights."""
+
+    def __init__(
+        self,
+        manoeuvres: Sequence[Manoeuvre],
+        coefficients: Sequence[str],
+        hypotheses: Sequence[Hypothesis],
+        declared: SweptModel,
+        settings: ModelErrorSearchSettings,
+    ) -> None:
+        self.settings = settings
+        self.manoeuvres = tuple(manoeuvres)
+        self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
+        self.declared = declared
+        self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
+        self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
+        self.asked = len(self.seen)
+        self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
+        self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
+
+    def open(self, current: Sweep) -> list[Hypothesis]:
+        """Candidates that the structure does not hold yet."""
+        labels = {part.label for part in self.parts(current)}
+        labels |= {(*active.name, "") for active in self.declared.effects}
+        return [
+            h for h in self.seen if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres)
+        ]
+
+    def parts(self, current: Sweep) -> list[Part]:
+        """What the structure holds beyond the declared one, with corrected deviations."""
+        deviation = np.sqrt(np.diag(current.fit.covariance))
+        swept = current.swept
+        found = []
+        if swept.statistics.gust is not None:
+            sigma, length = swept.statistics.gust
+            flown = sum(
+                float(np.ptp(m.flight.time)) * v for m, v in zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
+            )
+            # That many scale lengths were flown through: as many samples of its size.
+            error = sigma / np.sqrt(2.0 * max(flown / length, 1.0))
+            found.append(
+                Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan))
+            )
+        found += [
+            Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
+            for n, entry in enumerate(swept.free)
+            if entry not in self.declared.free
+        ]
+        place = len(swept.free)
+        for active in swept.effects:
+            if active.slopes and active not in self.declared.effects:
+                errors = tuple(float(value) for value in deviation[place : place + active.slopes])
+                null = active.effect.parameters[0].null
+                found.append(Part(None, active, active.values[0], null, errors[0], errors))
+            place += active.slopes
+        return found
+
+    def scores(self, current: Sweep) -> tuple[Score, ...]:
+        """Every open candidate with what its correlation with d(t) is worth, greatest first."""
+        asked = [
+            (hypothesis, hypothesis.by_chord(trial), trial)
+            for hypothesis in (*self.open(current), *at_outliers(current, self.seen, self.manoeuvres, self.settings))
+            for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
+        ]
+        entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
+        effects = [active for _, chord, _ in asked for active in chord.effects]
+        rows = self.sweeps.asked(current, entries, effects)
+        single = partial_correlations(current.fit, rows.asked, asked=self.asked)
+        plain = _plain(rows.target, rows.asked)
+        place = {entry: n for n, entry in enumerate(entries)}
+        column = len(entries)
+        best: dict[int, Score] = {}
+        for hypothesis, chord, trial in asked:
+            count = sum(active.slopes for active in chord.effects)
+            columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
+            column += count
+            if len(columns) == 1:
+                ratio = single.ratio[columns[0]] if self.settings.partial else plain[columns[0]]
+                gain = float(ratio**2)
+                step: tuple[float, ...] = (float(single.coefficient[columns[0]]),)
+                independence = float(single.independence[columns[0]])
+            else:
+                gain, step, independence = multiple_correlation(current.fit, rows.asked[:, columns])
+            known = best.get(id(hypothesis))
+            if known is None or gain > known.gain:
+                best[id(hypothesis)] = Score(hypothesis, gain, step, independence, trial)
+        return tuple(sorted(best.values(), key=lambda score: -self._worth(score)))
+
+    def _worth(self, score: Score) -> float:
+        hypothesis = score.hypothesis
+        rare = sum(rarity(term) for _, term in hypothesis.entries)
+        rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
+        return score.gain - self.settings.price * (hypothesis.parameters - 1) - rare
+
+    def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
+        """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
+        trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
+        trials += self._in_moving_air(current)
+        for trial in sorted(trials, key=lambda trial: trial.price):
+            new = self._new_parts(current, trial.sweep)
+            numbers = sum(len(part.std_errors) or 1 for part in new)
+            least = 2.0 * self.settings.evidence + numbers * np.log(self.values)
+            cheaper = trial.price < current.cost - self.settings.price and trial.sweep.cost < current.cost - least
+            if not new or not cheaper or not self._explains(current, trial.sweep, new):
+                continue
+            if any(part.is_disturbance for part in new):
+                return self.sweeps.estimate(trial.sweep.swept), []
+            if self.p_value(trial.sweep, new) > self.settings.false_alarm or _at_a_limit(new):
+                continue
+            others = [
+                self._rival(current, other, trial)
+                for other in trials
+                if other is not trial and other.price - trial.price < self.settings.reach
+            ]
+            whole = self.sweeps.estimate(trial.sweep.swept)
+            if self._apparent_mass(whole) >= self.settings.apparent_mass:
+                continue
+            return whole, [other for other in others if other is not None]
+        return None
+
+    def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
+        """Whether d(t) becomes smaller in some coefficient, and no larger in any, where it is more than rounding.
+
+        Of a sensor only the second is asked: what it shows wrongly need not be in d.
+        """
+        before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
+        noticed = NOTICED * self.settings.sweeps.least_spread
+        if np.any((after > self.settings.most_increase * before) & (after > noticed)):
+            return False
+        there = before > noticed
+        of_sensors = all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new)
+        if of_sensors or not there.any():
+            return True
+        return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+
+    def _in_moving_air(self, current: Sweep) -> list[_Trial]:
+        """The structure in turbulence, where it is not already and some model error is left."""
+        if current.swept.statistics.gust is not None or not self.settings.gusts or not self._is_left(current):
+            return []
+        effect = gust()
+        numbers = tuple(parameter.trials[0] for parameter in effect.parameters)
+        statistics = replace(current.swept.statistics, gust=(numbers[0], numbers[1]))
+        try:
+            sweep = self.sweeps.estimate(
+                replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps
+            )
+        except EstimationError:
+            return []
+        if not self._moves_the_vane(sweep):
+            return []
+        extra = self.settings.price * (len(numbers) - 1)
+        return [_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra)]
+
+    def _moves_the_vane(self, sweep: Sweep) -> bool:
+        """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
+        assert sweep.swept.statistics.gust is not None
+        sigma, place = sweep.swept.statistics.gust[0], LONGITUDINAL.outputs.index("alpha")
+        pairs = zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
+        return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
+
+    def _is_left(self, current: Sweep) -> bool:
+        """Whether d(t) is more than rounding in some coefficient."""
+        return max(current.swept.statistics.spread) > NOTICED * self.settings.sweeps.least_spread
+
+    def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
+        """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""
+        settings = self.settings
+        least = float(stats.norm.isf(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
+        listed: dict[tuple[str, str, str], Score] = {}
+        for score in scores:
+            if self._worth(score) > settings.least_share * least and len(listed) < settings.shortlist:
+                listed.setdefault(score.hypothesis.label, score)
+        first = max((score.gain for score in listed.values()), default=0.0)
+        kinds = {score.hypothesis.kind for score in listed.values()}
+        for score in scores:
+            kind = score.hypothesis.kind
+            unlike = kind in KINDS and not KINDS[kind].follows_its_score
+            if unlike and kind not in kinds and score.gain > max(settings.unlike_share * first, least):
+                kinds.add(kind)
+                listed.setdefault(score.hypothesis.label, score)
+        return list(listed.values())
+
+    def _tried(self, current: Sweep, score: Score) -> _Trial | None:
+        """The fit with one more candidate, from the best of its starts; None where it cannot be flown."""
+        hypothesis, settings = score.hypothesis, self.settings
+        sweeps = []
+        starts = self._starts(score)
+        for start in starts:
+            count = settings.trial_sweeps if len(starts) == 1 else 1
+            try:
+                sweeps.append(self.sweeps.estimate(self._with(current, start), sweeps=count))
+            except EstimationError:
+                continue
+        if len(starts) > 1 and sweeps:
+            best = min(sweeps, key=lambda sweep: sweep.cost)
+            sweeps = [self.sweeps.estimate(best.swept, sweeps=settings.trial_sweeps)]
+        sweeps = [sweep for sweep in sweeps if self._apparent_mass(sweep) < self.settings.apparent_mass]
+        if not sweeps:
+            return None
+        best = min(sweeps, key=lambda sweep: sweep.cost)
+        return _Trial(hypothesis, best, best.cost + score.gain - self._worth(score))
+
+    def _apparent_mass(self, sweep: Sweep) -> float:
+        """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution."""
+        model, heave = sweep.swept.model, ("C_Z", "C_L")
+        chord = model.constants.mean_chord
+        total = 0.0
+        for (coefficient, term), value in zip(model.entries, model.values, strict=True):
+            if coefficient in heave and term.variables == {"alpha_dot_hat"}:
+                flight = self.manoeuvres[0].flight
+                density, mass = float(np.median(flight.inputs[:, 0])), float(np.median(flight.inputs[:, 2]))
+                total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
+        return total
+
+    def _starts(self, score: Score) -> list[Score]:
+        """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""
+        parameters = [p for active in score.hypothesis.effects for p in active.effect.parameters]
+        trials = max((len(parameter.trials) for parameter in parameters), default=1)
+        if trials < 2:
+            return [score]
+        beyond = tuple(np.inf for _ in score.start)
+        return [replace(score, start=beyond, trial=trial) for trial in range(trials)]
+
+    def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
+        new = self._new_parts(current, other.sweep)
+        if not new:
+            return None
+        return found_among(new[0], self.asked, current.cost - other.sweep.cost, named(chosen.hypothesis.label))
+
+    def _new_parts(self, current: Sweep, trial: Sweep) -> list[Part]:
+        held = {(part.label, part.time) for part in self.parts(current)}
+        return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
+
+    def p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
+        """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise."""
+        if any(part.is_disturbance for part in parts):
+            return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
+        places = [self._place(sweep, part) for part in parts]
+        away = np.array([part.value - part.null for part in parts])
+        covariance = sweep.fit.covariance[np.ix_(places, places)]
+        if not np.isfinite(covariance).all():
+            return 1.0
+        # The moment of a sudden change was chosen among all samples.
+        asked = self.asked if all(part.time is None for part in parts) else max(self.asked, self.samples)
+        statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+        if len(parts) == 1:
+            return float(min(1.0, 2.0 * stats.t.sf(np.sqrt(statistic), sweep.fit.freedom) * asked))
+        return float(min(1.0, stats.f.sf(statistic / len(parts), len(parts), sweep.fit.freedom) * asked))
+
+    def _place(self, sweep: Sweep, part: Part) -> int:
+        swept = sweep.swept
+        if part.entry is not None:
+            return swept.free.index(part.entry)
+        place = len(swept.free)
+        for active in swept.effects:
+            if active is part.active:
+                break
+            place += active.slopes
+        return place
+
+    def _with(self, current: Sweep, score: Score) -> SweptModel:
+        """Where the fit of one more candidate begins."""
+        swept, hypothesis = current.swept, score.hypothesis
+        effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
+        if hypothesis.time is not None:
+            effects = tuple(moving(active, hypothesis.time, self.manoeuvres) for active in effects)
+        further = replace(
+            swept,
+            model=swept.model.extended(hypothesis.entries),
+            free=(*swept.free, *hypothesis.entries),
+            effects=(*swept.effects, *effects),
+        )
+        return self.sweeps.carried(swept, further) if effects else further
+
+    def _without(self, current: Sweep, part: Part) -> SweptModel:
+        """The structure with a part struck out; what it did is left to d(t)."""
+        swept = current.swept
+        if part.is_disturbance:
+            left = replace(swept, statistics=replace(swept.statistics, gust=None))
+        elif part.entry is None:
+            left = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
+        else:
+            entry: Entry = part.entry
+            free = tuple(e for e in swept.free if e != entry)
+            left = replace(swept, model=swept.model.without([entry]), free=free)
+        return self.sweeps.carried(swept, left)
+
+    def pruned(self, current: Sweep) -> Sweep:
+        """The structure without what later parts have made doubtful."""
+        while True:
+            parts = self.parts(current)
+            doubts = [(self.p_value(current, [part]), part) for part in parts]
+            worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
+            if worst is None or worst[0] <= self.settings.false_alarm:
+                return self._stilled(current)
+            current = self.sweeps.estimate(self._without(current, worst[1]))
+
+    def _stilled(self, current: Sweep) -> Sweep:
+        """The structure without turbulence that what entered later explains."""
+        moving = [part for part in self.parts(current) if part.is_disturbance]
+        if not moving:
+            return current
+        still = self.sweeps.estimate(self._without(current, moving[0]))
+        return still if still.cost - current.cost < self.settings.price * len(gust().parameters) else current
+
+    def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
+        """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
+        rows = []
+        for part in self.parts(current):
+            try:
+                struck = self.sweeps.estimate(self._without(current, part), sweeps=self.settings.trial_sweeps).cost
+            except EstimationError:
+                struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
+            rows.append((part, struck - current.cost, self.p_value(current, [part])))
+        return rows
+
+
+def _at_a_limit(parts: Sequence[Part]) -> bool:
+    """Whether a number of an effect has run to its limit: it then means something else."""
+    return any(
+        value in (parameter.lowest, parameter.highest)
+        for part in parts
+        if part.active is not None
+        for value, parameter in zip(part.active.values, part.active.effect.parameters, strict=True)
+    )
+
+
+def _plain(target: Array, columns: Array) -> Array:
+    """t-ratios of plain correlations about the means."""
+    y, x = target - target.mean(), columns - columns.mean(axis=0)
+    size = np.linalg.norm(y) * np.linalg.norm(x, axis=0)
+    rho = np.divide(x.T @ y, size, out=np.zeros_like(size), where=size > 0.0)
+    return np.asarray(rho * np.sqrt((y.size - 2) / np.maximum(1.0 - rho**2, 1e-12)))

@@ -1,0 +1,75 @@
+"""Settings of the stepwise selection by partial correlation with d(t)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from aerosid.model_error.swept_model import SweepSettings
+
+
+@dataclass(frozen=True)
+class ModelErrorSearchSettings:
+    """Settings of the search.
+
+    Attributes
+    ----------
+    false_alarm : float
+        Share of flights with nothing missing in which something may be named, by design (as the likelihood's search).
+    shortlist : int
+        Candidates of each round that are fitted: first-order ranks are exact only for small effects.
+    rounds : int
+        How many may enter.
+    price : float
+        What each further number must bring in -2 ln L for one candidate to be preferred to a simpler one (as the
+        likelihood's search).
+    evidence : float
+        ln L beyond half of ln N for each number that a name must bring: the field's Bayesian criterion, and odds of
+        3000 to 1 beside it, for the colour of the noise is itself estimated. Eight is what an independent regression
+        needed on twelve practice flights in turbulence.
+    reach : float
+        Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
+    trial_sweeps : int
+        Sweeps of a trial fit.
+    least_share : float
+        Share of the significant gain from which a candidate's first-order gain is worth a fit.
+    unlike_share : float
+        Share of the best first-order gain from which a kind that is far from linear in its number is worth a fit.
+    outliers : int
+        Moments of the greatest innovations of each flight at which a sudden change is asked for.
+    outlying : float
+        Squared innovations of a sample beyond their mean, in deviations of chi-square, from which it is one: 8 is met
+        by chance in one flight of a thousand samples out of a million.
+    least_reduction : float
+        Share of its spread to which d(t) of some coefficient must fall for a term, control or jump to have explained
+        it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and stalls.
+    most_increase : float
+        Times by which a name may raise the spread of d(t) in any coefficient: it is to explain model error and not to
+        need more of it. Half as much again is within the scatter of the spread on records of 500 samples.
+    apparent_mass : float
+        Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
+        motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
+    gusts : bool
+        Whether the air may move.
+    partial : bool
+        Whether candidates are ranked by partial correlation; else by the plain one of the paper's table 3 (for the
+        study of stages).
+    sweeps : SweepSettings
+    """
+
+    false_alarm: float = 0.001
+    shortlist: int = 6
+    rounds: int = 6
+    price: float = 8.0
+    evidence: float = 8.0
+    reach: float = 6.0
+    trial_sweeps: int = 3
+    least_share: float = 0.5
+    unlike_share: float = 0.1
+    outliers: int = 3
+    outlying: float = 8.0
+    least_reduction: float = 0.8
+    most_increase: float = 1.5
+    apparent_mass: float = 0.3
+    gusts: bool = True
+    partial: bool = True
+    sweeps: SweepSettings = field(default_factory=SweepSettings)

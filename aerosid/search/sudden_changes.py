@@ -1,0 +1,76 @@
+"""Instants of sudden changes from the greatest innovations: between those of a grid d(t) follows a jump."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect, InputEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.model_error.swept_model import Sweep
+from aerosid.search.model_error_settings import ModelErrorSearchSettings
+
+APART = 3.0
+"""Steps of the grid within which two sudden changes are one: the second would only mend the edge of the first."""
+
+
+def near_a_jump(hypothesis: Hypothesis, effects: Sequence[ActiveEffect], manoeuvres: Sequence[Manoeuvre]) -> bool:
+    """Whether a sudden change is so close to one among `effects` that it would only mend its edge."""
+    if hypothesis.time is None:
+        return False
+    log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
+    reach = APART * float(np.ptp(log.flight.time)) / GRID
+    return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
+
+
+def at_outliers(
+    current: Sweep,
+    hypotheses: Sequence[Hypothesis],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: ModelErrorSearchSettings,
+) -> list[Hypothesis]:
+    """The sudden changes among some hypotheses, one of each kind, at the moments of the greatest innovations."""
+    found = []
+    for n, log in enumerate(manoeuvres):
+        squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
+        for part, (flight, output) in zip(current.fit.groups, current.rows.channels, strict=True):
+            if flight == n:
+                held = np.isfinite(log.flight.measured[:, output])
+                squares[held] += current.fit.white_target[part] ** 2
+                count += held
+        excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
+        interval = float(np.median(np.diff(log.flight.time)))
+        reach = max(1, round(APART * float(np.ptp(log.flight.time)) / GRID / interval))
+        kinds = {
+            h.kind: h
+            for h in hypotheses
+            if h.time is not None and (h.where == log.name or all(a.log == log.name for a in h.effects))
+        }
+        for _ in range(settings.outliers):
+            k = int(np.argmax(excess))
+            if excess[k] < settings.outlying:
+                break
+            found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
+            excess[max(k - reach, 0) : k + reach] = -np.inf
+    return [h for h in found if not near_a_jump(h, current.swept.effects, manoeuvres)]
+
+
+def moving(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
+    """A sudden change whose moment is estimated too, near `time` s."""
+    log = next(m for m in manoeuvres if m.name == active.log)
+    return at_moment(active, time, active.log, float(np.median(np.diff(log.flight.time))))
+
+
+def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
+    """The same sudden changes at another moment, given."""
+    effects = []
+    for active in hypothesis.effects:
+        effect = active.effect
+        if isinstance(effect, InputEffect) and effect.again is not None:
+            active = replace(active, effect=at_given_moment(effect.again(time, interval)))
+        effects.append(active)
+    return replace(hypothesis, effects=tuple(effects), time=time)
