@@ -152,7 +152,21 @@ class StateEffect:
         return tuple(numbers)
 
 
-Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
+@dataclass(frozen=True)
+class PositionEffect:
+    """A sensor that sits elsewhere than declared by its one number, m, along the body `axis`, x or z.
+
+    The equation-error regression estimates it; to a simulation it is a position of the sensor.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    axis: str
+    source: str
+
+
+Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect | PositionEffect
 
 
 @dataclass(frozen=True)
