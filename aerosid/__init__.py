@@ -1,3 +1,68 @@
-"""aerosid finds what an aircraft's declared model lacks, from measured manoeuvres."""
+"""aerosid finds what an aircraft's declared model lacks, from measured manoeuvres.
+
+    import aerosid
+
+    result = aerosid.close_loop([aerosid.read_log("flight.csv")], aerosid.load_aircraft("aircraft.toml"))
+    print(result.summary)
+
+Nothing is imported before it is used: `import aerosid` costs no more than Python itself.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aerosid.aircraft import Aircraft, load_aircraft, save_aircraft
+    from aerosid.aircraft.bundled import bundled_folder
+    from aerosid.logs.flight_log import FlightLog
+    from aerosid.logs.formats import read_log
+    from aerosid.loop.identification import LoopSettings, close_loop
+    from aerosid.loop.result import ClosedLoop, Verdict
+    from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "Aircraft": "aerosid.aircraft",
+    "ClosedLoop": "aerosid.loop.result",
+    "FlightLog": "aerosid.logs.flight_log",
+    "LoopSettings": "aerosid.loop.identification",
+    "Verdict": "aerosid.loop.result",
+    "bundled_folder": "aerosid.aircraft.bundled",
+    "close_loop": "aerosid.loop.identification",
+    "load_aircraft": "aerosid.aircraft",
+    "read_log": "aerosid.logs.formats",
+    "save_aircraft": "aerosid.aircraft",
+    "write_report": "aerosid.reporting",
+}
+"""Where each public name is defined; it is imported when it is first asked for."""
+
+__all__ = [
+    "Aircraft",
+    "ClosedLoop",
+    "FlightLog",
+    "LoopSettings",
+    "Verdict",
+    "bundled_folder",
+    "close_loop",
+    "load_aircraft",
+    "read_log",
+    "save_aircraft",
+    "write_report",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from its home; AttributeError for any other."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'aerosid' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The public names and the version."""
+    return [*__all__, "__version__"]

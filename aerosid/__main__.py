@@ -2,7 +2,7 @@
 
 import sys
 
-from aerosid.cli import main
+from aerosid.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

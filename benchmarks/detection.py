@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from plants import backlash, rate_limited
 from scipy.signal import lfilter
 
-from aerosid.aerodynamics import AerodynamicModel, declared_model
-from aerosid.closed_loop import LoopSettings, close_loop
+from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import AerosidError
-from aerosid.flight_log import FlightLog
-from aerosid.results import ClosedLoop
-from aerosid.simulation import doublet, fly, three_two_one_one, trim
-from aerosid.terms import parse_term
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.flight_model.terms import parse_term
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.result import ClosedLoop
 
 Array = NDArray[np.float64]
 SAMPLES = 470

@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binomtest
 
-from aerosid.aerodynamics import declared_model
 from aerosid.aircraft import Aircraft, load_aircraft
-from aerosid.closed_loop import close_loop
+from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import AerosidError
-from aerosid.flight_log import FlightLog
-from aerosid.results import ClosedLoop
-from aerosid.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import close_loop
+from aerosid.loop.result import ClosedLoop
 
 NOISE = {
     "V": 0.15,

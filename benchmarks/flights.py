@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from aerosid.aerodynamics import AerodynamicModel, declared_model
 from aerosid.aircraft import Aircraft, load_aircraft
-from aerosid.flight_log import FlightLog
-from aerosid.simulation import fly, trim
-from aerosid.terms import parse_term
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.simulation import fly, trim
+from aerosid.flight_model.terms import parse_term
+from aerosid.logs.flight_log import FlightLog
 
 INTERVAL = 0.03
 """s, that of Parameswaran & Raol 1994."""

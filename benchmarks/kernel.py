@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import AerodynamicModel, declared_model
-from aerosid.aircraft_error import AircraftError, estimate_aircraft_error
-from aerosid.manoeuvre import prepare
-from aerosid.paper_chain import ChainSettings, Fed, choose_error_density, feed
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.paper_chain import ChainSettings, Fed, choose_error_density, feed
 from benchmarks.flights import light_transport, long_flight
 from benchmarks.plain_c import PlainC, PreparedRun, compile_recursion
 from benchmarks.sections import Section, Table

@@ -22,16 +22,16 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from aerosid.aerodynamics import declared_model
-from aerosid.aircraft_error import estimate_aircraft_error
-from aerosid.cli import main as command_line
-from aerosid.closed_loop import close_loop
-from aerosid.flight_log import FlightLog
-from aerosid.log_writing import native_csv
-from aerosid.manoeuvre import prepare
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.cli.main import main as command_line
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.log_writing import native_csv
+from aerosid.loop.identification import close_loop
+from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.continuous import estimate_continuous
+from aerosid.model_error.paper_chain import ChainSettings, feed
 from aerosid.model_error.weights import continuous_weights
-from aerosid.paper_chain import ChainSettings, feed
 from benchmarks.flights import light_transport, long_flight
 
 INTERVAL = 0.01

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from aerosid.log_writing import native_csv
-from aerosid.simulation import fly, trim
-from aerosid.study.elevator import deflection
+from aerosid.flight_model.simulation import fly, trim
+from aerosid.logs.log_writing import native_csv
+from aerosid.studies.monte_carlo.elevator import deflection
 from benchmarks.flights import NOISE, flown_model, light_transport
 from benchmarks.sections import Section, Table
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import AerodynamicModel
-from aerosid.aircraft_error import STATE_COUNT, initial_riccati, measured_states
-from aerosid.manoeuvre import initial_state
-from aerosid.prediction import Flight
+from aerosid.estimation.manoeuvre import initial_state
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.flight import Flight
+from aerosid.model_error.aircraft_error import STATE_COUNT, initial_riccati, measured_states
 
 SOURCE = Path(__file__).with_name("recursion.c")
 FLAGS = ("-O3", "-std=c11")
@@ -41,7 +41,7 @@ class PlainC:
         Parameters
         ----------
         model, flight
-            As for `aerosid.aircraft_error.estimate_aircraft_error`.
+            As for `aerosid.model_error.aircraft_error.estimate_aircraft_error`.
         variance : (4,) measurement variance of V, alpha, q, theta, SI squared.
         density : (4,) diagonal of Q2^-1.
         """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import fsolve
 from scipy.signal import chirp, lfilter
 
-from aerosid.flight_log import FlightLog
+from aerosid.logs.flight_log import FlightLog
 from benchmarks.planted_aircraft import BODIES, STRUCTURE, Body
 from benchmarks.plants import Plant
 

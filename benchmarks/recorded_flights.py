@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aerosid.aircraft import load_aircraft
-from aerosid.bundled import bundled_folder
-from aerosid.closed_loop import close_loop
-from aerosid.flight_log import FlightLog
-from aerosid.readers import read_log
-from aerosid.results import ClosedLoop, Effect
+from aerosid.aircraft.bundled import bundled_folder
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.loop.identification import close_loop
+from aerosid.loop.result import ClosedLoop, Effect
 
 FITTED = 0.6
 """Share of a single record that is fitted."""

@@ -24,10 +24,10 @@ from pathlib import Path
 import numpy as np
 
 from aerosid.aircraft import load_aircraft
-from aerosid.closed_loop import LoopSettings, close_loop
 from aerosid.errors import AerosidError
-from aerosid.readers import read_log
-from aerosid.results import ClosedLoop
+from aerosid.logs.formats import read_log
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.result import ClosedLoop
 from benchmarks.planted_flights import (
     NOISE,
     VARIABLES,

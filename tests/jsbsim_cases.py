@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
-from aerosid.jsbsim_export import ExportSettings, aerodynamics_element
-from aerosid.jsbsim_flight.configuration import driven_controls, thrust_force
-from aerosid.jsbsim_flight.polynomial import geometry_and_mass
-from aerosid.jsbsim_flight.process import run_job
-from aerosid.jsbsim_flight.properties import DEVIATION, THRUST
+from aerosid.reporting.export.jsbsim_xml import ExportSettings, aerodynamics_element
+from aerosid.studies.jsbsim.configuration import driven_controls, thrust_force
+from aerosid.studies.jsbsim.polynomial import geometry_and_mass
+from aerosid.studies.jsbsim.process import run_job
+from aerosid.studies.jsbsim.properties import DEVIATION, THRUST
 
 Array = NDArray[np.float64]
 

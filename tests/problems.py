@@ -1,6 +1,6 @@
 """A short list of (model, input, truth): aircraft with the terms they fly and do not declare, and their logs.
 
-Flights are made by `aerosid.simulation`, which tests/test_simulation.py holds to an independent integration.
+Flights are made by `aerosid.flight_model.simulation`, which tests/flight_model holds to an independent integration.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from aerosid.aerodynamics import AerodynamicModel, Entry, declared_model
 from aerosid.aircraft import Aircraft, Derivative, load_aircraft
+from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.reading import aircraft_from_text
-from aerosid.candidates import candidate_entries
-from aerosid.flight_log import FlightLog
-from aerosid.manoeuvre import Manoeuvre, prepare
-from aerosid.simulation import doublet, fly, three_two_one_one, trim
-from aerosid.terms import parse_term
+from aerosid.estimation.manoeuvre import Manoeuvre, prepare
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.flight_model.terms import parse_term
+from aerosid.logs.flight_log import FlightLog
+from aerosid.search.candidate_terms import candidate_entries
 
 Truth = Mapping[tuple[str, str], float]
 

@@ -6,16 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft, load_aircraft
-from aerosid.flight_log import ChannelSource, FlightLog
-from aerosid.goodness import fit_rows
-from aerosid.nomenclature import CHANNELS
-from aerosid.results import (
+from aerosid.logs.flight_log import ChannelSource, FlightLog
+from aerosid.loop.goodness import fit_rows
+from aerosid.loop.result import (
     ClosedLoop,
-    CoefficientRow,
     CorrelationMatrix,
     DerivativeRow,
     Effect,
-    ErrorHistory,
     ErrorRow,
     Evidence,
     InnovationRow,
@@ -23,11 +20,13 @@ from aerosid.results import (
     ModeRow,
     Parameter,
     PrefilterNote,
-    RegressorPicture,
-    ScreeningRow,
     Simulated,
     Verdict,
 )
+from aerosid.model_error.coefficient_match import CoefficientRow
+from aerosid.model_error.force_history import ErrorHistory
+from aerosid.model_error.screening import RegressorPicture, ScreeningRow
+from aerosid.nomenclature import CHANNELS
 
 OUTPUTS = ("V", "alpha", "q", "theta", "a_x", "a_z", "h")
 LEVEL = {"V": 100.0, "alpha": 0.0146, "theta": 0.0146, "a_z": -9.8, "a_x": 0.14, "h": 1500.0, "q": 0.0}

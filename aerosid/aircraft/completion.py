@@ -18,7 +18,7 @@ from tomlkit.items import AoT, InlineTable, KeyType, SingleKey
 from aerosid.aircraft.model import Aircraft, DeclaredEffect
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError
-from aerosid.terms import Term, parse_term
+from aerosid.flight_model.terms import Term, parse_term
 
 _SMALLEST_SIGMA = 1e-12
 _FOUND = "found by aerosid, not in the declared model"

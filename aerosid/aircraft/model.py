@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from aerosid.terms import Term
+from aerosid.flight_model.terms import Term
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
 from aerosid.aircraft.schema import (
     CandidatesTable,
@@ -18,11 +19,10 @@ from aerosid.aircraft.schema import (
     read_tables,
     shown,
 )
-from aerosid.bundled import bundled_folder
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
+from aerosid.flight_model.terms import COEFFICIENTS, Term, parse_term
 from aerosid.nomenclature import CHANNELS
-from aerosid.terms import COEFFICIENTS, Term, parse_term
 
 _LARGEST_FILE = 1_000_000
 

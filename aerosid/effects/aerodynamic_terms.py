@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_log import FlightLog
-from aerosid.terms import Term, parse_term
+from aerosid.flight_model.terms import Term, parse_term
+from aerosid.logs.flight_log import FlightLog
 
 POLYNOMIALS = (
     "1",

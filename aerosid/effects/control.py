@@ -8,8 +8,8 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
-from aerosid.effects.operators import deadbanded, delayed_linear, lagged, rate_limited
-from aerosid.noise import estimate_noise
+from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
+from aerosid.signals.noise import estimate_noise
 
 
 def _lateness(name: str) -> EffectParameter:

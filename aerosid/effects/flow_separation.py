@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from aerosid.effects.family import Family, Kind, Planted
-from aerosid.effects.kinds import EffectParameter, Law, StateEffect
+from aerosid.effects.kinds import EffectParameter, StateEffect
 from aerosid.effects.step_change import offset_column
+from aerosid.flight_model.motion_laws import Law
 
 
 def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) -> StateEffect:

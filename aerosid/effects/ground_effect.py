@@ -17,16 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
-from aerosid.compiled import njit
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
-from aerosid.effects.kinds import EffectParameter, Law, Signal, StateEffect
+from aerosid.effects.kinds import EffectParameter, Signal, StateEffect
 from aerosid.effects.step_change import offset_column
-
-_Height = TypeVar("_Height", float, Signal)
+from aerosid.flight_model.motion_laws import Law, influence
 
 PROPORTIONAL = ("C_Z", "C_L", "C_D")
 LEAST_SHARE = 0.02
@@ -34,13 +31,6 @@ LEAST_SHARE = 0.02
 
 REACHES = (0.5, 1.0, 2.0)
 """Reaches that are tried, over wing area by mean chord."""
-
-
-@njit
-def influence(height: _Height, reach: float) -> _Height:
-    """Sigma, 1 on the ground and 0 far from it, for a height, one or (N,), and a span in m."""
-    sigma: _Height = np.exp(-2.48 * (2.0 * np.maximum(height, 0.0) / reach) ** 0.768)
-    return sigma
 
 
 def ground_effect(coefficient: str, reach: float) -> StateEffect:

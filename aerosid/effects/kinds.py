@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.sensor_dynamics import SensorDynamics
+from aerosid.flight_model.motion_laws import Law
+from aerosid.signals.sensor_dynamics import SensorDynamics
 
 Signal = NDArray[np.float64]
 
@@ -113,13 +113,6 @@ class NoiseEffect:
     columns: tuple[str, ...]
     noise: Callable[[tuple[float, ...], float, float], tuple[tuple[float, ...], tuple[float, ...]]]
     source: str
-
-
-class Law(IntEnum):
-    """How an effect follows from the motion: what `aerosid.effects.motion_laws` computes."""
-
-    SEPARATION = 0
-    GROUND = 1
 
 
 @dataclass(frozen=True)

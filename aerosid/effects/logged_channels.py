@@ -14,10 +14,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_log import FlightLog
-from aerosid.noise import estimate_noise
+from aerosid.flight_model.terms import Term, parse_term
+from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
-from aerosid.terms import Term, parse_term
+from aerosid.signals.noise import estimate_noise
 
 KNOWN = ("delta_h", "delta_f", "beta")
 """Inputs of the glossary that act on the longitudinal motion."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
-from aerosid.effects.operators import advanced, delayed, lagged
 from aerosid.nomenclature import CHANNELS
-from aerosid.sensor_dynamics import AT_ONCE, lagging, late, scaled
+from aerosid.signals.delay_and_lag import advanced, delayed, lagged
+from aerosid.signals.sensor_dynamics import AT_ONCE, lagging, late, scaled
 
 
 def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:

@@ -8,7 +8,7 @@ from functools import partial
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted
 from aerosid.effects.kinds import EffectParameter, InputEffect
 from aerosid.effects.sudden import offered_on_a_grid, sudden
-from aerosid.terms import Factor, Term
+from aerosid.flight_model.terms import Factor, Term
 
 
 def offset_column(coefficient: str) -> str:

@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import signal
 
 from aerosid.errors import EstimationError, UsageError
-from aerosid.least_squares import RecursiveLeastSquares
 from aerosid.model_error.continuous import advance, make_scratch, model_error_at
 from aerosid.model_error.functions import model_functions
 from aerosid.model_error.response import response_at, response_scratch, response_step
 from aerosid.model_error.weights import Weights
+from aerosid.signals.least_squares import RecursiveLeastSquares
 
 Array = NDArray[np.float64]
 

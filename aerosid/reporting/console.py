@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
 from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
-from aerosid.results import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.results import ErrorRow
+from aerosid.loop.result import ErrorRow
 
 
 def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from statistics import median
 
+from aerosid.loop.result import ClosedLoop, ErrorRow, Verdict
 from aerosid.reporting.words import effect_name, number, shown_unit
-from aerosid.results import ClosedLoop, ErrorRow, Verdict
 
 DECISIONS = {
     Verdict.EXPLAINED: "Decide whether the declared model gives way to completed_aircraft.toml. "

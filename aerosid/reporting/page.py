@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.scripts import content_policy, page_scripts
 from aerosid.reporting.sections import SECTIONS, Section
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
-from aerosid.results import ClosedLoop
 
 
 def report_html(result: ClosedLoop, report: Report | None = None, *, interactive: bool = True) -> str:

@@ -13,10 +13,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from aerosid.flight_log import FlightLog
-from aerosid.kinematics import KinematicConsistency
-from aerosid.linear_model import LINEAR_STATES
-from aerosid.results import ClosedLoop, Effect, LinearRow
+from aerosid.compatibility import KinematicConsistency
+from aerosid.flight_model.linear_model import LINEAR_STATES
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.result import ClosedLoop, Effect, LinearRow
 
 SCHEMA = 1
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from aerosid.flight_log import FlightLog
-from aerosid.results import ClosedLoop, Simulated
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.result import ClosedLoop, Simulated
 
 FloatArray = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.loop.result import ClosedLoop, Simulated
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.result_schema import DerivativeEntry
-from aerosid.results import ClosedLoop, Simulated
 
 RESPONSES = ("measured", "declared", "before", "after")
 """What residuals.csv holds of each channel, in this order."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from aerosid.flight_model.terms import Factor
 from aerosid.reporting import words
-from aerosid.terms import Factor
 
 if TYPE_CHECKING:
     from jinja2 import Environment

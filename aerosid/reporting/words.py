@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
+from aerosid.flight_model.terms import Factor, parse_term
+from aerosid.loop.result import Effect
 from aerosid.nomenclature import CHANNELS
-from aerosid.results import Effect
-from aerosid.terms import Factor, parse_term
 
 DEGREES = 180.0 / math.pi
 MISSING = "–"

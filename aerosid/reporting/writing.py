@@ -10,11 +10,11 @@ from pathlib import Path
 
 from aerosid.aircraft import save_aircraft
 from aerosid.errors import AircraftError, UsageError
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import compose, report_html
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_schema import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
-from aerosid.results import ClosedLoop
 
 TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
     "result.json": result_text,

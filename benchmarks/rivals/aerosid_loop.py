@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aerosid.aerodynamics import declared_model
-from aerosid.closed_loop import LoopSettings, close_loop
-from aerosid.manoeuvre import prepare
-from aerosid.paper_chain import run_chain
-from aerosid.study.search import search
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.model_error.paper_chain import run_chain
+from aerosid.studies.monte_carlo.search import search
 from benchmarks.rivals.task import COEFFICIENTS, LIBRARY, Answer, Record, Task
 
 TERMS = LoopSettings(

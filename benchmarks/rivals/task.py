@@ -14,15 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import AerodynamicModel, Entry
 from aerosid.aircraft import Aircraft
-from aerosid.bundled import bundled_folder
-from aerosid.cramer_rao import sensitivity
-from aerosid.flight_log import FlightLog
-from aerosid.manoeuvre import prepare
-from aerosid.readers import read_log
-from aerosid.simulation import doublet, fly, trim
-from aerosid.terms import parse_term
+from aerosid.aircraft.bundled import bundled_folder
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.simulation import doublet, fly, trim
+from aerosid.flight_model.terms import parse_term
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.studies.cramer_rao import sensitivity
 from benchmarks.flights import INTERVAL, NOISE, UNDECLARED, flown_model, light_transport
 
 Array = NDArray[np.float64]

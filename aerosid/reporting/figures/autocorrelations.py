@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from aerosid.loop.result import FitRow
 from aerosid.reporting.figures.chart import Band, Chart, Line, Mark, Role
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted
-from aerosid.results import FitRow
 
 _ROLES: dict[str, Role] = {"before": "before", "after": "after"}
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from aerosid.model_error.screening import RegressorPicture
 from aerosid.reporting.figures.chart import Chart, FloatArray, Limits, Line, Points, Role
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted, term_label
-from aerosid.results import RegressorPicture
 
 _DRAWN = 1500
 """Points of one plot: a longer record is drawn at regular samples."""

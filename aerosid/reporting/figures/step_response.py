@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from aerosid.loop.result import LinearRow
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Chart, Corridor, Line, Mark, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
-from aerosid.results import LinearRow
 
 _HEIGHT, _BETWEEN = 62.0, 12.0
 _ROLES: dict[str, Role] = {"declared": "declared", "completed": "after"}

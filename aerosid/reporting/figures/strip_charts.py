@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from aerosid.loop.result import Simulated
+from aerosid.model_error.force_history import ErrorHistory
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
-from aerosid.results import ErrorHistory, Simulated
 
 CHANNELS_A_CHART = 4
 """Channels in one figure: with their residuals and the inputs they fill most of an A4 page."""

@@ -13,13 +13,13 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Frame, PageTemplate, Paragraph
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.page import Report
 from aerosid.reporting.paper.blocks import allow_breaks, blocks
 from aerosid.reporting.paper.elements import Element, parsed
 from aerosid.reporting.paper.inline import markup, printable
 from aerosid.reporting.paper.typeface import colours, registered, style
-from aerosid.results import ClosedLoop
 
 _PICTURE = re.compile(r'<svg [^>]*role="img".*?</svg>', re.DOTALL)
 """The page's figures, which are drawn anew."""

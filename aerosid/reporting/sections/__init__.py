@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.sections import (
     alternatives,
@@ -29,7 +30,6 @@ from aerosid.reporting.sections import (
     readings,
     residual,
 )
-from aerosid.results import ClosedLoop
 
 Context = dict[str, Any]
 

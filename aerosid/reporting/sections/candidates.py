@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop
+from aerosid.model_error.screening import RegressorPicture
 from aerosid.reporting.figures.cross_plots import cross_plots
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.words import number
-from aerosid.results import ClosedLoop, RegressorPicture
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

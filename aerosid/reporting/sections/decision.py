@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.error_rows import by_log, noise_scale
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, typical_gain, unproven
-from aerosid.results import ClosedLoop
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:

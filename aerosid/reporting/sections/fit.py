@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop, FitRow
 from aerosid.reporting.figures.autocorrelations import autocorrelations
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.results import ClosedLoop, FitRow
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:

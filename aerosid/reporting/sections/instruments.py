@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.results import ClosedLoop
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:

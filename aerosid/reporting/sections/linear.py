@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop, LinearRow, Parameter
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.step_response import step_response_chart
 from aerosid.reporting.words import MISSING, Unit, number, shown_unit, with_deviation
-from aerosid.results import ClosedLoop, LinearRow, Parameter
 
 _WORDS = {
     "alpha": "angle of attack",

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aerosid.flight_limits import MARGIN
+from aerosid.loop.next_flight.flight_limits import MARGIN
+from aerosid.loop.result import ClosedLoop, PlannedInput, PlannedPeak, Question
 from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.words import number, shown_unit, subscripted
-from aerosid.results import ClosedLoop, PlannedInput, PlannedPeak, Question
 
 _STRIP, _GAP = 46.0, 12.0  # pt
 

@@ -6,9 +6,9 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.result_schema import input_files
-from aerosid.results import ClosedLoop
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from aerosid.loop.result import ClosedLoop, ErrorRow, Simulated
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook
@@ -12,7 +13,6 @@ from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_d
 from aerosid.reporting.simulator_tolerances import within
 from aerosid.reporting.tables import measured_channels
 from aerosid.reporting.words import number, shown_unit
-from aerosid.results import ClosedLoop, ErrorRow, Simulated
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.sign_sketch import sign_sketch
-from aerosid.results import ClosedLoop
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

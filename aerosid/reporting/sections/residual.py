@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from aerosid.loop.result import ClosedLoop
+from aerosid.model_error.force_history import ErrorHistory
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import model_error_chart
 from aerosid.reporting.words import number
-from aerosid.results import ClosedLoop, ErrorHistory
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

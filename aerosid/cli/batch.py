@@ -1,0 +1,73 @@
+"""The verb batch: its words, and what it does with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+
+
+def batch_command(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR|LIST", help="A folder of logs, or a text file with one path a line.", show_default=False
+        ),
+    ],
+    aircraft: Annotated[
+        str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
+    ],
+    channels: ChannelsOption = None,
+    catalogue: Annotated[str, typer.Option(help="What may be named: all, or aerodynamic terms.")] = "all",
+    against: Annotated[
+        Optional[str],
+        typer.Option(
+            help="What derivatives are drawn against: alpha, mach, V or h; mach where it varies.", show_default=False
+        ),
+    ] = None,
+    reports: Annotated[bool, typer.Option(help="A report for each log.")] = True,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 where a log could not be used.")] = False,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/batch"),
+) -> int:
+    """Closes the loop on every log of a folder, and tabulates the derivatives over manoeuvres."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.cli.progress_bar import progress_bar
+    from aerosid.errors import UsageError
+    from aerosid.file_set import require_folder
+    from aerosid.loop.identification import LoopSettings
+    from aerosid.studies.batch import find_logs, run_batch, write_batch
+    from aerosid.studies.batch.console import print_batch
+    from aerosid.studies.batch.one_log import CONDITION
+    from aerosid.studies.workers import Workers
+
+    if catalogue not in ("all", "terms"):
+        raise UsageError(f"--catalogue is {catalogue!r}; give all or terms.")
+    if against is not None and against not in CONDITION:
+        raise UsageError(f"--against is {against!r}; give one of {', '.join(CONDITION)}.")
+    declared = load_aircraft(aircraft)
+    logs = find_logs(source, channels, but_in=out)
+    require_folder(out)
+    settings = LoopSettings(catalogue="terms" if catalogue == "terms" else "all", seed=seed)
+    with progress_bar("logs") as (announce, tick):
+        batch = run_batch(
+            logs,
+            declared,
+            out,
+            channels=channels,
+            settings=settings,
+            reports=reports,
+            workers=Workers(workers, scheduler),
+            announce=announce,
+            tick=tick,
+        )
+    files = write_batch(batch, out, against)
+    output = console()
+    print_batch(batch, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    return int(strict and bool(batch.failures))

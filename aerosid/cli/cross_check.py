@@ -1,0 +1,44 @@
+"""The verb cross-check: its words, and what it does with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aerosid.cli.options import console
+
+
+def cross_check_command(
+    aircraft: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[AIRCRAFT]...",
+            help="Aircraft of JSBSim; by default L410, DHC6, c310, t6texan2, fokker50, 737.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/jsbsim"),
+    amplitude: Annotated[float, typer.Option(help="Of the aircraft's manoeuvres, rad.")] = 0.04,
+    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 50,
+    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 0,
+) -> None:
+    """Judges the loop by JSBSim: the paper's flight, aircraft with known derivatives, and each undeclared effect."""
+    from aerosid.cli.progress_bar import progress_bar
+    from aerosid.file_set import require_folder
+    from aerosid.studies.cross_check import cross_check, write_cross_check
+    from aerosid.studies.cross_check.console import print_cross_check
+    from aerosid.studies.cross_check.run import AIRCRAFT, steps
+    from aerosid.studies.jsbsim.process import require_jsbsim
+
+    require_jsbsim()
+    require_folder(out)
+    names = aircraft or list(AIRCRAFT)
+    with progress_bar("cross-check") as (announce, tick):
+        announce(steps(names, seeds), 0)
+        result = cross_check(names, amplitude=amplitude, seed=seed, seeds=seeds, tick=tick)
+    files = write_cross_check(result, out)
+    output = console()
+    print_cross_check(result, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)

@@ -1,0 +1,166 @@
+"""The verb `export`: options to settings, a text to a file or the terminal."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from aerosid.errors import UsageError
+
+if TYPE_CHECKING:
+    from aerosid.aircraft import Aircraft
+
+_FORMATS = "jsbsim, json, csv, latex or davem"
+
+
+def export_command(
+    aircraft: Annotated[
+        str, typer.Argument(metavar="AIRCRAFT", help="Aircraft file, or a bundled name.", show_default=False)
+    ],
+    format_name: Annotated[str, typer.Option("--format", metavar="FORMAT", help=f"{_FORMATS}.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Where to; default the terminal.", show_default=False)
+    ] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option(
+            "--into",
+            metavar="XML",
+            help="jsbsim: the aircraft whose longitudinal aerodynamics the model replaces.",
+            show_default=False,
+        ),
+    ] = None,
+    aerorp: Annotated[
+        str | None,
+        typer.Option(
+            "--aerorp",
+            metavar="X,Z",
+            help="jsbsim: AERORP from the centre of gravity, m, x forward, z down; by default at it.",
+            show_default=False,
+        ),
+    ] = None,
+    alpha_range: Annotated[
+        str | None,
+        typer.Option(
+            "--alpha-range",
+            metavar="LOW,HIGH",
+            help="jsbsim, davem: tested range of alpha, deg; terms keep its ends beyond.",
+            show_default=False,
+        ),
+    ] = None,
+    airspeed: Annotated[
+        float | None,
+        typer.Option(
+            "--airspeed",
+            metavar="M/S",
+            help="jsbsim, davem: U0 of V_hat where the aircraft file gives none.",
+            show_default=False,
+        ),
+    ] = None,
+    folded_thrust: Annotated[
+        float | None,
+        typer.Option(
+            "--folded-thrust",
+            metavar="C_T",
+            help="jsbsim: thrust/(q_bar S) that C_X holds, to be taken out for an aircraft with engines.",
+            show_default=False,
+        ),
+    ] = None,
+    properties: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--property",
+            metavar="CHANNEL=NAME[,FACTOR]",
+            help="jsbsim: the property of a channel and the factor from its unit to SI; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    date: Annotated[
+        str | None,
+        typer.Option(
+            "--date",
+            metavar="YYYY-MM-DD",
+            help="davem: date of creation; by default that of the aircraft file.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Writes the model of an aircraft file for JSBSim, as JSON, CSV, LaTeX or DAVE-ML 2.0."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.file_set import text, write_files
+    from aerosid.reporting.export import ExportOptions, export
+
+    loaded = load_aircraft(aircraft)
+    options = ExportOptions(
+        into=into,
+        aero_reference=_pair("--aerorp", aerorp),
+        alpha_range=_in_radians(_pair("--alpha-range", alpha_range)),
+        airspeed=_airspeed(airspeed),
+        folded_thrust=folded_thrust,
+        properties=dict(_property(words) for words in properties or ()),
+        date=_date(loaded, date),
+    )
+    exported = export(loaded, format_name, options)
+    if out is None:
+        sys.stdout.write(exported.text)
+    else:
+        write_files(out.parent, {out.name: text(exported.text)})
+    for note in exported.notes:
+        sys.stderr.write(f"aerosid: {note}\n")
+
+
+def _pair(option: str, words: str | None) -> tuple[float, float] | None:
+    if words is None:
+        return None
+    numbers = [_number(word) for word in words.split(",")]
+    if len(numbers) != 2 or None in numbers:
+        raise UsageError(f"{option} is {words!r}, expected two numbers with a comma between; write {option} 0.5,0.3")
+    return numbers[0] or 0.0, numbers[1] or 0.0
+
+
+def _number(word: str) -> float | None:
+    try:
+        number = float(word)
+    except ValueError:
+        return None
+    return number if abs(number) < 1e12 else None
+
+
+def _in_radians(pair: tuple[float, float] | None) -> tuple[float, float] | None:
+    if pair is None:
+        return None
+    return math.radians(pair[0]), math.radians(pair[1])
+
+
+def _airspeed(airspeed: float | None) -> float | None:
+    if airspeed is not None and not 0.0 < airspeed < 1e6:
+        raise UsageError(f"--airspeed is {airspeed:g}, expected a positive number in m/s; correct it.")
+    return airspeed
+
+
+def _property(words: str) -> tuple[str, tuple[str, float]]:
+    channel, _, rest = words.partition("=")
+    name, _, factor = rest.partition(",")
+    scale = _number(factor) if factor else 1.0
+    if not channel.isidentifier() or not name.strip() or scale is None:
+        raise UsageError(
+            f"--property is {words!r}, expected CHANNEL=NAME or CHANNEL=NAME,FACTOR; write "
+            "--property delta_f=fcs/flap-pos-deg,0.0174533"
+        )
+    return channel, (name.strip(), scale)
+
+
+def _date(aircraft: Aircraft, words: str | None) -> str:
+    """The date asked for, else that of the file: the same file gives the same bytes."""
+    from aerosid.aircraft import bundled_aircraft
+
+    if words is not None:
+        return words
+    file = Path(aircraft.path)
+    file = file if file.is_file() else bundled_aircraft().get(aircraft.path, file)
+    return dt.datetime.fromtimestamp(file.stat().st_mtime, dt.UTC).date().isoformat()

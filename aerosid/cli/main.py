@@ -1,0 +1,278 @@
+"""The command line: parse, call, print, exit code. One verb is one short function that imports what it needs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from aerosid import __version__
+from aerosid.cli.batch import batch_command
+from aerosid.cli.cross_check import cross_check_command
+from aerosid.cli.export import export_command
+from aerosid.cli.fly import fly_command
+from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.study import study_command
+from aerosid.errors import AerosidError
+
+app = typer.Typer(
+    name="aerosid",
+    help="Finds what an aircraft's declared flight-mechanics model lacks, from measured manoeuvres.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Any verb also takes --debug: a traceback in place of the one-sentence error. Exit codes: 0 done, "
+    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke "
+    "down.",
+)
+
+LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
+
+_DEBUG = "--debug"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after `aerosid`; those of the process where absent.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = _DEBUG in words
+    # Matrices are small here. A second thread of a product has to wait where another process holds the core, which has
+    # made products of 20 us take 8 ms and a whole loop twice as long.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        # Taken out here so that it may stand before or after the verb without every verb declaring it.
+        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+    except AerosidError as error:
+        return _failed(str(error), error.exit_code, debug)
+    except typer.Abort:
+        return _failed("aborted.", 2, debug)
+    except KeyboardInterrupt:
+        return _failed("interrupted.", 130, debug)
+    except BrokenPipeError:
+        # The reader of the output has gone, as in `aerosid check log | head`: nothing is left to say or flush.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
+        if hasattr(error, "format_message"):
+            return _failed(f"{error.format_message()} See `aerosid --help`.", 2, debug)
+        detail = " ".join(str(error).split())[:200] or type(error).__name__
+        return _failed(
+            f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
+            4,
+            debug,
+        )
+    return result if isinstance(result, int) else 0
+
+
+def _failed(sentence: str, code: int, debug: bool) -> int:
+    if debug:
+        import traceback
+
+        traceback.print_exc()
+    sys.stderr.write(f"aerosid: {' '.join(sentence.split())}\n")
+    return code
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"aerosid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _global_options(
+    debug: Annotated[bool, typer.Option(_DEBUG, help="Show a traceback with an error.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Global options; `main` acts on --debug itself."""
+
+
+@app.command()
+def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
+    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
+    from aerosid.compatibility import check_kinematics
+    from aerosid.logs.formats import read_log
+    from aerosid.logs.quality import check_log
+    from aerosid.reporting.quality_tables import print_kinematics, print_quality
+
+    output = console()
+    for path in logs:
+        log = read_log(path, channels)
+        quality = check_log(log)
+        print_quality(quality, output)
+        agreement = check_kinematics([log])
+        if agreement is not None:
+            print_kinematics(agreement, output)
+
+
+@app.command("close-loop")
+def close_loop_command(
+    logs: LogsArgument,
+    aircraft: Annotated[
+        str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
+    ],
+    validate: Annotated[
+        Optional[list[Path]],
+        typer.Option("--validate", metavar="LOG", help="A log that is only predicted; repeatable.", show_default=False),
+    ] = None,
+    channels: ChannelsOption = None,
+    out: Annotated[
+        Optional[Path],
+        typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
+    ] = None,
+    start: Annotated[
+        Optional[float],
+        typer.Option("--from", metavar="S", help="Begin, in the identification log's own time.", show_default=False),
+    ] = None,
+    stop: Annotated[
+        Optional[float],
+        typer.Option("--to", metavar="S", help="End, in the identification log's own time.", show_default=False),
+    ] = None,
+    prefilter: Annotated[
+        str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
+    ] = "zero-phase",
+    error_density: Annotated[
+        Optional[str],
+        typer.Option(
+            "--error-density",
+            metavar="U,W,Q,THETA",
+            help="Diagonal of Q2^-1: two in (m/s^2)^2 s, then (rad/s^2)^2 s and (rad/s)^2 s; from the log by default.",
+            show_default=False,
+        ),
+    ] = None,
+    priors: Annotated[bool, typer.Option("--priors", help="Let the aircraft file's sigma enter the estimate.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    static: Annotated[
+        bool, typer.Option("--static", help="Still figures only: report.html takes half a megabyte, not five.")
+    ] = False,
+    flight_phase: Annotated[
+        Optional[str],
+        typer.Option(
+            "--flight-phase",
+            metavar="A|B|C",
+            help="Category for the levels of MIL-F-8785C; else the aircraft file's, else B.",
+            show_default=False,
+        ),
+    ] = None,
+    aircraft_class: Annotated[
+        Optional[str],
+        typer.Option(
+            "--class", metavar="I|II|II-C|III|IV", help="Aircraft class for the same; else II.", show_default=False
+        ),
+    ] = None,
+    no_next_flight: Annotated[
+        bool, typer.Option("--no-next-flight", help="Design no input for what is left to decide.")
+    ] = False,
+    limit: Annotated[
+        Optional[list[str]],
+        typer.Option(
+            "--limit",
+            metavar="NAME=LOW:HIGH",
+            help="Of the next flight: alpha, n_z, V, theta, delta_e or delta_e_rate, as in alpha=-2:12deg; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
+    ] = False,
+) -> int:
+    """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
+    from aerosid.loop.result import Verdict
+    from aerosid.reporting import print_summary, write_report
+
+    settings = loop_settings(
+        prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
+    )
+    declared = load_aircraft(aircraft)
+    identification = read_logs(logs, channels, start, stop)
+    validation = read_logs(validate or [], channels)
+    directory = out or Path("reports") / identification[0].name
+    result = with_progress(identification, declared, validation, settings)
+    files = write_report(result, directory, interactive=not static)
+    output = console()
+    print_summary(result, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
+
+
+@app.command("reproduce")
+def reproduce_command(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/paper"),
+    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 200,
+) -> None:
+    """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
+    from aerosid.file_set import require_folder
+    from aerosid.studies.paper import write_reproduction
+    from aerosid.studies.paper.console import print_reproduction, reproduce_with_progress
+
+    require_folder(out)
+    result = reproduce_with_progress(seeds)
+    files = write_reproduction(result, out)
+    output = console()
+    print_reproduction(result, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+
+
+app.command("study")(study_command)
+app.command("fly")(fly_command)
+app.command("export")(export_command)
+app.command("batch")(batch_command)
+app.command("cross-check")(cross_check_command)
+
+
+@app.command()
+def formats() -> None:
+    """Lists the formats of logs that can be read."""
+    from rich.table import Table
+
+    from aerosid.logs.formats import FORMATS
+
+    table = Table(title="Log formats (each may be compressed with gzip)")
+    for heading in ("format", "suffixes", "channel map", "content"):
+        table.add_column(heading)
+    for name, entry in FORMATS.items():
+        need = "not needed" if entry.self_describing else "needed"
+        table.add_row(name, " ".join(entry.suffixes), need, entry.description)
+    console().print(table)
+
+
+aircraft_app = typer.Typer(help="Lists the bundled aircraft, and checks aircraft files.", no_args_is_help=True)
+app.add_typer(aircraft_app, name="aircraft")
+
+
+@aircraft_app.command("list")
+def list_aircraft() -> None:
+    """Lists the bundled aircraft by the name that --aircraft takes."""
+    from aerosid.aircraft import bundled_aircraft, load_aircraft
+    from aerosid.reporting.aircraft_tables import print_aircraft_list
+
+    print_aircraft_list([load_aircraft(name) for name in bundled_aircraft()], console())
+
+
+@aircraft_app.command("check")
+def check_aircraft(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Aircraft files, or bundled names.", show_default=False)
+    ],
+) -> None:
+    """Shows what was understood of aircraft files, and warns of unusual numbers."""
+    from aerosid.aircraft import load_aircraft
+    from aerosid.reporting.aircraft_tables import print_aircraft
+
+    output = console()
+    for aircraft in [load_aircraft(file) for file in files]:
+        print_aircraft(aircraft, output)

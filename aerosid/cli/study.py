@@ -1,0 +1,112 @@
+"""The verb study: its words, and what it does with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+
+
+def _option(*names: str, help: str, metavar: str | None = None) -> typer.models.OptionInfo:  # noqa: A002
+    """An option without a default of its own: a preset, then the plan gives it."""
+    info: typer.models.OptionInfo = typer.Option(*names, help=help, metavar=metavar, show_default=False)
+    return info
+
+
+Text = Optional[str]
+Number = Optional[float]
+Count = Optional[int]
+
+
+def study_command(
+    aircraft: Annotated[Text, _option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.")] = None,
+    flown: Annotated[
+        Text,
+        _option(
+            "--input",
+            metavar="INPUT",
+            help="doublet (default), 3211, step, pulse, 2-1-1, doublets-of-two-sizes, staircase, multisine, sweep; "
+            "steps as in 0.8@1,0.6@-1 (s at a level); or a log, or next_input.csv, whose delta_e is flown.",
+        ),
+    ] = None,
+    amplitude: Annotated[Number, _option("--amplitude", help="Of the input, rad; default 0.06.")] = None,
+    unit: Annotated[
+        Number, _option("--unit", help="s: half a doublet, the 1 of a 3211, half the shortest period of a sweep.")
+    ] = None,
+    snr: Annotated[Text, _option("--snr", help="As in inf,50,20,10,5 (default); `recorded` with --base.")] = None,
+    noise_colour: Annotated[
+        Text, _option("--noise-colour", metavar="RHO,...", help="AR(1) memory of the noise; 0, the default, is white.")
+    ] = None,
+    runs: Annotated[Count, _option("--runs", help="At each level; default 1000.")] = None,
+    effect: Annotated[
+        list[str] | None,
+        _option(
+            "--effect",
+            metavar="WHAT",
+            help="Flown, not declared: C_m:alpha^2=-1.7, control_lag:delta_e=0.1, step_change:C_m=.01@6; repeatable.",
+        ),
+    ] = None,
+    catalogue: Annotated[
+        Text, _option("--catalogue", help="What may be named: known (nothing), terms or all; default terms.")
+    ] = None,
+    base: Annotated[
+        Path | None, _option("--base", metavar="LOG", help="Fly this log's inputs, and draw its residuals again.")
+    ] = None,
+    channels: ChannelsOption = None,
+    validate: Annotated[
+        Text, _option("--validate", metavar="INPUT|LOG", help="What is only predicted; default 3211.")
+    ] = None,
+    measure: Annotated[Text, _option("--measure", help="Recorded outputs; default V,alpha,q,theta,a_x,a_z.")] = None,
+    elevator_noise: Annotated[Number, _option("--elevator-noise", help="rad per sample; default 0.0002.")] = None,
+    airspeed: Annotated[Number, _option("--airspeed", help="m/s; default the aircraft file's.")] = None,
+    density: Annotated[Number, _option("--density", help="kg/m^3; default the aircraft file's.")] = None,
+    samples: Annotated[Count, _option("--samples", help="Default 470.")] = None,
+    interval: Annotated[Number, _option("--interval", help="s; default 0.03.")] = None,
+    preset: Annotated[Text, _option("--preset", help="Begin from a ready-made study: accuracy or structure.")] = None,
+    seed: Annotated[Count, _option("--seed", help="Of every draw; default 0.")] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/study"),
+) -> None:
+    """Flies the aircraft many times with noise: errors against their bound, true coverage, detection, prediction."""
+    from aerosid.cli.progress_bar import progress_bar
+    from aerosid.file_set import require_folder
+    from aerosid.studies.monte_carlo import run_study, write_study
+    from aerosid.studies.monte_carlo.console import print_demands, print_study
+    from aerosid.studies.monte_carlo.words import StudyWords, plan_of
+    from aerosid.studies.workers import Workers
+
+    words = StudyWords(
+        aircraft=aircraft,
+        input=flown,
+        amplitude=amplitude,
+        unit=unit,
+        airspeed=airspeed,
+        density=density,
+        interval=interval,
+        samples=samples,
+        base=base,
+        channels=channels,
+        validate=validate,
+        measure=measure,
+        elevator_noise=elevator_noise,
+        snr=snr,
+        noise_colour=noise_colour,
+        effects=tuple(effect or ()),
+        runs=runs,
+        seed=seed,
+        catalogue=catalogue,
+    )
+    plan = plan_of(words, preset)
+    require_folder(out)
+    with progress_bar("runs") as (announce, tick):
+        study = run_study(plan, out, Workers(workers, scheduler), announce, tick)
+    files = write_study(study, out)
+    output = console()
+    print_study(study, output)
+    if preset == "accuracy":
+        print_demands(study, output)
+    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)

@@ -1,0 +1,28 @@
+"""Kinematic consistency: what a_x, a_z, q, theta, V, alpha and h say about each other without any aerodynamics.
+
+`consistency` gives the answer; `contradiction` sees what cannot belong together, `search` looks for faults of
+instruments, `estimate` fits them, `likelihood` whitens what is left, `flight_path` integrates the motion, `faults` is
+the catalogue, `recording` a log as arrays.
+"""
+
+from aerosid.compatibility.consistency import (
+    Agreement,
+    ChannelAgreement,
+    InstrumentFinding,
+    KinematicConsistency,
+    MovingAir,
+    check_kinematics,
+    describe,
+)
+from aerosid.compatibility.contradiction import Contradiction
+
+__all__ = [
+    "Agreement",
+    "ChannelAgreement",
+    "Contradiction",
+    "InstrumentFinding",
+    "KinematicConsistency",
+    "MovingAir",
+    "check_kinematics",
+    "describe",
+]

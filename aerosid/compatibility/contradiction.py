@@ -1,0 +1,324 @@
+"""Do the channels belong together at all: a sign, a unit, a clock or a whole channel that no instrument's fault mends.
+
+Over windows of a few seconds small biases and drifts matter little, and whether the integrated motion is the measured
+one shows in its shape. Where it is not, signs, units and clocks of one channel are tried; a channel without which the
+others agree is named; else those that contradict each other.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compatibility.estimate import FitSettings, fit
+from aerosid.compatibility.faults import Fault, catalogue
+from aerosid.compatibility.flight_path import DRIVING
+from aerosid.compatibility.likelihood import Structure, simulate
+from aerosid.compatibility.recording import SEEN, Recording, compacted
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.nomenclature import CHANNELS
+
+Array = NDArray[np.float64]
+
+WINDOW = 8.0
+"""s; a bias of 0.005 rad/s, which is large, moves theta by 0.02 rad about its mean within it."""
+
+MOST_WINDOWS = 12
+"""The liveliest so many are looked at."""
+
+SIGN = (-1.0, "with its sign changed")
+_ANGLE = (
+    SIGN,
+    (np.pi / 180.0, "if its numbers are degrees and not radians"),
+    (180.0 / np.pi, "if its numbers are radians and not degrees"),
+)
+_ACCELERATION = (
+    SIGN,
+    (9.80665, "if its numbers are multiples of g and not m/s^2"),
+    (1.0 / 9.80665, "if its numbers are m/s^2 and not multiples of g"),
+)
+FACTORS = {
+    "rad": _ANGLE,
+    "rad/s": _ANGLE,
+    "m/s^2": _ACCELERATION,
+    "m/s": (
+        (0.514444, "if its numbers are knots and not m/s"),
+        (1.0 / 0.514444, "if its numbers are m/s and not knots"),
+        (1.0 / 3.6, "if its numbers are km/h and not m/s"),
+        (0.3048, "if its numbers are ft/s and not m/s"),
+    ),
+    "m": (
+        SIGN,
+        (0.3048, "if its numbers are feet and not metres"),
+        (1.0 / 0.3048, "if its numbers are metres and not feet"),
+    ),
+}
+"""What channel maps get wrong, by unit: by this the recorded numbers would have to be multiplied."""
+
+OFFSETS = ((-9.80665, "with 9.81 m/s^2 taken off"), (9.80665, "with 9.81 m/s^2 added"))
+"""An acceleration without the weight that specific force holds."""
+
+SHIFTS = tuple(sign * seconds for seconds in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0) for sign in (1.0, -1.0))
+"""s; how late a channel may be stamped, roughly."""
+
+DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
+"""The input that an output answers to first: where the output is wrong, it may be that one's fault."""
+
+LEAST = {"theta": 0.02, "h": 10.0}
+"""A misfit below this contradicts nothing: rad, m."""
+
+AIR = {"alpha": 3.0, "V": 2.0}
+"""m/s; so much may be gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V sees that of some seconds only."""
+
+MISFIT = {"V": 0.5, "alpha": 0.5, "theta": 0.5, "h": 1.0}
+"""Share of a channel's variation that is not explained, from which it contradicts; pressure altitude is slow."""
+
+SMALL_BIAS = 0.03
+"""rad; so much may theta and alpha be biased: more would turn any climb into a descent."""
+
+AGREES = 0.3
+"""Share below which it agrees."""
+
+DOUBTFUL, VANISHES = 0.4, 0.12
+"""Share from which a channel is wrong if one of the remedies brings it below the other."""
+
+ABOVE_NOISE = 8.0
+"""Times its noise that a misfit must be."""
+
+_QUICK = FitSettings(steps=6, rounds=3, cost_tolerance=1.0, variance_tolerance=0.2)
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Channels of one log that cannot belong to one motion.
+
+    Attributes
+    ----------
+    log : str
+        The log.
+    channels : tuple of str
+        The channel that is wrong, or those that contradict the integrated motion.
+    remedy : str
+        What would make them agree, as words after "it agrees"; empty where nothing was found.
+    misfit : float
+        Largest share of a channel's variation that the motion does not explain.
+    """
+
+    log: str
+    channels: tuple[str, ...]
+    remedy: str
+    misfit: float
+
+    @property
+    def sentence(self) -> str:
+        """The contradiction for a person."""
+        share = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is left"
+        if self.remedy:
+            return f"{self.log}: {self.channels[0]} contradicts the other channels ({share}); it agrees {self.remedy}."
+        if len(self.channels) == 1:
+            return (
+                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({share}); "
+                "check that it belongs to this flight and to this clock."
+            )
+        return (
+            f"{self.log}: {', '.join(self.channels)} contradict the motion that a_x, a_z and q give ({share}); check "
+            "that all of them belong to this flight, and their signs, units and clocks."
+        )
+
+
+def contradictions(
+    recordings: Sequence[Recording], faults: Sequence[Fault] = (), values: Sequence[float] = ()
+) -> tuple[Contradiction, ...]:
+    """What no instrument fault, gust or noise reconciles; `faults` with their numbers are taken as known."""
+    found = []
+    for recording in recordings:
+        windows = _windows(recording)
+        if windows is None:
+            continue
+        misfits = _misfits(windows, faults, values)
+        wrong, doubtful = _wrong(windows, misfits), _doubtful(windows, misfits)
+        if wrong or doubtful:
+            # An instrument may be late or wrongly scaled without being another one.
+            tolerant = _tolerant(windows, faults, values, wrong or doubtful)
+            wrong, doubtful = _wrong(windows, tolerant), _doubtful(windows, tolerant)
+        if wrong or doubtful:
+            explained = _explained(windows, faults, values, misfits, wrong, doubtful)
+            if explained is not None:
+                found.append(explained)
+    return tuple(found)
+
+
+def _windows(recording: Recording) -> Recording | None:
+    """The recording in short stretches, the liveliest of them."""
+    pieces: list[slice] = []
+    interval = float(np.median(np.diff(recording.time)))
+    length = max(20, round(WINDOW / interval))
+    for stretch in recording.stretches:
+        size = stretch.stop - stretch.start
+        count = max(1, size // length)
+        edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int)
+        pieces += [slice(int(a), int(b)) for a, b in itertools.pairwise(edges)]
+    pieces = [piece for piece in pieces if np.isfinite(recording.measured[piece, :2]).sum(axis=0).min() >= 10]
+    lively = sorted(pieces, key=lambda piece: -float(np.std(recording.inputs[piece, 2])))[:MOST_WINDOWS]
+    chosen = tuple(sorted(lively, key=lambda piece: piece.start))
+    return compacted(replace(recording, stretches=chosen)) if lively else None
+
+
+def _misfits(
+    windows: Recording, faults: Sequence[Fault], values: Sequence[float], outputs: Sequence[str] = SEEN
+) -> dict[str, tuple[float, float]]:
+    """Share of each output's variation that the motion leaves, and the misfit itself (SI), biases being free."""
+    compared = windows.compared.copy()
+    for name in SEEN:
+        if name not in outputs:
+            compared[:, OUTPUTS.index(name)] = False
+    windows = replace(windows, compared=compared)
+    # Biases of what drives the path; those of what sees it go into the initial states but for their difference.
+    held = {(fault.kind, fault.channel) for fault in faults}
+    biases = [
+        fault if fault.drives else replace(fault, lowest=-SMALL_BIAS, highest=SMALL_BIAS)
+        for fault in catalogue([windows])
+        if fault.kind == "sensor_bias" and fault.channel in (*DRIVING, "theta", "alpha")
+        and (fault.kind, fault.channel) not in held
+        and (fault.drives or fault.channel in windows.outputs)
+    ]  # fmt: skip
+    structure = Structure((*faults, *biases), (*values, *(0.0 for _ in biases)))
+    with np.errstate(all="ignore"):
+        at = fit([windows], structure, settings=_QUICK)
+        parts = list(simulate([windows], at.structure, at.states))
+    result = {}
+    for name in windows.outputs:
+        i = OUTPUTS.index(name)
+        squares, spread, count = 0.0, 0.0, 0
+        for stretch, part in zip(windows.stretches, parts, strict=True):
+            held_here = part.held[:, i]
+            measured = windows.measured[stretch, i][held_here]
+            if measured.size > 1:
+                squares += float(np.sum(part.block[held_here, i, 0] ** 2))
+                spread += float(np.sum((measured - measured.mean()) ** 2))
+                count += measured.size
+        misfit = float(np.sqrt(squares / max(count, 1)))
+        misfit = misfit if np.isfinite(misfit) else np.inf
+        result[name] = (misfit / float(np.sqrt(max(spread, 1e-300) / max(count, 1))), misfit)
+    return result
+
+
+def _tolerant(
+    windows: Recording, faults: Sequence[Fault], values: Sequence[float], suspects: Sequence[str]
+) -> dict[str, tuple[float, float]]:
+    """The misfits that are left where the suspects and what drives them may be late and wrongly scaled, at best."""
+    channels = {*suspects, *(DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY)}
+    asked = [fault for fault in catalogue([windows]) if fault.channel in channels and fault not in faults]
+    best = _misfits(windows, faults, values)
+    for kind, start in (("sensor_delay", 0.1), ("sensor_delay", 0.4), ("sensor_lag", 0.2)):
+        for drives in (False, True):
+            more = [fault for fault in asked if fault.kind in (kind, "sensor_scale") and fault.drives == drives]
+            begin = [start if fault.kind == kind else 1.0 for fault in more]
+            found = _misfits(windows, (*faults, *more), (*values, *begin))
+            if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
+                best = found
+    return best
+
+
+def _wrong(windows: Recording, misfits: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+    """The outputs whose misfit is more than noise, gusts and drift."""
+    wrong = []
+    for name, (share, misfit) in misfits.items():
+        if share > MISFIT[name] and misfit > max(_least(windows, name), ABOVE_NOISE * windows.noise[name]):
+            wrong.append(name)
+    return tuple(wrong)
+
+
+def _least(windows: Recording, name: str) -> float:
+    """What gusts and drift may do to an output, SI."""
+    return AIR["alpha"] / max(windows.airspeed, 1.0) if name == "alpha" else AIR.get(name) or LEAST[name]
+
+
+def _doubtful(windows: Recording, misfits: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+    """The outputs that are wrong if a change of sign, unit or clock makes their misfit vanish."""
+    return tuple(
+        name
+        for name, (share, misfit) in misfits.items()
+        if share > DOUBTFUL and misfit > max(0.3 * _least(windows, name), 0.5 * ABOVE_NOISE * windows.noise[name])
+    )
+
+
+def _explained(
+    windows: Recording,
+    faults: Sequence[Fault],
+    values: Sequence[float],
+    misfits: dict[str, tuple[float, float]],
+    wrong: tuple[str, ...],
+    doubtful: tuple[str, ...],
+) -> Contradiction | None:
+    """The contradiction with the channel that is to blame and what mends it, where that can be told."""
+    suspects = wrong or doubtful
+    misfit = max(misfits[name][0] for name in suspects)
+    blamed = _without_which_the_others_agree(windows, faults, values)
+    if blamed is None:
+        channels: tuple[str, ...] = DRIVING
+    else:
+        channels = (blamed, DRIVEN_BY[blamed]) if blamed in DRIVEN_BY else (blamed,)
+    enough = AGREES if wrong else VANISHES
+    best: tuple[float, str, str] | None = None
+    for channel, remedy, changed in _remedies(windows, channels):
+        after = _misfits(changed, faults, values)
+        left = max(after[name][0] for name in {*suspects, blamed} if name in after)
+        if left < enough and not _wrong(changed, after) and (best is None or left < best[0]):
+            best = (left, channel, remedy)
+    if best is not None:
+        return Contradiction(windows.log.name, (best[1],), best[2], misfit)
+    if not wrong:
+        return None
+    return Contradiction(windows.log.name, wrong if blamed is None else (blamed,), "", misfit)
+
+
+def _without_which_the_others_agree(windows: Recording, faults: Sequence[Fault], values: Sequence[float]) -> str | None:
+    """The output without which the others agree best; None where they do not without any."""
+    best: tuple[float, str] | None = None
+    for name in windows.outputs:
+        others = [other for other in windows.outputs if other != name]
+        if len(others) < 2:
+            continue
+        after = _misfits(windows, faults, values, others)
+        left = max(share for share, _ in after.values())
+        if not _wrong(windows, after) and (best is None or left < best[0]):
+            best = (left, name)
+    return None if best is None else best[1]
+
+
+def _remedies(windows: Recording, channels: Sequence[str]) -> Iterator[tuple[str, str, Recording]]:
+    """These channels with another sign, unit, zero or clock: the name, the words, the recording so changed."""
+    for channel in channels:
+        given = _channel(windows, channel)
+        for factor, words in FACTORS[CHANNELS[channel].unit]:
+            yield channel, words, _with_channel(windows, channel, factor * given)
+        if channel in ("a_x", "a_z"):
+            for offset, words in OFFSETS:
+                yield channel, words, _with_channel(windows, channel, given + offset)
+        for shift in SHIFTS:
+            moved = np.interp(windows.time + shift, windows.time, given)
+            words = f"when moved about {abs(shift):g} s {'earlier' if shift > 0.0 else 'later'}"
+            yield channel, words, _with_channel(windows, channel, moved)
+
+
+def _channel(recording: Recording, name: str) -> Array:
+    if name in DRIVING:
+        return recording.inputs[:, DRIVING.index(name)]
+    return recording.measured[:, OUTPUTS.index(name)]
+
+
+def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
+    factor = float(np.nanstd(values)) / max(float(np.nanstd(_channel(recording, name))), 1e-300)
+    noise = {**recording.noise, name: recording.noise[name] * factor}
+    if name in DRIVING:
+        inputs = recording.inputs.copy()
+        inputs[:, DRIVING.index(name)] = values
+        return replace(recording, inputs=inputs, noise=noise)
+    measured = recording.measured.copy()
+    measured[:, OUTPUTS.index(name)] = values
+    return replace(recording, measured=measured, noise=noise)

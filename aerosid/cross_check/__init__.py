@@ -1,8 +1,0 @@
-"""The loop judged by JSBSim: the paper's flight, stock aircraft with their true derivatives, and injected effects."""
-
-from __future__ import annotations
-
-from aerosid.cross_check.run import CrossCheck, cross_check
-from aerosid.cross_check.writing import write_cross_check
-
-__all__ = ["CrossCheck", "cross_check", "write_cross_check"]

@@ -1,0 +1,88 @@
+"""A hypothesis: one thing that the declared model may lack, with the terms and effects that it makes free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from aerosid.effects import ActiveEffect, EffectParameter
+from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.flight_model.aerodynamics import Entry
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One thing that the declared model may lack.
+
+    Attributes
+    ----------
+    kind, where, term : str
+        As in result.json.
+    entries : tuple of Entry
+        Terms that become free.
+    effects : tuple of ActiveEffect
+        Effects that become free, at the values at which they are none.
+    time : float or None
+        Of a sudden change, s.
+    """
+
+    kind: str
+    where: str
+    term: str = ""
+    entries: tuple[Entry, ...] = ()
+    effects: tuple[ActiveEffect, ...] = ()
+    time: float | None = None
+
+    @property
+    def parameters(self) -> int:
+        """How many numbers it adds, the moment of a step and a spline's knot among them."""
+        count = len(self.entries) + sum(len(active.values) for active in self.effects)
+        return count + (self.time is not None) + self.searched
+
+    @property
+    def searched(self) -> int:
+        """How many numbers inside its terms were chosen from the flight."""
+        return sum(searched_numbers(term) for _, term in self.entries)
+
+    @property
+    def is_plain_term(self) -> bool:
+        """Whether it is a term with no number inside it that was chosen from the flight."""
+        return self.kind == "aero_term" and not self.searched
+
+    @property
+    def label(self) -> tuple[str, str, str]:
+        """Kind, place and term: what a person would call it."""
+        return self.kind, self.where, self.term
+
+    def at(self, step: Sequence[float], trial: int) -> Hypothesis:
+        """The hypothesis with its effects away from none by `step`, as a start for a fit.
+
+        A step past a limit says that the effect is not linear so far: the trial value that scored best is taken then.
+        """
+        place = 0
+        moved = []
+        for active in self.effects:
+            values = []
+            for parameter, value in zip(active.effect.parameters, active.values, strict=True):
+                aim = value + step[place]
+                inside = parameter.lowest < aim < parameter.highest
+                values.append(aim if inside else parameter.trials[min(trial, len(parameter.trials) - 1)])
+                place += 1
+            moved.append(replace(active, values=tuple(values)))
+        return replace(self, effects=tuple(moved))
+
+    def by_chord(self, trial: int) -> Hypothesis:
+        """The hypothesis with its derivatives taken over the distance of a trial: a delay is not linear."""
+        if not self.effects:
+            return self
+        return replace(self, effects=tuple(_chord(active, trial) for active in self.effects))
+
+
+def _chord(active: ActiveEffect, trial: int) -> ActiveEffect:
+    parameters = tuple(_stepping(parameter, trial) for parameter in active.effect.parameters)
+    return replace(active, effect=replace(active.effect, parameters=parameters))
+
+
+def _stepping(parameter: EffectParameter, trial: int) -> EffectParameter:
+    reach = abs(parameter.trials[min(trial, len(parameter.trials) - 1)] - parameter.null)
+    return replace(parameter, step=reach) if reach > 0.0 else parameter

@@ -1,0 +1,75 @@
+"""The effects that an aircraft file declares, ready to act: part of the declared model, with their numbers held."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft, DeclaredEffect
+from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect, frozen
+from aerosid.effects.sudden import is_sudden
+from aerosid.errors import AircraftError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.longitudinal import OUTPUTS
+
+
+def declared_effects(
+    aircraft: Aircraft, controls: Sequence[str], manoeuvres: Sequence[Manoeuvre]
+) -> tuple[ActiveEffect, ...]:
+    """The declared effects with their numbers held.
+
+    A sudden change acts on the log that the file names, or on every identification log where it names none.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The file as read.
+    controls : sequence of str
+        The input channels that the declared terms use.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights.
+
+    Raises
+    ------
+    AircraftError
+        Where an effect lacks a number, or acts on a channel that the flight model does not hold.
+    """
+    found: list[ActiveEffect] = []
+    for number, effect in enumerate(aircraft.effects, start=1):
+        key = f"{aircraft.path}: effects[{number}] ({effect.kind})"
+        numbers = _numbers(effect, key)
+        interval = float(np.median(np.diff(manoeuvres[0].flight.time)))
+        made = KINDS[effect.kind].made(effect.where, numbers, interval)
+        if isinstance(made, OutputEffect) and made.where not in OUTPUTS:
+            raise AircraftError(
+                f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
+                f"{', '.join(OUTPUTS)}; correct the channel map for it instead"
+            )
+        if isinstance(made, InputEffect) and not made.column and made.where not in controls:
+            raise AircraftError(
+                f"{key} acts on {made.where}, which no declared term uses, expected one of "
+                f"{', '.join(controls) or 'none'}; add a term in {made.where} or strike the effect"
+            )
+        active = ActiveEffect(made, tuple(numbers[parameter.name] for parameter in made.parameters))
+        if is_sudden(active):
+            logs = [effect.log] if effect.log else [manoeuvre.name for manoeuvre in manoeuvres]
+            found.extend(frozen(ActiveEffect(made, active.values, log)) for log in logs)
+        else:
+            found.append(frozen(active))
+    return tuple(found)
+
+
+def _numbers(effect: DeclaredEffect, key: str) -> dict[str, float]:
+    """The effect's numbers by name; result.json and aircraft files call the first one `value`."""
+    kind = KINDS[effect.kind]
+    numbers = dict(effect.parameters)
+    if effect.value is not None:
+        numbers.setdefault(kind.leading, effect.value)
+    if effect.time is not None:
+        numbers["time"] = effect.time
+    lacking = [name for name in kind.required if name not in numbers]
+    if lacking:
+        how = "time = ..." if lacking == ["time"] else f"{lacking[0]} = {{ value = ... }} to its parameters"
+        raise AircraftError(f"{key} lacks {', '.join(lacking)}, expected {', '.join(kind.required)}; add {how}")
+    return numbers

@@ -1,0 +1,57 @@
+"""The input columns of a model that effects fill and no channel does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
+from aerosid.effects.cg_shift import centre_column
+from aerosid.effects.disturbance import GUST_COLUMN
+from aerosid.effects.step_change import offset_column, offset_term
+from aerosid.effects.thrust import THRUST_COLUMN
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.terms import COEFFICIENTS
+
+FILLED = {
+    GUST_COLUMN: "gust",
+    THRUST_COLUMN: "thrust_change",
+    centre_column("x"): "cg_x",
+    centre_column("z"): "cg_z",
+}
+"""Input columns that no channel fills and no term names, with the field of `Constants` that says where they are."""
+
+
+def with_gust(model: AerodynamicModel) -> AerodynamicModel:
+    """The model with an input column for the vertical gust velocity."""
+    return _with_filled(model, GUST_COLUMN)
+
+
+def _with_filled(model: AerodynamicModel, column: str) -> AerodynamicModel:
+    extended = model.with_columns([column])
+    place = {FILLED[column]: extended.columns.index(column) - 8}
+    return replace(extended, constants=extended.constants._replace(**place))
+
+
+def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:
+    """The model with an input column that adds to each coefficient directly; zero until an effect fills it."""
+    entries = [(name, offset_term(name)) for name in coefficients]
+    extended = model.with_columns(offset_column(name) for name in coefficients).extended(entries)
+    values = extended.values.copy()
+    values[extended.indices(entries)] = 1.0
+    return extended.with_values(values)
+
+
+def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
+    """The model with the input columns that effects fill and no channel does."""
+    wanted = {column for active in effects for column in _columns(active.effect)}
+    for column in FILLED:
+        if column in wanted:
+            model = _with_filled(model, column)
+    return with_offsets(model, [name for name in COEFFICIENTS if offset_column(name) in wanted])
+
+
+def _columns(effect: Effect) -> tuple[str, ...]:
+    if isinstance(effect, InputEffect):
+        return (effect.where_acts,)
+    return () if isinstance(effect, OutputEffect) else effect.columns

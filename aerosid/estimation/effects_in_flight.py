@@ -1,0 +1,113 @@
+"""What effects do to a flight: the inputs that act, and what the sensors record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.flight import Flight, simulate_outputs
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.signals.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
+
+
+class OutOfRangeError(Exception):
+    """A simulation left the angle-of-attack limit; the search shortens its step."""
+
+
+def acting_flight(
+    model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]
+) -> tuple[Flight, NDArray[np.float64]]:
+    """The flight with the inputs that act, and the memory (E) of their noise.
+
+    Columns of the model that no channel gives are zero: an effect fills them.
+    """
+    flight = manoeuvre.flight
+    samples, extra = flight.time.size, len(model.columns) - 8
+    inputs, variance, memory = flight.inputs, flight.input_variance, np.zeros(extra)
+    held = manoeuvre.columns
+    if model.columns != held:
+        inputs = np.zeros((samples, len(model.columns)))
+        inputs[:, : len(held)] = flight.inputs
+        variance = np.zeros(extra)
+        variance[: len(held) - 8] = flight.input_variance
+    acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
+    if acting:
+        inputs, variance = inputs.copy(), variance.copy()
+        interval = float(np.median(np.diff(flight.time)))
+        for active in acting:
+            effect = active.effect
+            assert isinstance(effect, InputEffect)
+            place = model.columns.index(effect.where_acts)
+            inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
+            factor, remembered = effect.noise(active.values, interval)
+            variance[place - 8] *= factor
+            memory[place - 8] = max(memory[place - 8], remembered)
+    for active in effects:
+        if isinstance(active.effect, NoiseEffect):
+            variance = variance.copy()
+            interval = float(np.median(np.diff(flight.time)))
+            airspeed = float(np.nanmean(flight.measured[:, 0]))
+            numbers = active.effect.noise(active.values, interval, airspeed)
+            for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
+                place = model.columns.index(column)
+                variance[place - 8], memory[place - 8] = spread, remembered
+    return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
+
+
+def transformed(
+    effect: InputEffect,
+    model: AerodynamicModel,
+    time: NDArray[np.float64],
+    inputs: NDArray[np.float64],
+    numbers: tuple[float, ...],
+) -> NDArray[np.float64]:
+    """The column (N,) that an input effect acts on, with the effect."""
+    own = inputs[:, model.columns.index(effect.where_acts)]
+    if not effect.driven_by:
+        return effect.transform(time, own, numbers)
+    return np.asarray(own + effect.transform(time, inputs[:, model.columns.index(effect.driven_by)], numbers))
+
+
+def simulated_states(
+    model: AerodynamicModel, flight: Flight, values: NDArray[np.float64], state: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The states (N, 5) of a flight whose inputs are given.
+
+    Raises
+    ------
+    OutOfRangeError
+        Where the simulation leaves the model's range.
+    """
+    _, states = simulate_outputs(state, flight, values, model.table, model.constants)
+    if not np.isfinite(states).all():
+        raise OutOfRangeError
+    return states
+
+
+def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
+    """Let the sensors' effects act on simulated outputs (N, 8), in place."""
+    for active in effects:
+        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
+            i = OUTPUTS.index(active.effect.where)
+            given = np.ascontiguousarray(outputs[:, i : i + 1])
+            outputs[:, i] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
+
+
+def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
+    """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
+    acting = [
+        (OUTPUTS.index(active.effect.where), active.effect.dynamics(active.values))
+        for active in effects
+        if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name)
+    ]
+    if not acting:
+        return _DIRECT
+    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))))
+
+
+_DIRECT = no_sensor_states()

@@ -1,0 +1,70 @@
+"""Bounds that count what a model still lacks: the same structure estimated against forces of any shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.errors import EstimationError
+from aerosid.estimation.evidence import Deviations, deviations
+from aerosid.estimation.fit_settings import BACKGROUND
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+
+
+@dataclass(frozen=True)
+class FilterError:
+    """An estimate by filter error: each coefficient off by a random force with a memory, as much as the flight shows.
+
+    Attributes
+    ----------
+    values, deviations : ndarray, shape (F,)
+        Of the structure's free entries.
+    """
+
+    values: NDArray[np.float64]
+    deviations: NDArray[np.float64]
+
+
+def filter_error(
+    completed: Refinement,
+    forces: ActiveEffect,
+    variance: NDArray[np.float64],
+    manoeuvres: Sequence[Manoeuvre],
+) -> FilterError | None:
+    """The structure of an open-loop estimate among forces of any shape; None where the search breaks down.
+
+    Parameters
+    ----------
+    completed : Refinement
+        The estimate in open loop, what it lacks left in its residuals.
+    forces : ActiveEffect
+        Those forces, with the statistics where their search begins.
+    variance : ndarray, shape (8,)
+        Noise of the outputs beside them, SI squared.
+    """
+    try:
+        fit = refine_on(replace(completed, variance=variance), manoeuvres, BACKGROUND, (*completed.effects, forces))
+        spread = deviations(fit, manoeuvres)
+    except EstimationError:
+        return None
+    values = np.array([fit.model.value(entry) for entry in fit.free])
+    return FilterError(values, np.maximum(spread.corrected, spread.white))
+
+
+def widened(spread: Deviations, beside: FilterError | None) -> Deviations:
+    """The deviations in open loop, none smaller than among forces of any shape.
+
+    Residuals of a short record hardly show what is slow in them, so that deviations from their colour alone differ
+    between manoeuvres by more than they say.
+    """
+    if beside is None:
+        return spread
+    corrected = np.fmax(spread.corrected, beside.deviations)
+    factor = np.where(spread.corrected > 0.0, corrected / np.where(spread.corrected > 0.0, spread.corrected, 1.0), 1.0)
+    factor[~np.isfinite(factor)] = 1.0
+    return replace(spread, corrected=corrected, covariance=spread.covariance * np.outer(factor, factor))

@@ -1,0 +1,113 @@
+"""Find the noise that makes a flight most likely beside a disturbance: its statistics and the outputs' noise together.
+
+Without a disturbance the outputs' variances follow from their residuals. Beside one they do not: what the outputs'
+noise need not explain the disturbance does, and each has its share only where both are sought at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, NoiseEffect, frozen
+from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.likelihood import Likelihood, Traced
+from aerosid.estimation.likelihood_point import Point
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.signals.factor_search import search_in_logarithms
+from aerosid.signals.trace import among_inputs
+from aerosid.signals.whitening import InputNoise, make_whitening_carry, whiten_stretch
+
+WIDEST = 1e5
+"""Times by which a variance may move from where it stands: from the sensor's noise to the whole signal."""
+
+TURNS = 20
+"""Quasi-Newton steps of one search; the motion then moves too, and the search goes on from there."""
+
+
+def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool = False) -> Point:
+    """The point with the noise at the likelihood's maximum, the simulated motion kept; itself where none is better.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+        In open loop.
+    point : Point
+        With at least one disturbance among its effects.
+    hold_variance : bool
+        Whether the outputs' variances keep their values.
+
+    Notes
+    -----
+    The motion depends on no noise: it is simulated once, and each trial whitens one column. Quasi-Newton steps in the
+    logarithms of the numbers, slopes by differences.
+    """
+    places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
+    numbers = [value for n in places for value in point.effects[n].values]
+    limits = [(p.lowest, p.highest) for n in places for p in point.effects[n].effect.parameters]
+    moving = np.flatnonzero(point.counts > 0.0) if not hold_variance else np.zeros(0, dtype=np.int64)
+    if not places or numbers == [] == moving.tolist() or likelihood.held_to_data > 0.0:
+        return point
+    noisy = _noisy(likelihood, point)
+    flights = _simulated(likelihood, point, noisy)
+
+    def unpacked(trial: tuple[float, ...]) -> tuple[list[ActiveEffect], NDArray[np.float64]]:
+        values, effects = iter(trial), list(point.effects)
+        for n in places:
+            effects[n] = replace(effects[n], values=tuple(next(values) for _ in effects[n].values))
+        variance = point.variance.copy()
+        variance[moving] = list(values)
+        return effects, variance
+
+    def cost(trial: tuple[float, ...]) -> float:
+        effects, variance = unpacked(trial)
+        total = 0.0
+        for manoeuvre, parts in zip(likelihood.manoeuvres, flights, strict=True):
+            noise = _noise(likelihood, manoeuvre, effects, noisy)
+            carry = make_whitening_carry(noise, 1, parts[0].trace, parts[0].sensors)
+            for part in parts:
+                column = part.block[:, :, :1].copy()
+                total += whiten_stretch(part.held, column, part.trace, variance, noise, part.sensors, carry)
+                total += float(np.sum(column[part.held] ** 2))
+        return total
+
+    now = point.variance[moving]
+    lowest = np.minimum(np.maximum(now / WIDEST, likelihood.variance_floor[moving]), now)
+    limits += list(zip(lowest.tolist(), (now * WIDEST).tolist(), strict=True))
+    start = (*numbers, *now.tolist())
+    found = search_in_logarithms(cost, start, limits, LEAST_FALL, TURNS)
+    if found is start:
+        return point
+    effects, variance = unpacked(found)
+    return likelihood.evaluate(point.values, point.states, effects, variance) or point
+
+
+LEAST_FALL = 1e-2
+"""Fall of -2 ln L that is worth another look at the motion."""
+
+
+def _noisy(likelihood: Likelihood, point: Point) -> NDArray[np.int64]:
+    """The extra inputs that hold noise in some manoeuvre: the others cost time and change nothing."""
+    spreads = [acting_flight(likelihood.model, each, point.effects)[0].input_variance for each in likelihood.manoeuvres]
+    return np.flatnonzero(np.any(np.array(spreads) > 0.0, axis=0))
+
+
+def _noise(
+    likelihood: Likelihood, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect], noisy: NDArray[np.int64]
+) -> InputNoise:
+    noise = likelihood.input_noise(*acting_flight(likelihood.model, manoeuvre, effects))
+    return InputNoise(noise.variance[noisy], noise.memory[noisy])
+
+
+def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -> list[list[Traced]]:
+    """Every manoeuvre's motion, without columns, and its slopes by the noisy inputs."""
+    plain = Likelihood(likelihood.model, likelihood.manoeuvres, (), likelihood.filtering)
+    effects = [active if isinstance(active.effect, NoiseEffect) else frozen(active) for active in point.effects]
+
+    return [
+        [replace(part, trace=among_inputs(part.trace, noisy)) for part in plain.traced(n, point.values, state, effects)]
+        for n, state in enumerate(point.states)
+    ]

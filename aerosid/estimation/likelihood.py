@@ -1,0 +1,478 @@
+"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives, stretch by stretch.
+
+Parameters are, in this order: the free terms, five initial states of each manoeuvre, the parameters of the effects.
+Outputs are simulated open loop; the noise of the measured inputs is accounted for by whitening. An aircraft that runs
+away in open loop is held to the data by the filter form instead (`aerosid.estimation.prediction`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
+from aerosid.estimation.effects_in_flight import (
+    OutOfRangeError,
+    acting_flight,
+    recording_sensors,
+    simulated_states,
+    transformed,
+)
+from aerosid.estimation.likelihood_point import Point
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.motion_loop import MotionLoop, added_along, motion_loop
+from aerosid.estimation.prediction import no_directions, predict_stretch, start_carry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
+from aerosid.signals.column_products import column_products
+from aerosid.signals.sensor_dynamics import SensorStates
+from aerosid.signals.trace import Trace
+from aerosid.signals.whitening import (
+    InputNoise,
+    WhiteningCarry,
+    make_whitening_carry,
+    noisy_inputs_alone,
+    whiten_stretch,
+)
+
+STRETCH = 20_000
+"""Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """Residuals and sensitivities of one stretch of one manoeuvre, in units of their standard deviation.
+
+    `log` its index; `residual` (n, 8), NaN where nothing was measured; `columns` (n, 8, M) with respect to all
+    parameters of the estimate; `predicted` (n, 8) in SI; `log_sum` the sum of the logarithms of the innovations'
+    variances.
+    """
+
+    log: int
+    residual: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    log_sum: float
+
+
+class _Block(NamedTuple):
+    """As `Whitened`, of one manoeuvre's own parameters; `held` (n, 8) where `block` (n, 8, 1 + C) is not zero."""
+
+    log: int
+    held: NDArray[np.bool_]
+    block: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    log_sum: float
+
+
+@dataclass(frozen=True)
+class Traced:
+    """One stretch of one manoeuvre simulated open loop.
+
+    `held` (n, 8) which outputs were measured; `block` (n, 8, 1 + M) measured minus simulated, then the response to each
+    parameter of that manoeuvre (free terms, initial state, effects), SI; `trace` the linearisation; `noise` of the
+    inputs; `sensors` on the way of that noise.
+    """
+
+    held: NDArray[np.bool_]
+    block: NDArray[np.float64]
+    trace: Trace
+    noise: InputNoise
+    sensors: SensorStates
+
+
+class Likelihood:
+    """The likelihood of a fixed structure on fixed manoeuvres, and its derivatives.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        Terms and constants; the values are given anew with each evaluation.
+    manoeuvres : tuple of Manoeuvre
+        One joint estimate.
+    free : tuple of Entry
+        Terms whose derivatives are wanted.
+    filtering : bool
+        Whether the noise of measured inputs is accounted for.
+    priors : tuple of (entry, value, standard deviation)
+        A-priori knowledge that enters as such.
+    """
+
+    def __init__(
+        self,
+        model: AerodynamicModel,
+        manoeuvres: tuple[Manoeuvre, ...],
+        free: tuple[Entry, ...],
+        filtering: bool = True,
+        priors: tuple[tuple[Entry, float, float], ...] = (),
+    ) -> None:
+        self.model = model
+        self.manoeuvres = manoeuvres
+        self.free = model.indices(free)
+        self.filtering = filtering
+        self.held_to_data = 0.0
+        """Factor on the inputs' noise in the filter form; 0: open loop."""
+        spread = np.array([manoeuvre.spread for manoeuvre in manoeuvres])
+        # Numbers of seven digits carry noise of this size even where the simulation that made them had none.
+        self.variance_floor = (1e-6 * spread.max(axis=0)) ** 2 + 1e-24
+        self.priors = [(int(model.index(entry)), value, sigma) for entry, value, sigma in priors]
+
+    def starting_variance(self) -> NDArray[np.float64]:
+        """Noise variances of the logs, their mean over the manoeuvres; 1 for outputs that nobody measured."""
+        noise = np.array([manoeuvre.noise for manoeuvre in self.manoeuvres])
+        mean = np.array(
+            [np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 1.0 for column in noise.T]
+        )
+        return np.asarray(np.maximum(mean, self.variance_floor))
+
+    def parameter_count(self, effects: Sequence[ActiveEffect]) -> int:
+        """Number of parameters M."""
+        return self.free.size + 5 * len(self.manoeuvres) + sum(active.slopes for active in effects)
+
+    def input_noise(self, flight: Flight, memory: NDArray[np.float64]) -> InputNoise:
+        """The noise of the inputs that counts: none in plain output error."""
+        return InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
+
+    def active(self, effects: Sequence[ActiveEffect]) -> NDArray[np.bool_]:
+        """Which parameters the data can move, (M,): altitude acts on nothing where it is not measured."""
+        active = np.ones(self.parameter_count(effects), dtype=bool)
+        for n, manoeuvre in enumerate(self.manoeuvres):
+            active[self.free.size + 5 * n + 4] = "h" in manoeuvre.outputs
+        return active
+
+    def stretches(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect] = (),
+    ) -> Iterator[Whitened]:
+        """Residuals and sensitivities stretch by stretch.
+
+        `tested` effects do not act: only their columns are wanted, after those of the acting ones.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the simulation leaves the model's range.
+        """
+        for part in self._whitened(values, states, effects, variance, tested):
+            residual = np.where(part.held, part.block[:, :, 0], np.nan)
+            columns = self._spread(part.block[:, :, 1:], part.log)
+            yield Whitened(part.log, residual, columns, part.predicted, part.log_sum)
+
+    def _whitened(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
+    ) -> Iterator[_Block]:
+        """As `stretches`, of each manoeuvre its own columns alone."""
+        values = np.array(values)  # a model's own values may not be written, and kernels would compile anew for them
+        if values.size != self.model.values.size:
+            raise ValueError(f"{values.size} values were given for {self.model.values.size} terms")
+        for log in range(len(self.manoeuvres)):
+            if self.held_to_data > 0.0:
+                yield from self._predicted(log, values, states[log], effects, variance, tested)
+            else:
+                yield from self._simulated(log, values, states[log], effects, variance, tested)
+
+    def _simulated(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
+    ) -> Iterator[_Block]:
+        """Open loop, whitened."""
+        whitening: WhiteningCarry | None = None
+        for part in self.traced(log, values, state, effects, tested):
+            block = part.block
+            noise, trace = noisy_inputs_alone(part.noise, part.trace)
+            if whitening is None:
+                whitening = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
+            log_sum = whiten_stretch(part.held, block, trace, variance, noise, part.sensors, whitening)
+            yield _Block(log, part.held, block, part.trace.outputs, float(log_sum))
+
+    def traced(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        tested: Sequence[ActiveEffect] = (),
+        *,
+        whole: bool = False,
+    ) -> Iterator[Traced]:
+        """The open-loop simulation of one log with the response to every parameter, stretch by stretch.
+
+        `whole`: in one piece, however long.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the simulation leaves the model's range.
+        """
+        manoeuvre = self.manoeuvres[log]
+        flight, memory = acting_flight(self.model, manoeuvre, effects)
+        noise = self.input_noise(flight, memory)
+        sensors = recording_sensors(manoeuvre, effects)
+        own = self.free.size + 5
+        width = 1 + own + sum(active.slopes for active in (*effects, *tested))
+        loop: MotionLoop | None = None
+        if any(isinstance(active.effect, StateEffect) for active in effects):
+            ground = manoeuvre.ground
+            loop = motion_loop(self.model, flight, values, state, effects, ground, self.free, width - 1)
+            flight = loop.flight
+        moves = self._directions(manoeuvre, values, state, effects, flight, tested)
+        directions = Directions(moves, _direction_places(1 + own, effects, tested))
+        samples, extra = flight.time.size, memory.size
+        # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
+        remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
+        reach = samples if whole or (remembers and samples <= 5 * STRETCH) else STRETCH
+        carry = make_trace_carry(state, self.free.size, moves.shape[2])
+        held = np.isfinite(flight.measured)
+        for begin in range(0, samples, reach):
+            stop = min(begin + reach, samples)
+            trace = make_trace(stop - begin, extra, width)
+            arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
+            traced = flight if loop is None else loop.traced_flight
+            if not trace_stretch(begin, stop, carry, traced, *arguments):
+                raise OutOfRangeError
+            if loop is not None:
+                loop.close(begin, stop, self.model, values, self.free, directions, trace)
+            block = trace.block
+            self._sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested)
+            here = held[begin:stop]
+            block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
+            yield Traced(here, block, trace, noise, sensors)
+
+    def _directions(
+        self,
+        manoeuvre: Manoeuvre,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        flight: Flight,
+        tested: Sequence[ActiveEffect],
+    ) -> NDArray[np.float64]:
+        """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
+        time = manoeuvre.flight.time
+        moves = []
+        for active, n in _parameters(effects, InputEffect):
+            move = np.zeros((time.size, len(self.model.columns) - 8))
+            if active.acts_on(manoeuvre.name):
+                sides = (
+                    active.beside(n, active.effect.parameters[n].step),
+                    active.beside(n, -active.effect.parameters[n].step),
+                )
+                upper, lower = (
+                    acting_flight(self.model, manoeuvre, [side if other is active else other for other in effects])[0]
+                    for side in sides
+                )
+                move = (upper.inputs - lower.inputs)[:, 8:] / (sides[0].values[n] - sides[1].values[n])
+            moves.append(move)
+        states: NDArray[np.float64] | None = None
+        if any(isinstance(active.effect, StateEffect) for active in tested):
+            states = simulated_states(self.model, flight, values, state)
+        for active, n in _parameters(tested, InputEffect, StateEffect):
+            move = np.zeros((time.size, len(self.model.columns) - 8))
+            effect = active.effect
+            step = effect.parameters[n].step
+            sides = active.beside(n, step), active.beside(n, -step)
+            width = sides[0].values[n] - sides[1].values[n]
+            if isinstance(effect, StateEffect) and states is not None:
+                # At no strength the effect moves the motion that it sees only through the inputs that it fills.
+                more, less = (added_along(side, self.model, flight, values, states, manoeuvre.ground) for side in sides)
+                for column in effect.columns:
+                    move[:, self.model.columns.index(column) - 8] = (more[column] - less[column]) / width
+            elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
+                upper_side, lower_side = (
+                    transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
+                )
+                move[:, self.model.columns.index(effect.where_acts) - 8] = (upper_side - lower_side) / width
+            moves.append(move)
+        return np.stack(moves, axis=2) if moves else np.zeros((time.size, len(self.model.columns) - 8, 0))
+
+    def _sense(
+        self,
+        block: NDArray[np.float64],
+        outputs: NDArray[np.float64],
+        time: NDArray[np.float64],
+        manoeuvre: Manoeuvre,
+        effects: Sequence[ActiveEffect],
+        tested: Sequence[ActiveEffect],
+    ) -> None:
+        """Let acting output effects change outputs and columns in place, and put their own columns into `block`."""
+        places = [1 + self.free.size + 5]
+        for active in (*effects, *tested):
+            places.append(places[-1] + active.slopes)
+        for n, active in enumerate((*effects, *tested)):
+            effect = active.effect
+            if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
+                continue
+            i = OUTPUTS.index(effect.where)
+            given = outputs[:, i : i + 1]
+            slopes = []
+            for parameter in range(len(effect.parameters)):
+                step = effect.parameters[parameter].step
+                sides = active.beside(parameter, step), active.beside(parameter, -step)
+                upper, lower = (effect.output(time, given, side.values)[:, 0] for side in sides)
+                slopes.append((upper - lower) / (sides[0].values[parameter] - sides[1].values[parameter]))
+            if n < len(effects):
+                block[:, i, 1:] = effect.transform(time, np.ascontiguousarray(block[:, i, 1:]), active.values)
+                outputs[:, i] = effect.output(time, given, active.values)[:, 0]
+            for parameter, slope in enumerate(slopes):
+                block[:, i, places[n] + parameter] = slope
+
+    def _predicted(
+        self,
+        log: int,
+        values: NDArray[np.float64],
+        state: NDArray[np.float64],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect],
+    ) -> Iterator[_Block]:
+        """One step ahead, the filter's gain holding the prediction to the data; no effect is free, tested or not."""
+        flight, _ = acting_flight(self.model, self.manoeuvres[log], effects)
+        if self.filtering:
+            flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
+        else:
+            flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
+        samples, extra, free = flight.time.size, flight.input_variance.size, self.free.size
+        directions = no_directions(samples, extra)
+        carry = start_carry(state, flight, free, directions)
+        parameters = sum(active.slopes for active in (*effects, *tested))
+        for begin in range(0, samples, STRETCH):
+            stop = min(begin + STRETCH, samples)
+            predicted, white = np.empty((stop - begin, OUTPUT_COUNT)), np.empty((stop - begin, OUTPUT_COUNT))
+            columns = np.zeros((stop - begin, OUTPUT_COUNT, free + 5))
+            arguments = (values, self.free, self.model.table, self.model.constants, variance, directions)
+            inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
+            if not inside:
+                raise OutOfRangeError
+            still = np.zeros((stop - begin, OUTPUT_COUNT, parameters))
+            block = np.concatenate([np.nan_to_num(white)[:, :, None], columns, still], axis=2)
+            yield _Block(log, np.isfinite(white), block, predicted, float(log_sum))
+
+    def _spread(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
+        """The columns of one manoeuvre in the places of the joint parameter vector."""
+        logs = len(self.manoeuvres)
+        if logs == 1:
+            return columns
+        count = columns.shape[2] + 5 * (logs - 1)
+        wide = np.zeros((*columns.shape[:2], count))
+        wide[:, :, self._places(log, count)] = columns
+        return wide
+
+    def _places(self, log: int, count: int) -> NDArray[np.int64]:
+        """The places of one manoeuvre's own columns among the `count` joint parameters."""
+        first, last = self.free.size + 5 * log, self.free.size + 5 * len(self.manoeuvres)
+        places = np.arange(count)
+        return np.concatenate([places[: self.free.size], places[first : first + 5], places[last:]])
+
+    def evaluate(
+        self,
+        values: NDArray[np.float64],
+        states: Sequence[NDArray[np.float64]],
+        effects: Sequence[ActiveEffect],
+        variance: NDArray[np.float64],
+        tested: Sequence[ActiveEffect] = (),
+        apart: Sequence[Sequence[int]] = (),
+    ) -> Point | None:
+        """Likelihood, gradient and information; None where the simulation leaves the model's range.
+
+        `tested` effects do not act: their derivatives are wanted, which come last. `apart` are groups of parameters
+        that are asked one group at a time: between two of them the information is left zero.
+        """
+        count = self.parameter_count((*effects, *tested))
+        normals, gradients = np.zeros((OUTPUT_COUNT, count, count)), np.zeros((OUTPUT_COUNT, count))
+        squares, counts = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT)
+        cost = 0.0
+        try:
+            for part in self._whitened(values, states, effects, variance, tested):
+                held = np.count_nonzero(part.held, axis=0)
+                places = self._places(part.log, count)
+                columns = np.full(count, -1)
+                columns[places] = 1 + np.arange(places.size)
+                groups = [columns[list(group)].tolist() for group in apart]
+                for i in np.flatnonzero(held):
+                    products = column_products(part.block[:, i, :], groups)  # zero where nothing was measured
+                    squares[i] += products[0, 0]
+                    gradients[i, places] += products[0, 1:]
+                    if len(self.manoeuvres) == 1:
+                        normals[i] += products[1:, 1:]
+                    else:
+                        normals[i][np.ix_(places, places)] += products[1:, 1:]
+                counts += held
+                cost += part.log_sum
+        except OutOfRangeError:
+            return None
+        cost += float(squares.sum())
+        prior_normal, prior_gradient = np.zeros((count, count)), np.zeros(count)
+        for place, value, sigma in self.priors:
+            at = int(np.flatnonzero(self.free == place)[0])
+            cost += ((values[place] - value) / sigma) ** 2
+            prior_normal[at, at] += 1.0 / sigma**2
+            prior_gradient[at] += (value - values[place]) / sigma**2
+        if not np.isfinite(cost):
+            return None
+        return Point(
+            values=np.array(values),
+            states=tuple(np.array(state) for state in states),
+            effects=tuple(effects),
+            variance=variance,
+            cost=cost,
+            normals=normals,
+            gradients=gradients,
+            squares=squares,
+            counts=counts,
+            prior_normal=prior_normal,
+            prior_gradient=prior_gradient,
+        )
+
+    def moved(
+        self, point: Point, step: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], list[NDArray[np.float64]], tuple[ActiveEffect, ...]]:
+        """Term values, initial states and effects after a step in the parameters."""
+        free = self.free.size
+        values = point.values.copy()
+        values[self.free] += step[:free]
+        states = [state + step[free + 5 * n : free + 5 * n + 5] for n, state in enumerate(point.states)]
+        place = free + 5 * len(point.states)
+        effects = []
+        for active in point.effects:
+            effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)
+            place += active.slopes
+        return values, states, tuple(effects)
+
+
+def _direction_places(first: int, effects: Sequence[ActiveEffect], tested: Sequence[ActiveEffect]) -> NDArray[np.int64]:
+    """The columns, from `first` on, of those numbers of effects whose path leads through the inputs."""
+    places: list[int] = []
+    for kinds, group in (((InputEffect,), effects), ((InputEffect, StateEffect), tested)):
+        for active in group:
+            if isinstance(active.effect, kinds):
+                places.extend(range(first, first + len(active.values)))
+            first += active.slopes
+    return np.array(places, dtype=np.int64)
+
+
+def _parameters(effects: Sequence[ActiveEffect], *kinds: type) -> Iterator[tuple[ActiveEffect, int]]:
+    """Every parameter of the effects of some kinds: the effect and the parameter's place in it."""
+    for active in effects:
+        if isinstance(active.effect, kinds):
+            for n in range(len(active.values)):
+                yield active, n

@@ -1,0 +1,236 @@
+"""Turn a flight log into the arrays that the flight model takes: inputs without gaps, outputs with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from aerosid.aircraft import Aircraft
+from aerosid.errors import LogError
+from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.flight_log import FlightLog
+from aerosid.signals.noise import calmed, estimate_noise
+
+LONGEST_ANGLE = 0.15
+"""rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
+
+FEWEST = 5
+"""Samples of a channel from which on it is used."""
+
+LONGEST_SUBSTEP = 0.1
+"""s; where the aircraft is slow or the declared model empty."""
+
+SHORTEST_SUBSTEP = 0.002
+"""s; no aircraft turns faster than this resolves, but a wrong inertia in its file may say so."""
+
+SLOW_AIR = 2.0
+"""s; density and speed of sound, which are ratios of noisy channels, are averaged over this time."""
+
+_STANDARD_SPEED_OF_SOUND = 340.29  # only a placeholder: without a mach channel no term can name mach
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A log made ready for the estimators.
+
+    Attributes
+    ----------
+    log : FlightLog
+        Where it came from.
+    flight : Flight
+        The arrays.
+    columns : tuple of str
+        The names of the flight's input columns.
+    outputs : tuple of str
+        The output channels that are measured, in the order of OUTPUTS.
+    noise : ndarray, shape (8,)
+        Standard deviation of each output's measurement noise, from the log alone; NaN where not measured.
+    notes : tuple of str
+        What was assumed: which channel or constant gave density, thrust and mass, gaps that were bridged.
+    ground : float
+        Altitude of the ground below, m: by how much `h` exceeds the height above ground; 0 where that is not logged.
+    """
+
+    log: FlightLog
+    flight: Flight
+    columns: tuple[str, ...]
+    outputs: tuple[str, ...]
+    noise: NDArray[np.float64]
+    notes: tuple[str, ...]
+    ground: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The log's name."""
+        return self.log.name
+
+    @cached_property
+    def spread(self) -> NDArray[np.float64]:
+        """Standard deviation of each output's samples, (8,), SI; 1 where nothing was measured."""
+        held = [column[np.isfinite(column)] for column in self.flight.measured.T]
+        return np.array([values.std() if values.size else 1.0 for values in held])
+
+
+def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:
+    """The log as arrays for the flight model.
+
+    Parameters
+    ----------
+    log : FlightLog
+        Measured channels, SI.
+    aircraft : Aircraft
+        Gives density, thrust and mass where the log does not.
+    columns : tuple of str
+        The input columns of the aerodynamic model.
+
+    Raises
+    ------
+    LogError
+        Where V, alpha or q, or an input that the model needs, is not in the log.
+    """
+    for name in ("V", "alpha", "q"):
+        if name not in log:
+            raise LogError(
+                f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}); the estimation needs it, "
+                "map it in a channel map."
+            )
+        if (held := int(np.isfinite(log[name]).sum())) < FEWEST:
+            raise LogError(
+                f"{log.path}: channel {name} holds {held} samples that are numbers, but the estimation needs at least "
+                f"{FEWEST}; record it, or map another column."
+            )
+    notes: list[str] = []
+    inputs = np.zeros((log.time.size, len(columns)))
+    for j, name in enumerate(columns):
+        inputs[:, j] = _input(log, aircraft, name, notes)
+    variance = np.zeros(len(columns) - 8)
+    for j, name in enumerate(columns[8:]):
+        if name.startswith("delta_"):
+            variance[j] = estimate_noise(log.time, log[name]) ** 2
+    measured = np.full((log.time.size, len(OUTPUTS)), np.nan)
+    noise = np.full(len(OUTPUTS), np.nan)
+    positions = np.zeros((len(OUTPUTS), 3))
+    for i, name in enumerate(OUTPUTS):
+        if name in log and np.isfinite(log[name]).sum() >= FEWEST:
+            measured[:, i] = log[name]
+            noise[i] = estimate_noise(log.time, log[name])
+            positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
+    substeps = _substeps(log, aircraft, inputs)
+    # A copy: kernels compile anew for arrays that may not be written.
+    flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
+    outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
+    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), _ground(log))
+
+
+def _ground(log: FlightLog) -> float:
+    """Altitude of the ground, m, level as far as the flight goes."""
+    if "h" not in log or "h_agl" not in log:
+        return 0.0
+    below = log["h"] - log["h_agl"]
+    known = np.isfinite(below)
+    return float(np.median(below[known])) if known.any() else 0.0
+
+
+def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
+    """Integration steps in a sampling interval, from the fastest motion that the declared derivatives could make.
+
+    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|.
+    """
+    interval = float(np.median(np.diff(log.time)))
+    speed = float(np.nanmedian(log["V"]))
+    size = {(d.coefficient, str(d.term)): abs(d.value) for d in aircraft.derivatives}
+    density, mass = float(np.median(inputs[:, 0])), float(np.median(inputs[:, 2]))
+    force = 0.5 * density * speed**2 * aircraft.wing_area
+    lift = max(size.get(("C_Z", "alpha"), 0.0), size.get(("C_L", "alpha"), 0.0))
+    heave = force / (mass * speed) * lift
+    pitch = force * aircraft.mean_chord / aircraft.I_yy
+    damping = pitch * aircraft.mean_chord / (2.0 * speed) * size.get(("C_m", "q_hat"), 0.0)
+    fastest = np.sqrt(pitch * size.get(("C_m", "alpha"), 0.0) + heave * damping) + 0.5 * (heave + damping)
+    longest = float(np.clip(LONGEST_ANGLE / max(fastest, 1e-9), SHORTEST_SUBSTEP, LONGEST_SUBSTEP))
+    return max(1, int(np.ceil(interval / longest - 1e-9)))
+
+
+def initial_state(flight: Flight) -> NDArray[np.float64]:
+    """A first guess of u, w, q, theta, h (5,) from the first samples of the measurements.
+
+    The mean of the first five samples that are there; theta from the axial specific force where it is not measured.
+    """
+    first = [_first_mean(flight.measured[:, i]) for i in range(len(OUTPUTS))]
+    speed, alpha, q, theta, a_x, _, _, height = first
+    alpha += q * flight.positions[1, 0] / speed
+    beta = flight.inputs[0, 7]
+    if not np.isfinite(theta):
+        theta = alpha if not np.isfinite(a_x) else float(np.arcsin(np.clip(a_x / 9.80665, -0.9, 0.9)))
+    plane = speed * np.cos(beta)
+    return np.array([plane * np.cos(alpha), plane * np.sin(alpha), q, theta, height if np.isfinite(height) else 0.0])
+
+
+def _first_mean(values: NDArray[np.float64], count: int = 5) -> float:
+    held = values[np.isfinite(values)]
+    return float(held[:count].mean()) if held.size else float("nan")
+
+
+def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> NDArray[np.float64]:
+    """One input column, without gaps."""
+    if name == "speed_of_sound":
+        if "mach" not in log:
+            return np.full(log.time.size, _STANDARD_SPEED_OF_SOUND)
+        return _slow(log.time, _bridged(log, "V", notes) / np.maximum(_bridged(log, "mach", notes), 1e-3))
+    if name in log:
+        return _bridged(log, name, notes)
+    if name == "rho":
+        if "q_bar" in log:
+            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
+        if aircraft.density is None:
+            raise LogError(
+                f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
+                "density; add one of them."
+            )
+        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        return np.full(log.time.size, aircraft.density)
+    if name == "thrust":
+        if aircraft.thrust is None:
+            notes.append("Thrust is taken as zero: neither the log nor the aircraft file gives it.")
+        return np.full(log.time.size, aircraft.thrust or 0.0)
+    if name == "mass":
+        return np.full(log.time.size, aircraft.mass)
+    if name in ("phi", "p", "r", "beta"):
+        return np.zeros(log.time.size)
+    raise LogError(
+        f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}), but a declared or candidate term "
+        "names it; map it in a channel map or strike the term."
+    )
+
+
+def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
+    """A channel with its missing samples interpolated linearly, which is said in the notes."""
+    values = log[name]
+    held = np.isfinite(values)
+    if held.all():
+        return values
+    if held.sum() < 2:
+        raise LogError(f"{log.path}: channel {name} holds {int(held.sum())} samples, but it is needed throughout.")
+    notes.append(f"{int((~held).sum())} missing samples of the input {name} are interpolated linearly.")
+    return np.interp(log.time, log.time[held], values[held])
+
+
+def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
+    smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
+    return smooth
+
+
+def with_calm_inputs(manoeuvre: Manoeuvre) -> Manoeuvre:
+    """The manoeuvre with the noise of its recorded inputs averaged out where they are slow."""
+    flight = manoeuvre.flight
+    inputs = flight.inputs.copy()
+    for n, variance in enumerate(flight.input_variance):
+        if variance > 0.0:
+            inputs[:, 8 + n] = calmed(inputs[:, 8 + n], float(np.sqrt(variance)))
+    return replace(manoeuvre, flight=flight._replace(inputs=inputs))

@@ -1,0 +1,496 @@
+"""Estimate derivatives, effects, initial states and noise levels by maximum likelihood, from all manoeuvres jointly.
+
+With noise-free inputs this is the output-error method; the noise of a measured surface is process noise with a known
+path, and is accounted for. The likelihood itself is in `aerosid.estimation.likelihood`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.errors import EstimationError
+from aerosid.estimation import damped_step
+from aerosid.estimation.fit_settings import USUAL, RefinementSettings
+from aerosid.estimation.likeliest_noise import likeliest_noise
+from aerosid.estimation.likelihood import Likelihood, Whitened
+from aerosid.estimation.likelihood_point import Point
+from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """The maximum-likelihood estimate.
+
+    Attributes
+    ----------
+    model : AerodynamicModel
+        The model with the estimated values.
+    free : tuple of Entry
+        The entries that were estimated, in the order of the first parameters.
+    states : tuple of ndarray, shape (5,)
+        The initial state of each manoeuvre.
+    effects : tuple of ActiveEffect
+        Effects that are no term, with their estimated numbers.
+    variance : ndarray, shape (8,)
+        Noise variance of each output, SI squared; of unmeasured outputs 1.
+    cost : float
+        -2 ln L but for a constant.
+    information : ndarray, shape (M, M)
+        Fisher information of the parameters: free entries, the initial states of each manoeuvre, the effects' numbers.
+    converged : bool
+        Whether the last step was within the tolerance.
+    held_to_data : float
+        Factor on the inputs' noise where the model runs away in open loop and was fitted in the filter form; else 0.
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    states: tuple[NDArray[np.float64], ...]
+    effects: tuple[ActiveEffect, ...]
+    variance: NDArray[np.float64]
+    cost: float
+    information: NDArray[np.float64]
+    converged: bool
+    held_to_data: float = 0.0
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Cramer-Rao bound for white residuals, of all parameters (M, M)."""
+        return scaled_inverse(self.information)
+
+    def with_terms(self, entries: Sequence[Entry]) -> Refinement:
+        """The structure with further terms, not estimated yet: the other numbers as they are."""
+        return replace(self, model=self.model.extended(entries), free=(*self.free, *entries))
+
+    @property
+    def is_disturbed(self) -> bool:
+        """Whether gusts or forces of any shape act."""
+        return any(isinstance(active.effect, NoiseEffect) for active in self.effects)
+
+
+def refine(
+    model: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    free: Sequence[Entry],
+    *,
+    effects: Sequence[ActiveEffect] = (),
+    states: Sequence[NDArray[np.float64]] | None = None,
+    variance: NDArray[np.float64] | None = None,
+    hold_variance: bool = False,
+    filtering: bool = True,
+    priors: Sequence[tuple[Entry, float, float]] = (),
+    point: Point | None = None,
+    settings: RefinementSettings = USUAL,
+) -> Refinement:
+    """The maximum-likelihood estimate of the free entries, the effects and every manoeuvre's initial state.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        Start values; entries that are not free keep theirs.
+    manoeuvres : sequence of Manoeuvre
+        All of them are one joint estimate.
+    free : sequence of Entry
+        What is estimated; may be empty (initial states alone).
+    effects : sequence of ActiveEffect
+        Effects that are no term, with start values.
+    states : sequence of ndarray, shape (5,), optional
+        Start values of the initial states; by default from the first samples.
+    variance : ndarray, shape (8,), optional
+        Noise variances to start from; by default those of the logs.
+    hold_variance : bool
+        Keep `variance` instead of estimating it.
+    filtering : bool
+        Whether the noise of measured inputs is accounted for; otherwise plain output error.
+    priors : sequence of (entry, value, standard deviation)
+        A-priori knowledge that is to enter as such.
+    point : Point, optional
+        The likelihood at the start, as in `Start`.
+
+    Raises
+    ------
+    EstimationError
+        Where the simulation with the start values leaves the model's range, so that there is nothing to improve.
+
+    Notes
+    -----
+    Levenberg-Marquardt on the likelihood in which the noise variances stand at their maximum: each step is weighted
+    by the residuals that it starts from. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System
+    Identification, chapters 4 and 5.
+    """
+    likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), filtering, tuple(priors))
+    start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
+    point = _first_point(likelihood, start, settings)
+    point, converged = _best(likelihood, point, settings, hold_variance)
+    if settings.disturbances and point.is_disturbed:
+        for _ in range(settings.rounds):
+            moved = likeliest_noise(likelihood, point, hold_variance=hold_variance)
+            if moved is point:
+                break
+            point, converged = _best(likelihood, moved, settings, hold_variance)
+    return _refinement(likelihood, model, tuple(free), point, converged)
+
+
+def refine_on(
+    at: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings = USUAL,
+    effects: Sequence[ActiveEffect] | None = None,
+    point: Point | None = None,
+) -> Refinement:
+    """The same structure, searched on from where an estimate stands.
+
+    `effects`: in place of its own; `point`: its likelihood, where that is known.
+    """
+    return refine(
+        at.model,
+        manoeuvres,
+        at.free,
+        effects=at.effects if effects is None else effects,
+        states=at.states,
+        variance=at.variance,
+        point=point,
+        settings=settings,
+    )
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where an estimate begins: what is free, with the start values of everything.
+
+    As the parameters of `refine`. `point`: the likelihood there, where another estimate's linearisation knows it.
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    effects: tuple[ActiveEffect, ...] = ()
+    states: tuple[NDArray[np.float64], ...] | None = None
+    variance: NDArray[np.float64] | None = None
+    point: Point | None = None
+
+
+def contest(
+    starts: Sequence[Start],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    allowance: Sequence[float],
+    level: float | None = None,
+    margin: float = 0.0,
+) -> list[Refinement]:
+    """The estimates from several starts, those that cannot win given up on the way.
+
+    Parameters
+    ----------
+    starts : sequence of Start
+        The contestants: different structures on the same manoeuvres.
+    allowance : sequence of float
+        What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
+    level : float, optional
+        -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
+    margin : float
+        By how much more than that a contestant may have at the end and still be of interest.
+
+    Returns
+    -------
+    list of Refinement
+        In the order of `starts`; of those that were given up the state at that time, `converged` false.
+
+    Notes
+    -----
+    All move one step in turn. After two, or after one from a known likelihood, one is given up where even several
+    times the fall that its linearisation promises would leave it above.
+    """
+    likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
+    points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
+    converged = [False] * len(starts)
+    paths = {n: _path(likelihoods[n], points[n], settings, hold_variance=False) for n in range(len(starts))}
+    for turn in range(settings.steps):
+        for n, path in list(paths.items()):
+            points[n], rest = next(path, (points[n], True))
+            converged[n] = rest
+            if rest:
+                del paths[n]
+        # One that began where another estimate's linearisation led is near its end after a single step.
+        judged = [n for n in paths if turn > 0 or starts[n].point is not None]
+        if not judged:
+            continue
+        reached = level
+        if reached is None:
+            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
+        for n in judged:
+            promise = MOST_OF_PROMISE * promised_fall(likelihoods[n], points[n])
+            if points[n].cost + allowance[n] - promise > reached + margin:
+                del paths[n]
+    return [
+        _refinement(likelihood, start.model, start.free, point, rest)
+        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+    ]
+
+
+MOST_OF_PROMISE = 3.0
+"""Times the fall that a linearisation promises: where the problem bends, a step finds more than was promised."""
+
+
+def promised_fall(likelihood: Likelihood, point: Point) -> float:
+    """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
+    return damped_step.promised_fall(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
+
+
+def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
+    """The start with its likelihood."""
+    if start.point is not None:
+        return start.point
+    variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
+    states = start.states
+    if states is None:
+        states = tuple(initial_state(manoeuvre.flight) for manoeuvre in likelihood.manoeuvres)
+    point = likelihood.evaluate(start.model.values, states, start.effects, variance)
+    if point is None:
+        point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)
+    return point
+
+
+def _refinement(
+    likelihood: Likelihood, model: AerodynamicModel, free: tuple[Entry, ...], point: Point, converged: bool
+) -> Refinement:
+    """The result at a point."""
+    return Refinement(
+        model=model.with_values(point.values),
+        free=free,
+        states=point.states,
+        effects=point.effects,
+        variance=point.variance,
+        cost=point.cost,
+        information=point.information,
+        converged=converged,
+        held_to_data=likelihood.held_to_data,
+    )
+
+
+def whiten(
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    model: AerodynamicModel | None = None,
+    columns: Sequence[Entry] | None = None,
+    tested: Sequence[ActiveEffect] = (),
+    filtering: bool = True,
+) -> Iterator[Whitened]:
+    """The whitened residuals of an estimate and their sensitivities, stretch by stretch.
+
+    Parameters
+    ----------
+    refinement : Refinement
+        The estimate at which they are wanted.
+    manoeuvres : sequence of Manoeuvre
+        Those of the estimate.
+    model : AerodynamicModel, optional
+        The estimate's model, possibly extended by candidates of value zero.
+    columns : sequence of Entry, optional
+        The entries whose sensitivities come first; by default the free ones. Initial states and effects follow.
+    tested : sequence of ActiveEffect
+        Effects that do not act, whose sensitivities come last.
+    """
+    likelihood = Likelihood(
+        refinement.model if model is None else model,
+        tuple(manoeuvres),
+        refinement.free if columns is None else tuple(columns),
+        filtering,
+    )
+    likelihood.held_to_data = refinement.held_to_data
+    return likelihood.stretches(
+        likelihood.model.values, refinement.states, refinement.effects, refinement.variance, tested
+    )
+
+
+def _best(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> tuple[Point, bool]:
+    """The best point, and whether the search came to rest."""
+    *_, end = ((point, False), *_path(likelihood, point, settings, hold_variance))
+    return end
+
+
+def _path(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> Iterator[tuple[Point, bool]]:
+    """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
+    damping = 1e-3
+    active = likelihood.active(point.effects)
+    if settings.hold_states:
+        active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
+    floor = None if hold_variance else likelihood.variance_floor
+    # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
+    disturbed = point.is_disturbed
+    for _ in range(settings.steps):
+        known, share = False, 1.0
+        rounds = 1 if disturbed else WEIGHTINGS
+        while True:
+            aim = _aim(point, active, damping, floor, rounds, share)
+            ahead = likelihood.moved(point, aim.step)
+            small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
+            calm = hold_variance or aim.level < settings.variance_tolerance
+            if small and calm and damping <= TRUSTED and not disturbed:
+                yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
+                return
+            trial = likelihood.evaluate(*ahead, aim.variance)
+            settling = None if disturbed or share < 1.0 else floor
+            reached = np.inf if trial is None else _settled_cost(trial, settling)
+            if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
+                break
+            trifle = aim.promise < DECIDES_NOTHING and not disturbed
+            if trial is not None and trifle and reached <= aim.cost + DECIDES_NOTHING:
+                break  # a rise by what is not exact in the comparison
+            if rounds > 1:
+                rounds = 1
+                continue
+            if aim.level > 0.0 and not known:
+                # What was compared with is exact only at the point's own noise levels.
+                again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
+                if again is None:
+                    return
+                if again.cost > point.cost + 1e-9 * abs(point.cost):
+                    # A disturbance explains what the outputs' noise would have had to: half the way, or none.
+                    share = 0.5 * share if 0.5 * aim.level > LEAST_CHANGE else 0.0
+                    continue
+                point, known, share = again, True, 0.0
+                if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
+                    break
+            damping *= 10.0
+            if damping > 1e10:
+                yield point, True
+                return
+        damping = max(damping * 0.1, 1e-12)
+        fall = aim.cost - reached
+        point = trial
+        # Scaled by the information alone: at most a standard deviation per unit, less where parameters correlate.
+        level, enough = aim.level, settings.variance_tolerance
+        if floor is not None and not disturbed:
+            left = float(np.max(np.abs(np.log(point.likeliest_variance(floor) / point.variance))))
+            level, enough = min(level, left), 10.0 * enough
+        small = aim.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
+        rest = bool(small) and level < enough
+        yield point, rest
+        if rest:
+            return
+
+
+LEAST_CHANGE = 0.02
+"""Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
+
+TRUSTED = 1e-2
+"""Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
+
+WEIGHTINGS = 20
+"""Rounds in which a step and the noise variances that it promises are found in turn."""
+
+SETTLED = 0.01
+"""Change of a variance's logarithm in such a round that moves the step by less than its own curvature does."""
+
+DECIDES_NOTHING = 0.1
+"""Of -2 ln L."""
+
+
+@dataclass(frozen=True)
+class _Aim:
+    """A step (M,) and what it promises.
+
+    `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
+    it begins and `promise` the fall of it, noise variances at their maximum at both ends; `settled` what of that fall
+    the variances alone bring; `level` the largest change of a variance's logarithm over the step.
+    """
+
+    step: NDArray[np.float64]
+    size: float
+    variance: NDArray[np.float64]
+    cost: float
+    promise: float
+    settled: float
+    level: float
+
+
+def _aim(
+    point: Point,
+    active: NDArray[np.bool_],
+    damping: float,
+    floor: NDArray[np.float64] | None,
+    rounds: int,
+    share: float,
+) -> _Aim:
+    """The damped step to where the linearised problem is most likely, noise variances and parameters together.
+
+    A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
+    others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
+    are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
+    """
+    least = np.zeros_like(point.variance) if floor is None else floor
+    step, variance, size, begun, between, ended = damped_step.likeliest_step(
+        point.quadratic, active, damping, least, floor is None, rounds, share, SETTLED
+    )
+    level = float(np.max(np.abs(np.log(variance / point.variance))))
+    return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
+
+
+def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
+    """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
+    return point.cost if floor is None else point.cost_at(point.likeliest_variance(floor))
+
+
+LEADING_STEPS = 20
+"""Steps at each factor: the next one begins anew anyway."""
+
+
+def _led_in(
+    likelihood: Likelihood,
+    values: NDArray[np.float64],
+    states: Sequence[NDArray[np.float64]],
+    effects: tuple[ActiveEffect, ...],
+    variance: NDArray[np.float64],
+    settings: RefinementSettings,
+) -> Point:
+    """A start where the open-loop simulation runs away: follow the data closely at first, then ever less.
+
+    In the filter form the inputs' noise is taken much larger than it is, which gives a gain that holds the recursion
+    to the measurements even for an unstable aircraft; the factor then falls while the parameters follow, and open loop
+    is tried again at the end.
+    """
+    point = None
+    settings = replace(settings, steps=min(settings.steps, LEADING_STEPS))
+    for factor in (1e8, 1e6, 1e4, 1e3, 1e2, 1e1, 1.0):
+        likelihood.held_to_data = factor
+        point = likelihood.evaluate(values, states, effects, variance)
+        if point is not None:
+            point, _ = _best(likelihood, point, settings, hold_variance=True)
+            values, states = point.values, point.states
+    likelihood.held_to_data = 0.0
+    opened = likelihood.evaluate(values, states, effects, variance)
+    if opened is not None:
+        return opened
+    likelihood.held_to_data = 1.0
+    if point is None:
+        raise EstimationError(
+            "the simulation leaves |alpha| < 1.5 rad with every start value that was tried; check the signs of "
+            "delta_e, C_m_alpha and C_m_delta_e, the mass and the trim constants in the aircraft file."
+        )
+    return point
+
+
+def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverse of a symmetric semi-definite matrix after scaling to unit diagonal; rows without information give inf.
+
+    Directions that hold no information to rounding are left to the pseudo-inverse's cut-off at 1e-13.
+    """
+    scale = np.sqrt(np.diag(matrix))
+    held = scale > 0.0
+    inverse = np.zeros_like(matrix)
+    scaled = matrix[np.ix_(held, held)] / np.outer(scale[held], scale[held])
+    part = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / np.outer(scale[held], scale[held])
+    inverse[np.ix_(held, held)] = part
+    inverse[~held, ~held] = np.inf
+    return inverse

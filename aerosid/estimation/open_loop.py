@@ -1,0 +1,165 @@
+"""Compare logs with open-loop simulations: measured inputs only, initial state estimated on that log, no feedback."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, StateEffect, frozen
+from aerosid.effects.sudden import at_moment, is_sudden, moment
+from aerosid.errors import EstimationError
+from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, recorded
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.motion_loop import self_consistent
+from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel
+from aerosid.flight_model.flight import simulate_outputs
+from aerosid.flight_model.longitudinal import OUTPUTS
+
+_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01)
+
+
+@dataclass(frozen=True)
+class Response:
+    """One simulation beside its log.
+
+    Attributes
+    ----------
+    outputs : ndarray, shape (N, 8)
+        In the order of OUTPUTS, SI; NaN from where the simulation left its range.
+    states : ndarray, shape (N, 5)
+        u, w, q, theta, h.
+    rms : dict of str to float or None
+        Root-mean-square of measured minus simulated of each measured channel; None where the simulation left its range.
+    """
+
+    outputs: NDArray[np.float64]
+    states: NDArray[np.float64]
+    rms: dict[str, float | None]
+
+
+def respond(
+    model: AerodynamicModel,
+    manoeuvre: Manoeuvre,
+    variance: NDArray[np.float64],
+    *,
+    effects: Sequence[ActiveEffect] = (),
+    constants_of: tuple[str, ...] = (),
+    state: NDArray[np.float64] | None = None,
+) -> Response:
+    """The open-loop response of `model` to the inputs of a log.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        Kept as it is, but for the constants named.
+    manoeuvre : Manoeuvre
+        Its measurements give the initial state, and nothing else.
+    variance : ndarray, shape (8,)
+        Weights of the outputs in that estimate, SI squared.
+    effects : sequence of ActiveEffect
+        Effects that are no term, with their numbers, which are kept as well.
+    constants_of : tuple of str
+        Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
+        differ between flights.
+    state : ndarray, shape (5,), optional
+        Where the search of the initial state begins, if it is finite; by default at the first samples.
+    """
+    constants = [(coefficient, CONSTANT) for coefficient in constants_of]
+    model = model.extended(constants)
+    try:
+        fitted = refine(
+            model,
+            [manoeuvre],
+            constants,
+            effects=[frozen(active) for active in effects],
+            states=None if state is None or not np.isfinite(state).all() else [state],
+            variance=variance,
+            hold_variance=True,
+            filtering=False,
+            settings=_INITIAL_STATE,
+        )
+    except EstimationError:
+        empty = np.full(manoeuvre.flight.measured.shape, np.nan)
+        return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
+    outputs, states = simulate(fitted.model, manoeuvre, fitted.states[0], fitted.effects)
+    difference = manoeuvre.flight.measured - outputs
+    rms: dict[str, float | None] = {}
+    for i, name in enumerate(OUTPUTS):
+        if name in manoeuvre.outputs:
+            held = np.isfinite(manoeuvre.flight.measured[:, i])
+            error = difference[held, i]
+            rms[name] = float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else None
+    return Response(outputs, states, rms)
+
+
+def simulate(
+    model: AerodynamicModel,
+    manoeuvre: Manoeuvre,
+    state: NDArray[np.float64],
+    effects: Sequence[ActiveEffect] = (),
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What the sensors record, (N, 8), and the states, (N, 5), of a flight with the manoeuvre's inputs.
+
+    Parameters
+    ----------
+    state : ndarray, shape (5,)
+        The initial u, w, q, theta, h.
+
+    Returns
+    -------
+    NaN from where the simulation leaves |alpha| < 1.5 rad.
+    """
+    flight, _ = acting_flight(model, manoeuvre, effects)
+    if any(isinstance(active.effect, StateEffect) for active in effects):
+        try:
+            flight, _ = self_consistent(model, flight, model.values, state, effects, manoeuvre.ground)
+        except OutOfRangeError:
+            return np.full((flight.time.size, len(OUTPUTS)), np.nan), np.full((flight.time.size, 5), np.nan)
+    outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
+    recorded(outputs, manoeuvre, effects)
+    return outputs, states
+
+
+def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
+    """The completed model's effects as they act on a log that may not have been fitted.
+
+    Everything acts as it was found but a sudden change, which no channel announces: on a log where none was found it is
+    placed, with its size kept, at the moment where it fits that log best, or nowhere, like the initial state.
+    """
+    own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
+    jumps = [active for active in completed.effects if is_sudden(active) and active.log != manoeuvre.name]
+    if not jumps or any(active.log == manoeuvre.name for active in completed.effects):
+        return own
+    time = manoeuvre.flight.time
+    shifts = [moment(active) - time[0] for active in jumps]
+    interval = float(np.median(np.diff(time)))
+    span = float(np.ptp(time))
+
+    state: NDArray[np.float64] | None = None
+
+    def misfit(start: float | None) -> float:
+        placed = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
+        # Neighbouring moments hardly move the initial state: each search of it begins at the last one.
+        nonlocal state
+        response = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed), state=state)
+        rms, state = response.rms, response.states[0]
+        weights = np.sqrt(completed.variance)
+        ratios = [np.inf if value is None else value / weights[OUTPUTS.index(name)] for name, value in rms.items()]
+        return float(np.sum(np.square(ratios)))
+
+    grid: list[float | None] = [
+        None,
+        *np.clip(shifts, 0.0, span).tolist(),
+        *(span * np.linspace(0.05, 0.95, 19)).tolist(),
+    ]
+    best = min(grid, key=misfit)
+    if best is None:
+        return own
+    for reach in (span / 20.0, span / 200.0):
+        best = min((best + reach * np.linspace(-1.0, 1.0, 9)).tolist(), key=misfit)
+    return (*own, *(at_moment(active, time[0] + best, manoeuvre.name, interval) for active in jumps))

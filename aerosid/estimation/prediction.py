@@ -1,0 +1,315 @@
+"""Predict every measured output one sample ahead, with whitened residuals and their exact sensitivities.
+
+One recursion serves three uses. With no noise on the inputs the gain is zero and the prediction is the open-loop
+simulation: its residuals are those of output error. With noise on a measured surface, or on a pseudo-input that
+stands for an unmodelled force, it is the discrete filter (9)-(12) and the residuals are innovations: filter error. The
+sensitivities pass through the same gains, which makes them the regressors of the score test for any candidate.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
+from aerosid.flight_model.longitudinal import OUTPUT_COUNT, Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.sampling_interval import Step, advance, make_step
+from aerosid.flight_model.terms import TermTable
+
+
+class Directions(NamedTuple):
+    """Perturbations whose effect on the outputs is wanted beside that of the terms and of the initial state.
+
+    `inputs` (N, E, D) changes of the extra inputs, linear between samples; `outputs` (N, 8, B) changes of the
+    outputs themselves (a bias: ones in its channel).
+    """
+
+    inputs: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+
+
+class Carry(NamedTuple):
+    """What passes from one stretch of a record to the next; changed in place.
+
+    `state` (5); `columns` (5, M) its sensitivities; `input_error` (E) and `input_columns` (E, M) of the last sample;
+    `covariance` (5 + E, 5 + E) of both.
+    """
+
+    state: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    input_error: NDArray[np.float64]
+    input_columns: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+
+def start_carry(state: NDArray[np.float64], flight: Flight, free: int, directions: Directions) -> Carry:
+    """The `Carry` at the first sample: initial state (5,) a free parameter, so its covariance is zero."""
+    extra = flight.input_variance.shape[0]
+    inputs, outputs = directions.inputs.shape[2], directions.outputs.shape[2]
+    columns = np.zeros((5, free + 5 + inputs + outputs))
+    columns[:, free : free + 5] = np.eye(5)
+    covariance = np.zeros((5 + extra, 5 + extra))
+    covariance[5:, 5:] = np.diag(flight.input_variance)
+    return Carry(state.copy(), columns, np.zeros(extra), np.zeros((extra, columns.shape[1])), covariance)
+
+
+def no_directions(samples: int, extra_inputs: int) -> Directions:
+    """`Directions` that hold none."""
+    return Directions(np.zeros((samples, extra_inputs, 0)), np.zeros((samples, OUTPUT_COUNT, 0)))
+
+
+@njit
+def predict_stretch(
+    start: int,
+    stop: int,
+    carry: Carry,
+    flight: Flight,
+    theta: NDArray[np.float64],
+    free: NDArray[np.int64],
+    table: TermTable,
+    constants: Constants,
+    variance: NDArray[np.float64],
+    directions: Directions,
+    predicted: NDArray[np.float64],
+    white: NDArray[np.float64],
+    white_columns: NDArray[np.float64],
+) -> tuple[bool, float]:
+    """Predict samples `start` to `stop` - 1; write results at rows 0 ... and move `carry` on to `stop`.
+
+    Parameters
+    ----------
+    theta : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are wanted.
+    variance : (8,) of the output noise of each sample, SI squared.
+    predicted : (n, 8) receives the outputs predicted from the samples before.
+    white : (n, 8) receives innovations over their standard deviation, NaN where nothing was measured.
+    white_columns : (n, 8, M) receives the derivatives of the predicted outputs over the same standard deviation,
+        columns in the order free terms, initial state (5), input directions, output directions.
+
+    Returns
+    -------
+    Whether the prediction stayed within the angle-of-attack limit, and the sum of the logarithms of the innovations'
+    variances.
+
+    Notes
+    -----
+    Measurements of one sample enter one after the other, so that no matrix is factored and the innovations come out
+    whitened. The error of a measured surface at a sample is a state of its own: it acts in the intervals on both
+    sides of the sample and, through the direct term, on the accelerometers. Gains are held fixed when sensitivities
+    pass: the estimating equations stay unbiased, the innovations being white at the true parameters.
+    """
+    extra = flight.inputs.shape[1] - 8
+    work, step = make_workspace(extra, table), make_step(extra, theta.shape[0])
+    size, width = 5 + extra, carry.columns.shape[1]
+    room = Room(
+        np.zeros(size), np.zeros(size), np.zeros(5), np.zeros(width), np.zeros((5, width)), np.zeros(8 + extra),
+        np.zeros((5, size)),
+    )  # fmt: skip
+    return _predict(
+        start, stop, carry, flight, theta, free, table, constants, variance, directions, predicted, white,
+        white_columns, work, step, room,
+    )  # fmt: skip
+
+
+class Room(NamedTuple):
+    """Room to work for one sample of `predict_stretch`."""
+
+    gain: NDArray[np.float64]
+    row: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    sensitivity: NDArray[np.float64]
+    next_columns: NDArray[np.float64]
+    corrected_input: NDArray[np.float64]
+    propagated: NDArray[np.float64]
+
+
+@njit_inline
+def _predict(
+    start: int,
+    stop: int,
+    carry: Carry,
+    flight: Flight,
+    theta: NDArray[np.float64],
+    free: NDArray[np.int64],
+    table: TermTable,
+    constants: Constants,
+    variance: NDArray[np.float64],
+    directions: Directions,
+    predicted: NDArray[np.float64],
+    white: NDArray[np.float64],
+    white_columns: NDArray[np.float64],
+    work: Workspace,
+    step: Step,
+    room: Room,
+) -> tuple[bool, float]:
+    """As `predict_stretch`, in work arrays that are given."""
+    extra = flight.inputs.shape[1] - 8
+    x, columns, error, error_columns, cov = carry
+    width = columns.shape[1]
+    free_count = free.shape[0]
+    first_input = free_count + 5
+    input_count = directions.inputs.shape[2]
+    first_output = first_input + input_count
+    size = 5 + extra
+    filtering = False
+    for j in range(extra):
+        if flight.input_variance[j] > 0.0:
+            filtering = True
+    gain, row, moved, sensitivity, next_columns, corrected_input, propagated = room
+    log_sum = 0.0
+    samples = flight.time.shape[0]
+    for k in range(start, stop):
+        evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, True)
+        if not abs(work.outputs[1]) < ALPHA_LIMIT:
+            return False, np.inf
+        for a in range(5):
+            moved[a] = 0.0
+        for i in range(8):
+            predicted[k - start, i] = work.outputs[i]
+            if np.isnan(flight.measured[k, i]):
+                white[k - start, i] = np.nan
+                for c in range(width):
+                    white_columns[k - start, i, c] = 0.0
+                continue
+            value = work.outputs[i]
+            for a in range(5):
+                row[a] = work.outputs_x[i, a]
+                value += row[a] * moved[a]
+            for j in range(extra):
+                row[5 + j] = work.outputs_u[i, j]
+                value += row[5 + j] * error[j]
+            for c in range(width):
+                total = 0.0
+                for a in range(4):
+                    total += row[a] * columns[a, c]
+                if i == 7:
+                    total += columns[4, c]
+                sensitivity[c] = total
+            for c in range(free_count):
+                sensitivity[c] += work.outputs_p[i, free[c]]
+            for j in range(extra):
+                if row[5 + j] != 0.0:
+                    for c in range(width):
+                        sensitivity[c] += row[5 + j] * error_columns[j, c]
+                    for c in range(input_count):
+                        sensitivity[first_input + c] += row[5 + j] * directions.inputs[k, j, c]
+            for c in range(first_output, width):
+                sensitivity[c] += directions.outputs[k, i, c - first_output]
+            spread = variance[i]
+            if filtering:
+                for a in range(size):
+                    total = 0.0
+                    for b in range(size):
+                        total += cov[a, b] * row[b]
+                    gain[a] = total
+                for a in range(size):
+                    spread += row[a] * gain[a]
+            innovation = flight.measured[k, i] - value
+            scale = 1.0 / np.sqrt(spread)
+            log_sum += np.log(spread)
+            white[k - start, i] = innovation * scale
+            for c in range(width):
+                white_columns[k - start, i, c] = sensitivity[c] * scale
+            if filtering:
+                for a in range(size):
+                    gain[a] /= spread
+                for a in range(size):
+                    for b in range(size):
+                        cov[a, b] -= gain[a] * gain[b] * spread
+                for a in range(5):
+                    moved[a] += gain[a] * innovation
+                    for c in range(width):
+                        columns[a, c] -= gain[a] * sensitivity[c]
+                for j in range(extra):
+                    error[j] += gain[5 + j] * innovation
+                    for c in range(width):
+                        error_columns[j, c] -= gain[5 + j] * sensitivity[c]
+        if k + 1 >= samples:
+            continue
+        for a in range(5):
+            x[a] += moved[a]
+        for j in range(8 + extra):
+            corrected_input[j] = flight.inputs[k, j]
+        for j in range(extra):
+            corrected_input[8 + j] += error[j]
+        advance(
+            x,
+            corrected_input,
+            flight.inputs[k + 1],
+            flight.time[k + 1] - flight.time[k],
+            flight.substeps,
+            theta,
+            table,
+            constants,
+            flight.positions,
+            work,
+            step,
+            True,
+        )
+        for a in range(5):
+            x[a] = step.state[a]
+            for c in range(width):
+                total = 0.0
+                for b in range(5):
+                    total += step.transition[a, b] * columns[b, c]
+                for j in range(extra):
+                    total += step.start[a, j] * error_columns[j, c]
+                next_columns[a, c] = total
+            for c in range(free_count):
+                next_columns[a, c] += step.terms[a, free[c]]
+            for j in range(extra):
+                for c in range(input_count):
+                    next_columns[a, first_input + c] += (
+                        step.start[a, j] * directions.inputs[k, j, c] + step.end[a, j] * directions.inputs[k + 1, j, c]
+                    )
+        for a in range(5):
+            for c in range(width):
+                columns[a, c] = next_columns[a, c]
+        if filtering:
+            _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated)
+        for j in range(extra):
+            error[j] = 0.0
+            for c in range(width):
+                error_columns[j, c] = 0.0
+    return True, log_sum
+
+
+@njit_inline
+def _propagate_covariance(
+    cov: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    input_variance: NDArray[np.float64],
+    propagated: NDArray[np.float64],
+) -> None:
+    """Covariance of state and input error at the next sample: eq. (11) with the inputs' noise as model error."""
+    extra = input_variance.shape[0]
+    size = 5 + extra
+    for a in range(5):
+        for b in range(size):
+            total = 0.0
+            for c in range(5):
+                total += transition[a, c] * cov[c, b]
+            for j in range(extra):
+                total += start[a, j] * cov[5 + j, b]
+            propagated[a, b] = total
+    for a in range(5):
+        for b in range(a + 1):
+            total = 0.0
+            for c in range(5):
+                total += propagated[a, c] * transition[b, c]
+            for j in range(extra):
+                total += propagated[a, 5 + j] * start[b, j]
+                total += end[a, j] * input_variance[j] * end[b, j]
+            cov[a, b] = total
+            cov[b, a] = total
+        for j in range(extra):
+            cov[a, 5 + j] = end[a, j] * input_variance[j]
+            cov[5 + j, a] = cov[a, 5 + j]
+    for j in range(extra):
+        for i in range(extra):
+            cov[5 + i, 5 + j] = 0.0
+        cov[5 + j, 5 + j] = input_variance[j]

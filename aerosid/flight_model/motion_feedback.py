@@ -1,0 +1,167 @@
+"""Simulate a flight whose own motion adds to its inputs.
+
+What an effect adds at the end of an interval depends on the state there, which depends on what it adds: a few unknowns,
+found interval by interval.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
+from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.motion_laws import REMEMBERED, Feedback, offsets_at
+from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
+from aerosid.flight_model.terms import TermTable
+
+AGREEMENT = 1e-11
+"""What the effects add and the motion agree to this, in units of a coefficient: differences of simulations hold."""
+
+ROUNDS = 20
+"""Rounds within one interval before it is left as it is; three to five are usual."""
+
+
+class _March(NamedTuple):
+    """Room to simulate: what the effects add (S) here, at the sample before, as tried and found in this round and the
+    last, and by how much each was missed; state and rates (5) at the start of an interval; the coefficients (5) without
+    the effects; what the laws remember (K, 4) of the sample before, and of this one.
+    """
+
+    here: NDArray[np.float64]
+    last: NDArray[np.float64]
+    tried: NDArray[np.float64]
+    found: NDArray[np.float64]
+    found_before: NDArray[np.float64]
+    miss: NDArray[np.float64]
+    miss_before: NDArray[np.float64]
+    start: NDArray[np.float64]
+    rates: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+    memory: NDArray[np.float64]
+    kept: NDArray[np.float64]
+
+
+@njit
+def simulate_feedback(
+    state: NDArray[np.float64],
+    flight: Flight,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    feedback: Feedback,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The inputs (N, 8 + E) with what the motion adds to those of `flight`, and the states (N, 5) of that motion.
+
+    The states are those of `simulate_outputs` with these inputs: NaN from where they leave |alpha| < 1.5 rad.
+
+    Notes
+    -----
+    What is added at an interval's end, e = g(x(e)), is first tried on the straight line through the last two samples
+    and then improved by Anderson's method with a memory of one round: for a single unknown, the secant method.
+    """
+    extra, added, effects = flight.inputs.shape[1] - 8, feedback.columns.shape[0], feedback.law.shape[0]
+    inputs, states = flight.inputs.copy(), np.full((flight.time.shape[0], 5), np.nan)
+    room = _March(
+        np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added),
+        np.zeros(added), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros((effects, REMEMBERED)),
+        np.zeros((effects, REMEMBERED)),
+    )  # fmt: skip
+    work, stages = make_workspace(extra, table), make_stages(extra)
+    _march(state.copy(), flight, theta, table, constants, feedback, inputs, states, work, stages, room)
+    return inputs, states
+
+
+@njit_inline
+def _march(
+    x: NDArray[np.float64],
+    flight: Flight,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    feedback: Feedback,
+    inputs: NDArray[np.float64],
+    states: NDArray[np.float64],
+    work: Workspace,
+    stages: Stages,
+    room: _March,
+) -> None:
+    """As `simulate_feedback`, in work arrays that are given."""
+    samples, added = flight.time.shape[0], feedback.columns.shape[0]
+    proportional = False
+    for n in range(feedback.law.shape[0]):
+        proportional = proportional or feedback.coefficient[n] >= 0
+    for k in range(samples):
+        interval = flight.time[k] - flight.time[k - 1] if k > 0 else 0.0
+        for s in range(added):
+            room.tried[s] = 2.0 * room.here[s] - room.last[s]
+            room.last[s] = room.here[s]
+        for turn in range(ROUNDS):
+            if k > 0:
+                for s in range(added):
+                    place = 8 + feedback.columns[s]
+                    inputs[k, place] = flight.inputs[k, place]
+                for s in range(added):
+                    inputs[k, 8 + feedback.columns[s]] += room.tried[s]
+                for a in range(5):
+                    x[a], work.rates[a] = room.start[a], room.rates[a]
+                integrate(
+                    x, inputs[k - 1], inputs[k], interval, 0, flight.substeps, flight.substeps,
+                    theta, table, constants, flight.positions, work, stages,
+                )  # fmt: skip
+            if proportional:
+                evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
+                for row in range(5):
+                    room.coefficients[row] = work.coefficients[row]
+            offsets_at(k, flight.time, x, room.coefficients, feedback, room.memory, room.kept, room.found)
+            if k == 0:  # the state is given
+                for s in range(added):
+                    room.here[s], room.last[s] = room.found[s], room.found[s]
+                    inputs[k, 8 + feedback.columns[s]] += room.found[s]
+                break
+            if _agree(turn, room):
+                break
+        evaluate(x, inputs[k], theta, table, constants, flight.positions, work, False, True)
+        if not abs(work.outputs[1]) < ALPHA_LIMIT:
+            return
+        for a in range(5):
+            states[k, a], room.start[a], room.rates[a] = x[a], x[a], work.rates[a]
+        for n in range(room.memory.shape[0]):
+            for i in range(REMEMBERED):
+                room.memory[n, i] = room.kept[n, i]
+
+
+@njit_inline
+def _agree(turn: int, room: _March) -> bool:
+    """Whether what was tried is what the motion gives; else write what to try next."""
+    largest, along, length = 0.0, 0.0, 0.0
+    for s in range(room.here.shape[0]):
+        room.here[s] = room.tried[s]
+        room.miss[s] = room.found[s] - room.tried[s]
+        change = room.miss[s] - room.miss_before[s]
+        largest = max(largest, abs(room.miss[s]))
+        along += room.miss[s] * change
+        length += change * change
+    if not largest > AGREEMENT:
+        return True
+    back = along / length if turn > 0 and length > 0.0 else 0.0
+    for s in range(room.here.shape[0]):
+        room.tried[s] = room.found[s] - back * (room.found[s] - room.found_before[s])
+        room.found_before[s], room.miss_before[s] = room.found[s], room.miss[s]
+    return False
+
+
+@njit
+def offsets_along(
+    time: NDArray[np.float64], states: NDArray[np.float64], coefficients: NDArray[np.float64], feedback: Feedback
+) -> NDArray[np.float64]:
+    """What the effects add (N, S) along given states (N, 5) and coefficients without them (N, 5)."""
+    samples, effects = time.shape[0], feedback.law.shape[0]
+    found = np.zeros((samples, feedback.columns.shape[0]))
+    memory = np.zeros((2, effects, REMEMBERED))
+    for k in range(samples):
+        offsets_at(k, time, states[k], coefficients[k], feedback, memory[k % 2], memory[1 - k % 2], found[k])
+    return found

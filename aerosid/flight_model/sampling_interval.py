@@ -1,0 +1,293 @@
+"""Integrate the equations of motion over one sampling interval, and carry what moves its end with it.
+
+Classical fourth-order Runge-Kutta in equal substeps; inputs are linear between samples.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+from aerosid.flight_model.longitudinal import FIXED_INPUTS, Constants, Workspace, evaluate
+from aerosid.flight_model.terms import TermTable
+
+
+class Stages(NamedTuple):
+    """Room to integrate one substep: `end` (5) and `middle` (5) of it; `state` (5), `inputs` (8 + E) of a stage."""
+
+    end: NDArray[np.float64]
+    middle: NDArray[np.float64]
+    state: NDArray[np.float64]
+    inputs: NDArray[np.float64]
+
+
+@njit
+def make_stages(extra_inputs: int) -> Stages:
+    """`Stages` for `extra_inputs` inputs past the fixed ones."""
+    return Stages(np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(FIXED_INPUTS + extra_inputs))
+
+
+@njit_inline
+def inputs_at(fraction: float, u0: NDArray[np.float64], u1: NDArray[np.float64], u: NDArray[np.float64]) -> None:
+    """Write the inputs at a fraction of the interval between two samples into `u`."""
+    for j in range(u0.shape[0]):
+        u[j] = (1.0 - fraction) * u0[j] + fraction * u1[j]
+
+
+@njit_inline
+def integrate(
+    x: NDArray[np.float64],
+    u0: NDArray[np.float64],
+    u1: NDArray[np.float64],
+    interval: float,
+    first: int,
+    last: int,
+    substeps: int,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    positions: NDArray[np.float64],
+    work: Workspace,
+    stages: Stages,
+) -> None:
+    """Move `x` from the beginning of substep `first` to that of `last`, out of `substeps` in the interval.
+
+    `work.rates` holds the rates at `x` and is overwritten: whoever has evaluated them for another reason saves that
+    evaluation. `stages.end` is left at `x`, and `stages.middle` in the middle of the last substep, of third order:
+    x + h (5/24 k1 + 1/6 k2 + 1/6 k3 - 1/24 k4).
+    """
+    h = interval / substeps
+    for s in range(first, last):
+        for n in range(4):
+            if n > 0 or s > first:
+                reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
+                for i in range(5):
+                    stages.state[i] = x[i] + reach * work.rates[i]
+                inputs_at((s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps, u0, u1, stages.inputs)
+                evaluate(stages.state, stages.inputs, theta, table, constants, positions, work, False, False)
+            weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
+            half = h * 5.0 / 24.0 if n == 0 else -h / 24.0 if n == 3 else h / 6.0
+            for i in range(5):
+                stages.end[i] = (x[i] if n == 0 else stages.end[i]) + weight * work.rates[i]
+                stages.middle[i] = (x[i] if n == 0 else stages.middle[i]) + half * work.rates[i]
+        for i in range(5):
+            x[i] = stages.end[i]
+
+
+class Step(NamedTuple):
+    """The response over one sampling interval: end state and its partial derivatives.
+
+    `state` (5); `transition` (5, 5) d x1/d x0; `start` and `end` (5, E) d x1/d extra input at the start and at the end
+    (inputs are linear in between); `terms` (5, T) d x1/d term values. The rest is room to work: what each of the four
+    Runge-Kutta stages saw (`rates_x`, `rates_u`, `rates_p`, rows u, w, q of the last two), and how a rate added at a
+    stage moves the end of the step (`passed_on`).
+    """
+
+    state: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    terms: NDArray[np.float64]
+    stage_state: NDArray[np.float64]
+    stage_input: NDArray[np.float64]
+    state_total: NDArray[np.float64]
+    rates_x: NDArray[np.float64]
+    rates_u: NDArray[np.float64]
+    rates_p: NDArray[np.float64]
+    passed_on: NDArray[np.float64]
+    substep: NDArray[np.float64]
+    moved: NDArray[np.float64]
+
+
+@njit
+def make_step(extra_inputs: int, terms: int) -> Step:
+    """A `Step` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
+    return Step(
+        np.zeros(5),
+        np.zeros((5, 5)),
+        np.zeros((5, extra_inputs)),
+        np.zeros((5, extra_inputs)),
+        np.zeros((5, terms)),
+        np.zeros(5),
+        np.zeros(FIXED_INPUTS + extra_inputs),
+        np.zeros(5),
+        np.zeros((4, 5, 5)),
+        np.zeros((4, 3, extra_inputs)),
+        np.zeros((4, 3, terms)),
+        np.zeros((4, 5, 5)),
+        np.zeros((5, 5)),
+        np.zeros(5),
+    )
+
+
+@njit
+def advance(
+    x: NDArray[np.float64],
+    u0: NDArray[np.float64],
+    u1: NDArray[np.float64],
+    interval: float,
+    substeps: int,
+    theta: NDArray[np.float64],
+    table: TermTable,
+    constants: Constants,
+    positions: NDArray[np.float64],
+    work: Workspace,
+    step: Step,
+    differentiate: bool,
+) -> None:
+    """Write the state after one sampling interval, and its sensitivities, into `step`.
+
+    Classical fourth-order Runge-Kutta with `substeps` equal steps; the sensitivities are those of the discrete
+    solution itself. Inputs are linear in time.
+    """
+    extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
+    for i in range(5):
+        step.state[i] = x[i]
+    h = interval / substeps
+    for s in range(substeps):
+        for n in range(4):
+            fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
+            for j in range(u0.shape[0]):
+                step.stage_input[j] = (1.0 - fraction) * u0[j] + fraction * u1[j]
+            reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
+            weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
+            for i in range(5):
+                step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
+            evaluate(step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False)
+            for i in range(5):
+                step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
+            if differentiate:
+                for i in range(5):
+                    for k in range(5):
+                        step.rates_x[n, i, k] = work.rates_x[i, k]
+                for i in range(3):  # neither inputs nor terms act on theta and h directly
+                    for j in range(extra):
+                        step.rates_u[n, i, j] = work.rates_u[i, j]
+                    for t in range(terms):
+                        step.rates_p[n, i, t] = work.rates_p[i, t]
+        for i in range(5):
+            step.state[i] += step.state_total[i]
+        if differentiate:
+            pass_on(step.rates_x, h, step.passed_on, step.substep)
+            _sensitivities(step, s, substeps)
+
+
+@njit_inline
+def pass_on(
+    rates_x: NDArray[np.float64], h: float, passed: NDArray[np.float64], transition: NDArray[np.float64]
+) -> None:
+    """How a rate added at each stage moves the end of a Runge-Kutta step, `passed` (4, 5, 5), and its `transition`.
+
+    Backwards from the last stage: W_3 = h/6 I, W_n = b_n I + c_(n+1) W_(n+1) F_(n+1), with F the Jacobians of the
+    stages, `rates_x` (4, 5, 5), b = h/6, h/3, h/3, h/6 their weights and c = 0, h/2, h/2, h how far each reaches along
+    the one before it. Then Phi = I + sum W_n F_n, and a forcing f_n of the stages moves the end by sum W_n f_n: linear
+    in the number of forcings, where carrying each through the stages costs the Jacobians' product for every one of
+    them.
+    """
+    pass_on_through(rates_x[0], rates_x[1], rates_x[2], rates_x[3], h, passed, transition)
+
+
+@njit_inline
+def pass_on_through(
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    third: NDArray[np.float64],
+    fourth: NDArray[np.float64],
+    h: float,
+    passed: NDArray[np.float64],
+    transition: NDArray[np.float64],
+) -> None:
+    """As `pass_on`, from the Jacobian (5, 5) of each stage."""
+    for i in range(5):
+        for k in range(5):
+            transition[i, k] = 1.0 if i == k else 0.0
+            passed[3, i, k] = h / 6.0 if i == k else 0.0
+    _pass_back(fourth, 3, h, h / 3.0, passed, transition)
+    _pass_back(third, 2, 0.5 * h, h / 3.0, passed, transition)
+    _pass_back(second, 1, 0.5 * h, h / 6.0, passed, transition)
+    _pass_back(first, 0, 0.0, 0.0, passed, transition)
+
+
+@njit_inline
+def _pass_back(
+    F: NDArray[np.float64],
+    n: int,
+    reach: float,
+    weight: float,
+    passed: NDArray[np.float64],
+    transition: NDArray[np.float64],
+) -> None:
+    """Take stage `n` into the transition, and from it to the stage before, which has a `weight` of its own."""
+    # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h. Read once: for all that the compiler
+    # knows, what is written below could be the same array.
+    uu, uw, uq, ut = F[0, 0], F[0, 1], F[0, 2], F[0, 3]
+    wu, ww, wq, wt = F[1, 0], F[1, 1], F[1, 2], F[1, 3]
+    qu, qw, qq, qt = F[2, 0], F[2, 1], F[2, 2], F[2, 3]
+    theta_q, height_u, height_w, height_theta = F[3, 2], F[4, 0], F[4, 1], F[4, 3]
+    for i in range(5):
+        u, w, q, theta = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3]
+        by_u = u * uu + w * wu + q * qu
+        by_w = u * uw + w * ww + q * qw
+        by_q = u * uq + w * wq + q * qq + theta * theta_q
+        by_theta = u * ut + w * wt + q * qt
+        if i == 4:
+            height = passed[n, i, 4]
+            by_u += height * height_u
+            by_w += height * height_w
+            by_theta += height * height_theta
+        transition[i, 0] += by_u
+        transition[i, 1] += by_w
+        transition[i, 2] += by_q
+        transition[i, 3] += by_theta
+        if n > 0:
+            passed[n - 1, i, 0] = reach * by_u
+            passed[n - 1, i, 1] = reach * by_w
+            passed[n - 1, i, 2] = reach * by_q
+            passed[n - 1, i, 3] = reach * by_theta
+            passed[n - 1, i, 4] = 0.0
+            passed[n - 1, i, i] += weight
+
+
+@njit_inline
+def _sensitivities(step: Step, s: int, substeps: int) -> None:
+    """Carry the sensitivities over substep `s`: those so far through its transition, and what its stages add."""
+    extra, terms = step.start.shape[1], step.terms.shape[1]
+    if s == 0:
+        for i in range(5):
+            for k in range(5):
+                step.transition[i, k] = step.substep[i, k]
+            for j in range(extra):
+                step.start[i, j] = 0.0
+                step.end[i, j] = 0.0
+            for t in range(terms):
+                step.terms[i, t] = 0.0
+    else:
+        _carried(step.substep, step.transition, step.moved)
+        _carried(step.substep, step.start, step.moved)
+        _carried(step.substep, step.end, step.moved)
+        _carried(step.substep, step.terms, step.moved)
+    for n in range(4):
+        fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
+        for i in range(5):
+            for r in range(3):
+                passed = step.passed_on[n, i, r]
+                for j in range(extra):
+                    step.start[i, j] += passed * (1.0 - fraction) * step.rates_u[n, r, j]
+                    step.end[i, j] += passed * fraction * step.rates_u[n, r, j]
+                for t in range(terms):
+                    step.terms[i, t] += passed * step.rates_p[n, r, t]
+
+
+@njit_inline
+def _carried(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
+    """The columns (5, K) after a step with `transition` (5, 5), in place."""
+    for k in range(columns.shape[1]):
+        for i in range(5):
+            moved[i] = 0.0
+            for m in range(5):
+                moved[i] += transition[i, m] * columns[m, k]
+        for i in range(5):
+            columns[i, k] = moved[i]

@@ -1,0 +1,242 @@
+"""From raw columns to a log in SI: names, signs, units, delays, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aerosid.errors import ChannelMapError, LogError
+from aerosid.logs.flight_log import ChannelSource, FloatArray, Position
+from aerosid.logs.formats.table import RawTable, shown
+from aerosid.logs.formats.units import UnitProblem, conversion
+from aerosid.nomenclature import CHANNELS
+
+if TYPE_CHECKING:
+    from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap, ColumnMap
+
+FEWEST_SAMPLES = 10
+# Recorders leave words such as 1e-304 in a channel that has not started; no sensor resolves that little.
+_UNINITIALISED = 1e-200
+
+
+@dataclass
+class Assembled:
+    """A log while it is being put together."""
+
+    time: FloatArray
+    channels: dict[str, FloatArray] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    sources: dict[str, ChannelSource] = field(default_factory=dict)
+    positions: dict[str, Position] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def assemble_native(table: RawTable, path: str) -> Assembled:
+    """The channels of a native log, whose header says everything.
+
+    Raises
+    ------
+    LogError
+        If time is missing or goes wrong, or a unit does not convert.
+    """
+    names = [name or "" for name in table.names]
+    if "time" not in names:
+        raise LogError(f"{path}: the header has no column `time [s]` (it has {_listed(names)}); add it.")
+    values: dict[str, FloatArray] = {}
+    log = Assembled(np.empty(0))
+    for index, name in enumerate(names):
+        unit = table.units[index]
+        unit = "1" if unit is None else unit
+        try:
+            values[name] = _in_glossary_unit(name, unit, _initialised(name, table.values[:, [index]], log.notes)[:, 0])
+        except UnitProblem as problem:
+            raise LogError(f"{path}: channel {shown(name)} {problem}; correct the header.") from None
+        log.units[name] = _held_unit(name, unit)
+        log.sources[name] = ChannelSource((name,), unit)
+    log.time = _checked_time(values.pop("time"), table, path)
+    log.channels = values
+    del log.units["time"]
+    _derive_from_velocities(log)
+    return log
+
+
+def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: str) -> Assembled:
+    """The channels that a channel map names.
+
+    Raises
+    ------
+    ChannelMapError
+        If a column is not in the file, or a unit is missing or does not convert.
+    LogError
+        If time goes wrong.
+    """
+    place = _Place(path, map_path)
+    columns, unit = _read_with("time", mapping.time, table, place)
+    time = _scaled("time", mapping.time, columns.sum(axis=1), unit, place)
+    log = Assembled(_checked_time(time, table, path))
+    log.sources["time"] = _source(mapping.time, unit, table, 0.0)
+    for name, entry in mapping.channels.items():
+        if name == "time":
+            raise ChannelMapError(f"{map_path}: [channels] holds time; give it by the key `time` above [channels].")
+        columns, unit = _read_with(name, entry, table, place)
+        recorded = _initialised(name, columns, log.notes).sum(axis=1)
+        log.channels[name] = _scaled(name, entry, recorded, unit, place)
+        log.units[name] = _held_unit(name, unit)
+        log.sources[name] = _source(entry, unit, table, entry.delay)
+        if entry.position is not None:
+            log.positions[name] = entry.position
+    _move_earlier(log, mapping.channels, place)
+    _derive_from_velocities(log)
+    return log
+
+
+@dataclass(frozen=True)
+class _Place:
+    """The two files that a message about a mapped log names."""
+
+    log: str
+    map: str
+
+
+def _listed(names: list[str] | tuple[str, ...]) -> str:
+    """Names for a message: not more than a line of them."""
+    text = ", ".join(shown(name, 24) for name in names[:12])
+    return f"{text}, … {len(names)} in all" if len(names) > 12 else text or "none"
+
+
+def _held_unit(name: str, unit: str) -> str:
+    return CHANNELS[name].unit if name in CHANNELS else unit
+
+
+def _in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
+    """The values in the glossary's unit; as they are for a channel that the glossary does not know."""
+    if name not in CHANNELS:
+        return np.ascontiguousarray(values)
+    factor, shift = conversion(unit, CHANNELS[name].unit)
+    return np.ascontiguousarray(values) if (factor, shift) == (1.0, 0.0) else values * factor + shift
+
+
+def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
+    if time.size < FEWEST_SAMPLES:
+        raise LogError(
+            f"{path}: the log holds {time.size} samples, but at least {FEWEST_SAMPLES} are needed; export more."
+        )
+    missing = np.flatnonzero(~np.isfinite(time))
+    if missing.size:
+        raise LogError(f"{path}: {table.row_label(int(missing[0]))} has no time; complete or remove it.")
+    wrong = np.flatnonzero(np.diff(time) <= 0.0)
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        verb = "repeats" if time[row] == time[row - 1] else "goes back"
+        raise LogError(
+            f"{path}: time {verb} at {table.row_label(row)} (channel time is {time[row]:.10g} s after "
+            f"{time[row - 1]:.10g} s), but it must strictly increase; remove or repair that sample."
+        )
+    return np.ascontiguousarray(time)
+
+
+def _column_index(name: str, column: int | str, table: RawTable, place: _Place) -> int:
+    """Where the column stands, from 0."""
+    if isinstance(column, int):
+        if column > len(table.names):
+            raise ChannelMapError(
+                f"{place.map}: channel {name} is mapped to column {column}, but {place.log} has {len(table.names)} "
+                "columns; correct the number."
+            )
+        return column - 1
+    found = [index for index, held in enumerate(table.names) if held == column]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        numbers = " and ".join(str(index + 1) for index in found)
+        raise ChannelMapError(
+            f"{place.map}: channel {name} is mapped to column {shown(column)}, which {place.log} holds twice (columns "
+            f"{numbers}); map it by its number."
+        )
+    held_names = tuple(held for held in table.names if held)
+    raise ChannelMapError(
+        f"{place.map}: channel {name} is mapped to column {shown(column)}, but {place.log} holds "
+        f"{_listed(held_names) if held_names else 'columns without names'}; correct the name"
+        f"{'' if held_names else ' to a number from 1'}."
+    )
+
+
+def _read_with(name: str, entry: ColumnMap, table: RawTable, place: _Place) -> tuple[FloatArray, str]:
+    """The entry's columns, shape (N, number of columns), and the unit they are read with."""
+    indices = [_column_index(name, column, table, place) for column in entry.parts]
+    units = {table.units[index] for index in indices}
+    unit = entry.unit if entry.unit is not None else units.pop() if len(units) == 1 else None
+    if unit is None:
+        raise ChannelMapError(
+            f"{place.map}: channel {name} has no `unit`, and {place.log} gives none for its column; add the unit."
+        )
+    return table.values[:, indices], unit
+
+
+def _scaled(name: str, entry: ColumnMap, recorded: FloatArray, unit: str, place: _Place) -> FloatArray:
+    values = entry.sign * entry.scale * recorded + entry.offset
+    try:
+        return _in_glossary_unit(name, unit, values)
+    except UnitProblem as problem:
+        raise ChannelMapError(f"{place.map}: channel {name} of {place.log} {problem}; correct `unit`.") from None
+
+
+def _source(entry: ColumnMap, unit: str, table: RawTable, delay: float) -> ChannelSource:
+    labels = []
+    for column in entry.parts:
+        held = table.names[column - 1] if isinstance(column, int) else None
+        labels.append(f"{column} ({held})" if held else str(column))
+    return ChannelSource(tuple(labels), unit, float(entry.sign), entry.scale, entry.offset, delay)
+
+
+def _initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
+    """The recorded columns; what a recorder left in them before the channel started is missing."""
+    word = (recorded != 0.0) & (np.abs(recorded) < _UNINITIALISED)
+    count = int(np.count_nonzero(word))
+    if not count:
+        return recorded
+    notes.append(f"{name}: {count} uninitialised words (below {_UNINITIALISED:g}) taken as missing")
+    return np.where(word, np.nan, recorded)
+
+
+def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place: _Place) -> None:
+    """Takes recording delays out: the value at t is the recording at t + delay, linear between samples."""
+    span = float(log.time[-1] - log.time[0])
+    for name, entry in entries.items():
+        if entry.delay == 0.0:
+            continue
+        if abs(entry.delay) >= span:
+            raise ChannelMapError(
+                f"{place.map}: channel {name} has a delay of {entry.delay:g} s, but {place.log} lasts {span:g} s; "
+                "give the delay in seconds."
+            )
+        wanted = log.time + entry.delay
+        moved = np.interp(wanted, log.time, log.channels[name], left=np.nan, right=np.nan)
+        lost = int(np.count_nonzero((wanted < log.time[0]) | (wanted > log.time[-1])))
+        log.channels[name] = moved
+        log.notes.append(
+            f"{name}: moved {abs(entry.delay):g} s {'earlier' if entry.delay > 0 else 'later'} by linear "
+            f"interpolation; {lost} samples at the {'end' if entry.delay > 0 else 'start'} are missing"
+        )
+
+
+def _derive_from_velocities(log: Assembled) -> None:
+    """V and alpha (and beta, with v) from the body velocities, where they are not recorded themselves."""
+    if "u" not in log.channels or "w" not in log.channels:
+        return
+    u, w = log.channels["u"], log.channels["w"]
+    v = log.channels.get("v")
+    parents = ("u", "w") if v is None else ("u", "v", "w")
+    speed = np.sqrt(u**2 + w**2 + (0.0 if v is None else v**2))
+    derived = {"V": speed, "alpha": np.arctan2(w, u)}
+    if v is not None:
+        derived["beta"] = np.arcsin(np.clip(v / np.where(speed > 0.0, speed, np.nan), -1.0, 1.0))
+    for name, values in derived.items():
+        if name not in log.channels:
+            log.channels[name] = values
+            log.units[name] = CHANNELS[name].unit
+            log.sources[name] = ChannelSource(parents, CHANNELS[name].unit)
+            log.notes.append(f"{name}: computed from {', '.join(parents)}")

@@ -1,0 +1,55 @@
+"""What two channels say about each other's unit and sign, with no aircraft model."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aerosid.logs.flight_log import FlightLog
+
+
+def pitch_factor(log: FlightLog) -> float | None:
+    """The factor between theta' and q cos(phi) - r sin(phi); None where they do not tell.
+
+    Near 1 where units and signs are right. theta is compared with the integral of the rate, both without their trend:
+    the derivative of theta would drown in its noise.
+    """
+    if "theta" not in log or "q" not in log:
+        return None
+    zero = np.zeros(log.samples)
+    phi, r = (log.channels.get(name, zero) for name in ("phi", "r"))
+    rate = log["q"] * np.cos(phi) - r * np.sin(phi)
+    there = np.isfinite(rate) & np.isfinite(log["theta"])
+    if np.count_nonzero(there) < 20:
+        return None
+    time, rate, theta = log.time[there], rate[there], log["theta"][there]
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+    trend = np.column_stack([np.ones_like(time), time - time.mean()])
+    both = np.column_stack([integral, theta])
+    integral, theta = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
+    power = float(integral @ integral) * float(theta @ theta)
+    if power == 0.0 or abs(float(integral @ theta)) < 0.7 * math.sqrt(power):
+        return None
+    return float(integral @ theta) / float(integral @ integral)
+
+
+def answer_to_elevator(log: FlightLog) -> float | None:
+    """Correlation of the changes of pitch acceleration with those of the elevator; None where they do not tell.
+
+    Over windows of 0.2 s, long against the noise and short against the answer in alpha, an elevator of the right sign
+    gives a negative number.
+    """
+    if "delta_e" not in log or "q" not in log:
+        return None
+    there = np.isfinite(log["delta_e"]) & np.isfinite(log["q"])
+    window = max(1, round(0.2 / log.interval))
+    if np.count_nonzero(there) < 20 + 2 * window:
+        return None
+    elevator, q = log["delta_e"][there], log["q"][there]
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (elevator[1:] + elevator[:-1]))])
+    mean = np.diff((total[window:] - total[:-window]) / window)
+    acceleration = np.diff(q[window:] - q[:-window])
+    if np.std(mean) == 0.0 or np.std(acceleration) == 0.0:
+        return None
+    return float(np.corrcoef(mean, acceleration)[0, 1])

@@ -1,0 +1,109 @@
+"""What a loop reports where the channels contradict each other: no aerodynamics are judged, and the report says why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import aerosid
+from aerosid.aircraft import Aircraft
+from aerosid.compatibility import KinematicConsistency
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.open_loop import respond
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.result import (
+    ClosedLoop,
+    CorrelationMatrix,
+    DerivativeRow,
+    ErrorRow,
+    PrefilterNote,
+    Simulated,
+    Verdict,
+)
+from aerosid.nomenclature import CHANNELS
+
+
+def contradicted_loop(
+    identification: Sequence[FlightLog],
+    validation: Sequence[FlightLog],
+    aircraft: Aircraft,
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    agreement: KinematicConsistency,
+    seed: int,
+) -> ClosedLoop:
+    """The result of a loop that stops: the declared model as it was, its errors, and what contradicts what.
+
+    Parameters
+    ----------
+    declared : AerodynamicModel
+        The declared model, simulated on each identification log; nothing is estimated but initial states.
+    manoeuvres : sequence of Manoeuvre
+        The identification logs.
+    agreement : KinematicConsistency
+        Its sentence becomes the summary.
+    """
+    pairs = [_declared_alone(declared, manoeuvre) for manoeuvre in manoeuvres]
+    return ClosedLoop(
+        version=aerosid.__version__,
+        seed=seed,
+        aircraft=aircraft,
+        completed_aircraft=aircraft,
+        identification=tuple(identification),
+        validation=tuple(validation),
+        verdict=Verdict.INCONSISTENT_DATA,
+        summary=f"{agreement.sentence} The aerodynamics are not judged.",
+        effects=(),
+        alternatives=(),
+        derivatives=tuple(
+            DerivativeRow(d.coefficient, str(d.term), d.value, None, d.value, None, None, None, None, None, False)
+            for d in aircraft.derivatives
+        ),
+        coefficients=(),
+        errors=tuple(row for _, rows in pairs for row in rows),
+        simulated=tuple(simulated for simulated, _ in pairs),
+        screening=(),
+        model_error=(),
+        prefilter=PrefilterNote("off", None, "The channels contradict each other: d(t) is not estimated.", ""),
+        fit=(),
+        innovations=(),
+        correlation=CorrelationMatrix((), ()),
+        notes=tuple(f"{m.log.name}: {note}" for m in manoeuvres for note in (*m.log.notes, *m.notes)),
+        kinematics=agreement,
+    )
+
+
+def _declared_alone(declared: AerodynamicModel, manoeuvre: Manoeuvre) -> tuple[Simulated, list[ErrorRow]]:
+    """The declared model's simulation of one log; there is no other."""
+    variance = np.where(np.isfinite(manoeuvre.noise), np.maximum(manoeuvre.noise, 1e-9), 1.0) ** 2
+    response = respond(declared, manoeuvre, variance)
+    absent = np.full(manoeuvre.flight.time.size, np.nan)
+    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    nothing = dict.fromkeys(places, absent)
+    simulated = Simulated(
+        log=manoeuvre.log,
+        role="identification",
+        measured={name: manoeuvre.flight.measured[:, i] for name, i in places.items()},
+        declared={name: response.outputs[:, i] for name, i in places.items()},
+        before=nothing,
+        after=nothing,
+        trimmed=nothing,
+    )
+    rows = [
+        ErrorRow(
+            log=manoeuvre.log.name,
+            role="identification",
+            channel=name,
+            unit=CHANNELS[name].unit,
+            declared=response.rms[name],
+            before=None,
+            after=None,
+            trimmed=None,
+            noise=float(manoeuvre.noise[i]),
+        )
+        for name, i in places.items()
+    ]
+    return simulated, rows

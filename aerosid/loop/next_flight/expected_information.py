@@ -1,0 +1,149 @@
+"""What a flight that has not been flown would tell: how far apart two models come, and how well derivatives are known.
+
+Two models that a record cannot tell apart are each fitted to it. On the flight to come the one predicts what the other
+cannot follow, however its parameters move within what the record leaves open: the square of that distance, in units of
+the noise, is the expected difference of -2 ln L.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, scaled_inverse, whiten
+
+CERTAIN = 0.95
+"""Probability from which a question counts as decided."""
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """A flight to come as one model sees it, its initial state free; K parameters that all flights share.
+
+    Attributes
+    ----------
+    square : float
+        Squared distance of what is shown from what the model predicts, in units of the noise.
+    slope : ndarray, shape (K,)
+        Sensitivities times that distance.
+    information : ndarray, shape (K, K)
+        Fisher information of the shared parameters.
+    """
+
+    square: float
+    slope: NDArray[np.float64]
+    information: NDArray[np.float64]
+
+
+def shared_information(estimate: Refinement) -> NDArray[np.float64]:
+    """What the records tell of the parameters that all flights share, (K, K): free terms, then the effects' numbers.
+
+    The initial states of the records are free: they are projected out.
+    """
+    free, states = len(estimate.free), 5 * len(estimate.states)
+    size = estimate.information.shape[0]
+    shared = np.array([*range(free), *range(free + states, size)], dtype=np.int64)
+    return _projected(estimate.information, np.zeros(size), 0.0, shared).information
+
+
+def prospect(estimate: Refinement, manoeuvre: Manoeuvre) -> Prospect:
+    """A planned flight as `estimate` sees it.
+
+    Parameters
+    ----------
+    estimate : Refinement
+        The model, with the initial state of the planned flight alone and noise variances at its sampling.
+    manoeuvre : Manoeuvre
+        The planned flight; what its sensors show is what another model predicts.
+
+    Raises
+    ------
+    OutOfRangeError
+        Where the model leaves |alpha| < 1.5 rad on it.
+    """
+    free = len(estimate.free)
+    size = free + 5 + sum(active.slopes for active in estimate.effects)
+    normal, slope, square = np.zeros((size, size)), np.zeros(size), 0.0
+    for part in whiten(estimate, [manoeuvre]):
+        residual = np.nan_to_num(part.residual).ravel()
+        columns = part.columns.reshape(-1, size)
+        normal += columns.T @ columns
+        slope += columns.T @ residual
+        square += float(residual @ residual)
+    shared = np.array([*range(free), *range(free + 5, size)], dtype=np.int64)
+    return _projected(normal, slope, square, shared)
+
+
+def expected_difference(known: NDArray[np.float64], ahead: Prospect, repeats: int = 1) -> float:
+    """By how much -2 ln L of this model would rise above the other's, its parameters re-fitted to first order.
+
+    Parameters
+    ----------
+    known : ndarray, shape (K, K)
+        What the records tell already: moving away from it costs.
+    ahead : Prospect
+        One flight to come, showing what the other model predicts.
+    repeats : int
+        How often it is flown.
+
+    Notes
+    -----
+    min over x of n |r - A x|^2 + x'F x = n r'r - n^2 r'A (F + n A'A)^-1 A'r: the criterion of T-optimality, Atkinson &
+    Fedorov, Biometrika 62 (1), 1975, with what is known already as a constraint on the rival's parameters.
+    """
+    inverse = scaled_inverse(known + repeats * ahead.information)
+    inverse[~np.isfinite(inverse)] = 0.0
+    taken = repeats**2 * float(ahead.slope @ inverse @ ahead.slope)
+    return max(repeats * ahead.square - taken, 0.0)
+
+
+def expected_deviations(known: NDArray[np.float64], ahead: Prospect, repeats: int = 1) -> NDArray[np.float64]:
+    """Standard deviations (K,) after the flight, residuals being white: Cramer-Rao bound of old and new together."""
+    return np.asarray(np.sqrt(np.diag(scaled_inverse(known + repeats * ahead.information))))
+
+
+def probability_told_apart(difference: float, present: float, reach: float) -> float:
+    """Of telling two models apart whichever is true, the expected difference of -2 ln L being given.
+
+    Parameters
+    ----------
+    difference : float
+        Expected from the flight to come.
+    present : float
+        The difference that the records show already, which stands against the one that is true in the worse case.
+    reach : float
+        From which difference on one of them is no longer an alternative.
+
+    Notes
+    -----
+    The difference is normal with the mean given and a variance of four times it: twice the projection of the noise on
+    the distance between the models (Cox, 1961, for Gaussian models).
+    """
+    if difference <= 0.0:
+        return 0.0
+    return float(ndtr((difference - abs(present) - reach) / (2.0 * np.sqrt(difference))))
+
+
+def needed_difference(present: float, reach: float) -> float:
+    """The expected difference of -2 ln L from which the models are told apart with the probability `CERTAIN`."""
+    quantile = float(ndtri(CERTAIN))
+    return float((quantile + np.sqrt(quantile**2 + abs(present) + reach)) ** 2)
+
+
+def _projected(
+    normal: NDArray[np.float64], slope: NDArray[np.float64], square: float, shared: NDArray[np.int64]
+) -> Prospect:
+    """The least-squares problem with all but the `shared` parameters solved for."""
+    others = np.setdiff1d(np.arange(normal.shape[0]), shared)
+    inner = scaled_inverse(normal[np.ix_(others, others)])
+    inner[~np.isfinite(inner)] = 0.0
+    cross = normal[np.ix_(shared, others)]
+    return Prospect(
+        square=max(square - float(slope[others] @ inner @ slope[others]), 0.0),
+        slope=slope[shared] - cross @ inner @ slope[others],
+        information=normal[np.ix_(shared, shared)] - cross @ inner @ cross.T,
+    )

@@ -1,0 +1,150 @@
+"""The limits of a flight to come: what the aircraft file or the call gives, or little more than what was flown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.errors import UsageError
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.loop.next_flight.predicted_flight import ELEVATOR
+
+GRAVITY = 9.80665
+BEYOND = 0.2
+"""Share of the flown range by which an input may leave it at either end."""
+
+MARGIN = 0.1
+"""Share of the way from trim to a limit that a prediction keeps free: the models differ, and so does the air."""
+
+RATE = 0.5
+"""rad/s of the elevator where nothing is given: what a pilot's step at a yoke takes, 0.2 s for 6 deg."""
+
+RATE_NAME = "delta_e_rate"
+UNITS = {"alpha": "rad", "n_z": "1", "V": "m/s", "theta": "rad", ELEVATOR: "rad", RATE_NAME: "rad/s"}
+"""What can be limited."""
+
+_LEAST = {"alpha": 0.035, "n_z": 0.25, "V": 3.0, "theta": 0.1, ELEVATOR: 0.02}
+"""Either way of trim, where a record shows no motion to go by."""
+
+
+@dataclass(frozen=True)
+class FlightLimits:
+    """Limits of the recorded motion and of the elevator.
+
+    Attributes
+    ----------
+    ranges : mapping of str to (float, float)
+        Lowest and highest alpha [rad], n_z [1], V [m/s], theta [rad] and delta_e [rad].
+    rate : float
+        Greatest rate of the elevator, rad/s.
+    given : frozenset of str
+        Those that were given; the others follow from what was flown.
+    """
+
+    ranges: Mapping[str, tuple[float, float]]
+    rate: float
+    given: frozenset[str]
+
+    def room(self, outputs: NDArray[np.float64], delta_e: NDArray[np.float64], still: Mapping[str, float]) -> float:
+        """How far a prediction stays from the limits: 1 at trim, 0 at the margin's edge, negative beyond it.
+
+        Parameters
+        ----------
+        outputs : ndarray, shape (N, 8)
+            What the sensors would show, from trim.
+        delta_e : ndarray, shape (N,)
+            The elevator, rad.
+        still : mapping of str to float
+            The limited quantities at trim. A model in which a sensor reads with another offset begins elsewhere: its
+            excursions count.
+        """
+        if not np.isfinite(outputs).all():
+            return -np.inf
+        least = 1.0
+        for name, values in shown(outputs, delta_e).items():
+            low, high = self.ranges[name]
+            trim = still[name]
+            if not low < trim < high:
+                return -np.inf
+            excursion = values - values[0]
+            used = max(float(np.max(excursion)) / (high - trim), float(np.min(excursion)) / (low - trim))
+            least = min(least, 1.0 - used / (1.0 - MARGIN))
+        return least
+
+
+def shown(outputs: NDArray[np.float64], delta_e: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """The limited quantities (N,) of a prediction (N, 8); n_z is that of the place where a_z is measured."""
+    return {
+        "alpha": outputs[:, OUTPUTS.index("alpha")],
+        "n_z": -outputs[:, OUTPUTS.index("a_z")] / GRAVITY,
+        "V": outputs[:, OUTPUTS.index("V")],
+        "theta": outputs[:, OUTPUTS.index("theta")],
+        ELEVATOR: delta_e,
+    }
+
+
+def flight_limits(
+    flown: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    still: Mapping[str, float],
+    given: Mapping[str, tuple[float, float]],
+) -> FlightLimits:
+    """The limits, those that are not given from what was flown.
+
+    Parameters
+    ----------
+    flown : sequence of (ndarray (N, 8), ndarray (N,))
+        Outputs of each record, as the completed model simulates them without noise, and its elevator.
+    still : mapping of str to float
+        The limited quantities in steady flight.
+    given : mapping of str to (float, float)
+        Limits that were given, SI; of `delta_e_rate` the second number counts.
+    """
+    ranges = {}
+    records = [shown(*record) for record in flown]
+    for name, least in _LEAST.items():
+        if name in given:
+            ranges[name] = given[name]
+            continue
+        low = min(float(np.nanmin(record[name])) for record in records)
+        high = max(float(np.nanmax(record[name])) for record in records)
+        reach = BEYOND * (high - low)
+        ranges[name] = min(low - reach, still[name] - least), max(high + reach, still[name] + least)
+    rate = given[RATE_NAME][1] if RATE_NAME in given else RATE
+    return FlightLimits(ranges, rate, frozenset(given))
+
+
+def read_limit(text: str) -> tuple[str, tuple[float, float]]:
+    """A limit in words, `alpha=-2:12deg` or `delta_e_rate=20deg/s`, in SI.
+
+    Raises
+    ------
+    UsageError
+        Where the quantity is none that can be limited, or the numbers are no range.
+    """
+    name, _, rest = text.partition("=")
+    name = name.strip()
+    unit = UNITS.get(name)
+    wrong = f"--limit is {text!r}"
+    if unit is None:
+        raise UsageError(f"{wrong}; limit one of {', '.join(UNITS)}, as in alpha=-2:12deg.")
+    factor = 1.0
+    spelled = {"rad": "deg", "rad/s": "deg/s"}.get(unit)
+    rest = rest.strip()
+    for suffix, scale in ((spelled, np.pi / 180.0), (unit, 1.0)):
+        if suffix and rest.endswith(suffix):
+            rest, factor = rest.removesuffix(suffix).strip(), scale
+            break
+    try:
+        numbers = [factor * float(word) for word in rest.split(":")]
+    except ValueError:
+        numbers = []
+    if name == RATE_NAME and len(numbers) == 1:
+        numbers = [-numbers[0], numbers[0]]
+    if len(numbers) != 2 or not -1e6 < numbers[0] < numbers[1] < 1e6:
+        example = "delta_e_rate=20deg/s" if name == RATE_NAME else f"{name}=LOW:HIGH"
+        raise UsageError(f"{wrong}; give a range from low to high in {unit}{f' or {spelled}' if spelled else ''}, as "
+                         f"in {example}.")  # fmt: skip
+    return name, (numbers[0], numbers[1])

@@ -1,0 +1,306 @@
+"""What to fly next: the questions that the flights left open, the input that answers them, and the expected answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import StateEffect
+from aerosid.errors import EstimationError
+from aerosid.estimation.effects_in_flight import OutOfRangeError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.input_shapes import Multisine
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.loop.next_flight.expected_information import (
+    CERTAIN,
+    Prospect,
+    expected_deviations,
+    expected_difference,
+    needed_difference,
+    probability_told_apart,
+    prospect,
+)
+from aerosid.loop.next_flight.flight_limits import UNITS, shown
+from aerosid.loop.next_flight.input_design import (
+    REACH,
+    DesignSettings,
+    InputSearch,
+    Rival,
+    Trial,
+    Unknown,
+    rivals_of,
+)
+from aerosid.loop.result import (
+    SHOWN,
+    DerivativeRow,
+    NextFlight,
+    PlannedHistory,
+    PlannedInput,
+    PlannedPeak,
+    PlannedStep,
+    Question,
+)
+from aerosid.nomenclature import CHANNELS
+from aerosid.search.attribution import Attribution
+
+
+def plan_next_flight(
+    found: Attribution,
+    manoeuvres: Sequence[Manoeuvre],
+    derivatives: Sequence[DerivativeRow],
+    limits: Mapping[str, tuple[float, float]],
+    settings: DesignSettings | None = None,
+) -> NextFlight | None:
+    """What to fly next; None where the flights left nothing open.
+
+    Parameters
+    ----------
+    found : Attribution
+        The chosen model and its alternatives.
+    manoeuvres : sequence of Manoeuvre
+        The records it was fitted to; the next flight begins in steady flight at the condition of the first.
+    derivatives : sequence of DerivativeRow
+        Those that are not shown are questions.
+    limits : mapping of str to (float, float)
+        Of alpha, n_z, V, theta, delta_e and delta_e_rate, SI; those that are not given follow from what was flown.
+    """
+    settings = settings or DesignSettings()
+    rivals, unknowns = rivals_of(found, settings.rivals), _unknowns(found, derivatives)
+    if not rivals and not unknowns:
+        return None
+    if found.completed.held_to_data > 0.0:
+        return _nothing(rivals, unknowns, 0, _RUNS_AWAY)
+    estimates = (found.completed, *(rival.estimate for rival in rivals))
+    if any(isinstance(active.effect, StateEffect) for one in estimates for active in one.effects):
+        # Separation is simulated by repetition, its slopes by differences of whole simulations: fewer inputs then.
+        settings = replace(settings, base_times=settings.base_times[1::2], refined=0)
+    try:
+        search = InputSearch(found, manoeuvres, rivals, unknowns, limits, settings)
+    except EstimationError as error:
+        return _nothing(rivals, unknowns, 0, f"No input was designed: {error}")
+    best, alone = search.best()
+    if best is None:
+        return _nothing(rivals, unknowns, search.tried, "No elevator input stays within the limits from this trim.")
+    questions = _answered(search, best, alone)
+    if all(question.repeats is None for question in questions):
+        return NextFlight(None, questions, search.tried, "No elevator input within these limits decides anything.")
+    return NextFlight(_planned_input(search, best), questions, search.tried, "")
+
+
+def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple[Unknown, ...]:
+    """The derivatives that are not shown but can be estimated."""
+    spread = found.completed_deviations
+    names = [(coefficient, str(term)) for coefficient, term in found.completed.free]
+    unknowns = []
+    for row in derivatives:
+        place = names.index((row.coefficient, row.term)) if (row.coefficient, row.term) in names else None
+        if row.shown or place is None:
+            continue
+        corrected, white = float(spread.corrected[place]), float(spread.white[place])
+        known = np.isfinite(corrected) and np.isfinite(white) and white > 0.0
+        needed = SHOWN * max(abs(row.value), abs(row.declared or 0.0))
+        if needed > 0.0:
+            unknowns.append(
+                Unknown(
+                    label=f"{row.coefficient} {row.term}",
+                    place=place,
+                    present=corrected,
+                    needed=needed,
+                    colour=max(1.0, corrected / white) if known else 1.0,
+                )
+            )
+    return tuple(unknowns)
+
+
+def _nothing(rivals: Sequence[Rival], unknowns: Sequence[Unknown], tried: int, note: str) -> NextFlight:
+    """The questions where no input could be designed: nothing is said of what one would tell."""
+    open_ones = [_about_rival(rival, None, None, None, _NOT_JUDGED) for rival in rivals]
+    open_ones += [_about_derivative(unknown, None, None, _NOT_JUDGED) for unknown in unknowns]
+    return NextFlight(None, tuple(open_ones), tried, note)
+
+
+def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> tuple[Question, ...]:
+    """The questions with what the input is expected to say to them, at the record's own sampling."""
+    planned = search.planned(best.shape, best.amplitude, search.fine)
+    questions = []
+    ahead = search.prospects(planned, search.simulated(search.chosen, planned)) if search.rivals else []
+    for n, (rival, one) in enumerate(zip(search.rivals, ahead, strict=True)):
+        back = _seen_by_chosen(search, planned, rival)
+
+        def difference(count: int, rival: Rival = rival, one: Prospect = one, back: Prospect | None = back) -> float:
+            ways = [expected_difference(rival.known, one, count)]
+            if back is not None:
+                ways.append(expected_difference(search.known, back, count))
+            return min(ways) / search.colour
+
+        repeats = next(
+            (
+                count
+                for count in range(1, search.settings.repeats + 1)
+                if probability_told_apart(difference(count), rival.present, REACH) >= CERTAIN
+            ),
+            None,
+        )
+        expected = difference(1)
+        probability = probability_told_apart(expected, rival.present, REACH)
+        hint = "" if repeats is not None else _instead(rival, float(alone[n]))
+        questions.append(_about_rival(rival, expected, probability, repeats, hint))
+    if search.unknowns:
+        known = prospect(search.seen(search.chosen, planned), planned)
+        for n, unknown in enumerate(search.unknowns, start=len(search.rivals)):
+            spreads = [
+                unknown.colour * float(expected_deviations(search.known, known, count)[unknown.place])
+                for count in range(1, search.settings.repeats + 1)
+            ]
+            repeats = next((count for count, spread in enumerate(spreads, start=1) if spread <= unknown.needed), None)
+            hint = "" if repeats is not None else _OWN_INPUT if alone[n] >= 1.0 else _OTHER_CONDITION
+            questions.append(_about_derivative(unknown, spreads[0], repeats, hint))
+    return tuple(questions)
+
+
+def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Prospect | None:
+    """The planned flight with the rival being true, as the chosen model sees it; None where it leaves its range."""
+    flight = planned.flight
+    response = search.simulated(rival.estimate, planned)
+    true = replace(planned, flight=flight._replace(measured=np.where(np.isnan(flight.measured), np.nan, response)))
+    try:
+        return prospect(search.seen(search.chosen, planned), true)
+    except OutOfRangeError:
+        return None
+
+
+def _about_rival(
+    rival: Rival, expected: float | None, probability: float | None, repeats: int | None, hint: str
+) -> Question:
+    return Question(
+        kind="alternative",
+        subject=rival.instead_of,
+        rival=rival.label,
+        present=rival.present,
+        expected=expected,
+        needed=needed_difference(rival.present, REACH),
+        probability=probability,
+        repeats=repeats,
+        elsewhere=hint,
+    )
+
+
+def _about_derivative(unknown: Unknown, expected: float | None, repeats: int | None, hint: str) -> Question:
+    return Question(
+        kind="derivative",
+        subject=unknown.label,
+        rival="",
+        present=unknown.present if np.isfinite(unknown.present) else None,
+        expected=expected if expected is None or np.isfinite(expected) else None,
+        needed=unknown.needed,
+        probability=None,
+        repeats=repeats,
+        elsewhere=hint,
+    )
+
+
+_RUNS_AWAY = (
+    "The model runs away in open loop: an input needs a pilot or a controller in the loop, which this design does not "
+    "know."
+)
+_NOT_JUDGED = "Not judged: no input was designed."
+_OWN_INPUT = "Another input alone would decide it: fly this one first, then run again."
+_OTHER_CONDITION = (
+    "No elevator input within these limits shows it; another trim (airspeed, centre of gravity, configuration), or "
+    "wider limits, must."
+)
+
+
+def _instead(rival: Rival, share: float) -> str:
+    """What to do where the planned input does not decide: another input, or something else altogether."""
+    return _OWN_INPUT if share >= 1.0 else elsewhere(rival)
+
+
+def elsewhere(rival: Rival) -> str:
+    """What would tell two effects apart that no elevator input does, in general terms."""
+    kinds = rival.kinds
+    if "gust" in kinds:
+        what = "flights in calm air, or a measured flow angle ahead of the aircraft"
+    elif all(kind.startswith("sensor_") for kind in kinds) and len(rival.places) == 1:
+        what = "a calibration of that sensor on the ground, or a second one beside it"
+    elif all(kind.startswith("sensor_") for kind in kinds):
+        what = "an independent sensor of one of the two channels, or its calibration on the ground"
+    elif any(kind.startswith("sensor_") for kind in kinds):
+        what = (
+            "a second sensor of the channel, or another airspeed: a sensor's fault keeps its size, an aerodynamic "
+            "effect grows with the dynamic pressure"
+        )
+    elif any(kind.startswith("control_") for kind in kinds):
+        what = "a position sensor on the surface itself"
+    elif "step_change" in kinds:
+        what = "the same flight once more, which shows whether the change comes again"
+    else:
+        what = "another trim (airspeed, centre of gravity, flap or stabiliser setting)"
+    return f"No elevator input within these limits tells them apart. What would: {what}."
+
+
+def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
+    """The input with its steps and the peaks of the motion over all models in question."""
+    planned = search.planned(best.shape, best.amplitude, search.fine)
+    responses = [search.simulated(one, planned) for one in (search.chosen, *(r.estimate for r in search.rivals))]
+    elevator = planned.flight.inputs[:, search.steady.elevator]
+    histories = [shown(response, elevator) for response in responses]
+    peaks = []
+    for name, unit in UNITS.items():
+        if name in search.limits.ranges:
+            values = [history[name] for history in histories]
+            peaks.append(_peak(name, unit, values, search.limits.ranges[name], name in search.limits.given))
+    pitch_rate = [response[:, OUTPUTS.index("q")] for response in responses]
+    peaks.append(_peak("q", CHANNELS["q"].unit, pitch_rate, None, False))
+    shape = best.shape
+    steps: list[PlannedStep] = []
+    if not isinstance(shape, Multisine):
+        start = search.settings.lead
+        for duration, level in zip(shape.durations, shape.levels, strict=True):
+            steps.append(PlannedStep(round(start, 6), duration, level * best.amplitude))
+            start += duration
+    deflection = elevator - search.steady.delta_e
+    return PlannedInput(
+        name=shape.name,
+        steps=tuple(steps),
+        amplitude=float(np.max(np.abs(deflection))),
+        rate=search.limits.rate,
+        time=search.fine,
+        delta_e=deflection,
+        peaks=tuple(peaks),
+        airspeed=search.steady.airspeed,
+        density=float(search.steady.inputs[0]),
+        expected=_expected(responses),
+        rival=search.rivals[0].label if search.rivals else "",
+    )
+
+
+def _expected(responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
+    """The histories of the channels that a pilot and an engineer follow, by the chosen model and the first rival."""
+    chosen, *rivals = responses
+    histories = {}
+    for name in ("alpha", "q", "theta", "a_z"):
+        column = OUTPUTS.index(name)
+        rival = rivals[0][:, column] if rivals else None
+        histories[name] = PlannedHistory(CHANNELS[name].unit, chosen[:, column], rival)
+    return histories
+
+
+def _peak(
+    name: str, unit: str, values: Sequence[NDArray[np.float64]], limits: tuple[float, float] | None, given: bool
+) -> PlannedPeak:
+    low, high = limits or (None, None)
+    trim = float(values[0][0])
+    return PlannedPeak(
+        name=name,
+        unit=unit,
+        trim=trim,
+        lowest=trim + min(float(np.min(one - one[0])) for one in values),
+        highest=trim + max(float(np.max(one - one[0])) for one in values),
+        limit_low=low,
+        limit_high=high,
+        given=given,
+    )

@@ -1,0 +1,90 @@
+"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aerosid.estimation.evidence import unexplained_channels
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.loop.result import Effect, ErrorRow, Verdict
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import named
+from aerosid.search.refutation import cannot_follow
+
+
+def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
+    """The verdict on a set of findings.
+
+    Parameters
+    ----------
+    manoeuvres : sequence of Manoeuvre
+        The flights that were fitted.
+    validation : sequence of Manoeuvre
+        Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
+        missing than the flights that were fitted show.
+    """
+    completed, spread = found.completed, found.completed_deviations
+    # Constants are known from any level flight; what depends on the motion needs one.
+    moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
+    values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
+    if values.size and not found.findings and not np.any(spread.published[moving] < 0.3 * values):
+        return Verdict.NOT_EXCITED
+    left = unexplained_channels(found.completed, manoeuvres) or any(
+        cannot_follow(completed, each) for each in validation
+    )
+    if found.findings:
+        return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
+    return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
+
+
+def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
+    """One sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
+    sentence = verdict.value
+    if effects:
+        sentence = f"The declared model lacks {' and '.join(_named(effect) for effect in effects)}."
+        if verdict is Verdict.PARTLY_EXPLAINED:
+            sentence += " More is missing than this explains."
+    role = "validation" if any(row.role == "validation" for row in errors) else "identification"
+    pairs = [
+        (row.before / row.noise, row.after / row.noise)
+        for row in errors
+        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+    ]
+    if pairs:
+        before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
+        sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
+    return sentence
+
+
+def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
+    """One sentence for each effect (kind, where, term) that the validation flights refuted."""
+    return [
+        f"{named(label)} would explain the identification flights better, and predicts the validation flights worse: "
+        "it is not what is missing, and is not named."
+        for label in refuted
+    ]
+
+
+def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
+    """One sentence for each log whose sensors have coloured noise: (log, channel, memory) each."""
+    sentences = []
+    for log in dict.fromkeys(log for log, _, _ in coloured):
+        channels = ", ".join(f"{name} ({memory:.2f})" for place, name, memory in coloured if place == log)
+        sentences.append(
+            f"{log}: the noise of {channels} is coloured (correlation of neighbouring samples): it counts as noise and "
+            "not as something that is missing, and the deviations allow for it."
+        )
+    return sentences
+
+
+def _named(effect: Effect) -> str:
+    """An effect with its number, as a person writes it."""
+    if effect.kind == "aero_term":
+        return f"{effect.where} {effect.term} = {effect.value:.4g} ± {effect.std_error:.2g}"
+    unit = "" if effect.unit == "1" else f" {effect.unit}"
+    moment = "" if effect.time is None else f" at {effect.time:.2f} s"
+    words = effect.kind.replace("_", " ")
+    place = f" of {effect.where}" if effect.where else ""
+    return f"a {words}{place}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"

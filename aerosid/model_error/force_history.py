@@ -1,0 +1,233 @@
+"""Estimate the model error d(t) of a flight in the coefficients of force and moment, with its standard deviation.
+
+The fixed-interval solution: every sample of the record speaks for every moment, so that d(t) does not lag. All outputs
+take part for what they are: accelerometers and q_dot see the forces of d(t) directly, the others through the motion.
+What the smoother does to the flight it does to the response of a candidate term, so that the two can be compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import frozen
+from aerosid.effects.disturbance import unmodelled_forces
+from aerosid.effects.step_change import offset_column
+from aerosid.estimation.effect_columns import with_offsets
+from aerosid.estimation.effects_in_flight import OutOfRangeError
+from aerosid.estimation.likelihood import Likelihood, Traced
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.signals.correlation import correlation
+from aerosid.signals.factor_search import search_in_logarithms
+from aerosid.signals.smoothing import smooth_inputs
+from aerosid.signals.whitening import InputNoise, initial_covariance, make_whitening_carry, whiten_stretch
+
+
+@dataclass(frozen=True)
+class ErrorHistory:
+    """The model error d(t) of one equation on one identification log, and the chosen terms over it.
+
+    `coefficient` names the equation (C_X, C_Z, C_m); `d` (N,) is d(t) in units of that coefficient from the structure
+    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of both;
+    `deviation` (N,) the standard deviation of d, None where d is the filter's, as for an aircraft that runs away.
+    """
+
+    log: str
+    coefficient: str
+    time: NDArray[np.float64]
+    d: NDArray[np.float64]
+    explained: NDArray[np.float64]
+    correlation: float
+    terms: tuple[str, ...]
+    deviation: NDArray[np.float64] | None = None
+
+
+LONGEST = 100_000
+"""Samples of a record whose d(t) is drawn: the smoother holds some 2 kB for each."""
+
+
+@dataclass(frozen=True)
+class ForceHistory:
+    """The model error of one log, smoothed over the whole record; E coefficients, K terms.
+
+    Attributes
+    ----------
+    d : ndarray, shape (N, E)
+        What the model lacks, in units of the coefficient.
+    deviation : ndarray, shape (N, E)
+        Its standard deviation, given the spread and the memory that the flights make most likely.
+    responded : ndarray, shape (N, E, K)
+        The d that each lacking term of unit value would have produced through the same smoother.
+    """
+
+    d: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    responded: NDArray[np.float64]
+
+
+def smooth_forces(
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    coefficients: Sequence[str],
+    lacking: Sequence[Entry],
+    numbers: Sequence[float] | None = None,
+) -> tuple[ForceHistory, ...]:
+    """The d(t) of a model without some of its terms, one history a log.
+
+    Parameters
+    ----------
+    refinement : Refinement
+        The completed estimate, in open loop; its motion is where everything is linear about.
+    manoeuvres : sequence of Manoeuvre
+        Those of the estimate.
+    coefficients : sequence of str
+        Where model error is allowed.
+    lacking : sequence of Entry
+        Free terms of the estimate that the model is to be without.
+    numbers : sequence of float, optional
+        Spread of each coefficient's error, then the memory of each, s; by default the flights' likeliest.
+
+    Raises
+    ------
+    OutOfRangeError
+        Where the simulation leaves the model's range.
+
+    Notes
+    -----
+    Parameswaran & Raol 1994, eqs. (6)-(8), with a model error that has a memory: each coefficient's error wanders with
+    a spread and a correlation time at the maximum of the flights' likelihood, so that doubling the sampling rate
+    changes neither d nor its deviation.
+    """
+    model = with_offsets(refinement.model, coefficients)
+    likelihood = Likelihood(model, tuple(manoeuvres), refinement.free)
+    effects = [frozen(active) for active in refinement.effects]
+    values = np.array(model.values)
+    places = [1 + refinement.free.index(entry) for entry in lacking]
+    sizes = np.array([refinement.model.value(entry) for entry in lacking])
+    offsets = [model.columns.index(offset_column(name)) - 8 for name in coefficients]
+    flights = [
+        next(iter(likelihood.traced(n, values, state, effects, whole=True)))
+        for n, state in enumerate(refinement.states)
+    ]
+    asked = [
+        np.concatenate(
+            [part.block[:, :, :1] + (part.block[:, :, places] @ sizes)[:, :, None], part.block[:, :, places]], axis=2
+        )
+        for part in flights
+    ]
+    intervals = [float(np.median(np.diff(manoeuvre.flight.time))) for manoeuvre in manoeuvres]
+    if numbers is None:
+        numbers = _likeliest(flights, asked, intervals, offsets, tuple(coefficients), refinement.variance)
+    covariance = np.nan_to_num(refinement.covariance, posinf=0.0)
+    histories = []
+    for n, (part, columns, interval) in enumerate(zip(flights, asked, intervals, strict=True)):
+        first = len(refinement.free) + 5 * n
+        samples, extra = columns.shape[0], part.noise.variance.size
+        errors, variances = np.zeros((samples, extra, columns.shape[2])), np.zeros((samples, extra))
+        noise = _with_forces(part.noise, offsets, tuple(coefficients), numbers, interval)
+        of_state = covariance[first : first + 5, first : first + 5]
+        smooth_inputs(
+            part.held,
+            np.ascontiguousarray(columns),
+            part.trace,
+            refinement.variance,
+            noise,
+            part.sensors,
+            initial_covariance(of_state, noise, part.trace, part.sensors),
+            errors,
+            variances,
+        )
+        histories.append(ForceHistory(errors[:, offsets, 0], np.sqrt(variances[:, offsets]), errors[:, offsets, 1:]))
+    return tuple(histories)
+
+
+def _with_forces(
+    noise: InputNoise, offsets: Sequence[int], coefficients: tuple[str, ...], numbers: Sequence[float], interval: float
+) -> InputNoise:
+    """The inputs' noise with that of the coefficients."""
+    variance, memory = noise.variance.copy(), noise.memory.copy()
+    variance[offsets], memory[offsets] = unmodelled_forces(coefficients).noise(tuple(numbers), interval, 0.0)
+    return InputNoise(variance, memory)
+
+
+def _likeliest(
+    flights: Sequence[Traced],
+    asked: Sequence[NDArray[np.float64]],
+    intervals: Sequence[float],
+    offsets: Sequence[int],
+    coefficients: tuple[str, ...],
+    output_variance: NDArray[np.float64],
+) -> tuple[float, ...]:
+    """Spread and memory of each coefficient's error at the maximum of the likelihood."""
+    parameters = unmodelled_forces(coefficients).parameters
+
+    def cost(numbers: Sequence[float]) -> float:
+        total = 0.0
+        for part, columns, interval in zip(flights, asked, intervals, strict=True):
+            noise = _with_forces(part.noise, offsets, coefficients, numbers, interval)
+            block = columns[:, :, :1].copy()
+            carry = make_whitening_carry(noise, 1, part.trace, part.sensors)
+            total += whiten_stretch(part.held, block, part.trace, output_variance, noise, part.sensors, carry)
+            total += float(np.sum(block[part.held] ** 2))
+        return total
+
+    start = tuple(parameter.trials[0] for parameter in parameters)
+    limits = [(parameter.lowest, parameter.highest) for parameter in parameters]
+    return search_in_logarithms(cost, start, limits, least_fall=0.1)
+
+
+def smoothed_histories(
+    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str], chosen: Sequence[Entry]
+) -> tuple[tuple[ErrorHistory, ...], dict[Entry, float]]:
+    """The d(t) of the model without the chosen terms, with those terms over it, and |rho| for each chosen term.
+
+    Parameters
+    ----------
+    refinement : Refinement
+        The completed estimate.
+    coefficients : sequence of str
+        The aircraft's three.
+    chosen : sequence of Entry
+        The terms that the declared model lacks.
+
+    Returns
+    -------
+    One history per log and coefficient, none where the record is too long or the aircraft runs away in open loop; and
+    for each chosen term the correlation of what the other chosen terms leave of d with its own picture in d.
+    """
+    if refinement.held_to_data > 0.0 or max(manoeuvre.flight.time.size for manoeuvre in manoeuvres) > LONGEST:
+        return (), {}
+    sizes = np.array([refinement.model.value(entry) for entry in chosen])
+    try:
+        smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen)
+    except OutOfRangeError:
+        return (), {}
+    rows = []
+    for manoeuvre, history in zip(manoeuvres, smoothed, strict=True):
+        for e, name in enumerate(coefficients):
+            own = [entry for entry in chosen if entry[0] == name]
+            explained = history.responded[:, e, :] @ sizes
+            rows.append(
+                ErrorHistory(
+                    log=manoeuvre.log.name,
+                    coefficient=name,
+                    time=manoeuvre.log.time,
+                    d=history.d[:, e],
+                    deviation=history.deviation[:, e],
+                    explained=explained,
+                    correlation=correlation(history.d[:, e], explained) if own else 0.0,
+                    terms=tuple(str(entry[1]) for entry in own),
+                )
+            )
+    correlations = {}
+    for k, entry in enumerate(chosen):
+        e = list(coefficients).index(entry[0])
+        d = np.concatenate([history.d[:, e] for history in smoothed])
+        pictures = np.concatenate([history.responded[:, e, :] for history in smoothed]) * sizes
+        correlations[entry] = abs(correlation(d - pictures.sum(axis=1) + pictures[:, k], pictures[:, k]))
+    return tuple(rows), correlations

@@ -1,0 +1,158 @@
+"""Terms and their variables as JSBSim functions, in feet, pounds and seconds inside and SI in the terms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from xml.etree.ElementTree import Element
+
+from aerosid.errors import AircraftError
+from aerosid.flight_model.terms import Factor, Term
+from aerosid.reporting.export.jsbsim_units import FOOT, POUND_FORCE, SLUG
+
+CHANNEL_PROPERTIES: Mapping[str, tuple[str, float]] = MappingProxyType(
+    {
+        "delta_e": ("fcs/elevator-pos-rad", 1.0),
+        "delta_a": ("fcs/right-aileron-pos-rad", 1.0),
+        "delta_r": ("fcs/rudder-pos-rad", 1.0),
+        "delta_f": ("fcs/flap-pos-rad", 1.0),
+        "beta": ("aero/beta-rad", 1.0),
+        "mach": ("velocities/mach", 1.0),
+        "p": ("velocities/p-aero-rad_sec", 1.0),
+        "r": ("velocities/r-aero-rad_sec", 1.0),
+        "phi": ("attitude/phi-rad", 1.0),
+        "rho": ("atmosphere/rho-slugs_ft3", SLUG / FOOT**3),
+        "thrust": ("forces/fbx-prop-lbs", POUND_FORCE),
+        "mass": ("inertia/mass-slugs", SLUG),
+    }
+)
+"""Channel -> JSBSim's property and the factor from its unit to SI."""
+
+
+@dataclass(frozen=True)
+class References:
+    """What turns rates and speeds into the variables of terms.
+
+    Attributes
+    ----------
+    wing_area, mean_chord : float
+        m^2, m.
+    airspeed_of_rates : float or None
+        U0 of q_hat and alpha_dot_hat, m/s; None: the current airspeed.
+    airspeed_of_V_hat : float or None
+        U0 of V_hat, m/s.
+    properties : mapping of str to (str, float)
+        Channels that JSBSim knows by another property than `CHANNEL_PROPERTIES` says, and factors to SI.
+    where : str
+        The aircraft, for sentences.
+    """
+
+    wing_area: float
+    mean_chord: float
+    airspeed_of_rates: float | None
+    airspeed_of_V_hat: float | None
+    properties: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    where: str = ""
+
+
+def channel_property(references: References, channel: str) -> tuple[str, float]:
+    """The property that holds a channel, and the factor from its unit to SI.
+
+    Raises
+    ------
+    AircraftError
+        Where JSBSim does not know the channel.
+    """
+    found = references.properties.get(channel) or CHANNEL_PROPERTIES.get(channel)
+    if found is None:
+        raise AircraftError(
+            f"{references.where}: a term names the channel {channel}, which JSBSim does not know; name the property "
+            "that stands for it, or strike the term."
+        )
+    return found
+
+
+def variable_element(references: References, name: str) -> Element:
+    """The JSBSim expression of a variable of terms, in SI.
+
+    Raises
+    ------
+    AircraftError
+        Where JSBSim does not know the channel, or V_hat lacks its airspeed.
+    """
+    if name == "alpha":
+        return reading("aero/alpha-rad")
+    if name in ("q_hat", "alpha_dot_hat"):
+        rate = reading("velocities/q-aero-rad_sec" if name == "q_hat" else "aero/alphadot-rad_sec")
+        if references.airspeed_of_rates is not None:
+            return call("product", rate, value(references.mean_chord / (2.0 * references.airspeed_of_rates)))
+        # At rest, where no rate has a meaning, the quotient must stay finite.
+        speed = call("max", reading("velocities/vt-fps"), value(1.0))
+        return call("quotient", call("product", rate, value(references.mean_chord / FOOT / 2.0)), speed)
+    if name == "V_hat":
+        if references.airspeed_of_V_hat is None:
+            raise AircraftError(
+                f"{references.where}: a term holds V_hat, but no airspeed U0 is given; add reference.airspeed [m/s]."
+            )
+        ratio = call("product", reading("velocities/vt-fps"), value(FOOT / references.airspeed_of_V_hat))
+        return call("difference", ratio, value(1.0))
+    if name == "C_T":
+        thrust, to_newton = channel_property(references, "thrust")
+        scale = to_newton / POUND_FORCE / (references.wing_area / FOOT**2)
+        pressure = call("max", reading("aero/qbar-psf"), value(1e-3))
+        return call("quotient", call("product", reading(thrust), value(scale)), pressure)
+    source, factor = channel_property(references, name)
+    return reading(source) if factor == 1.0 else call("product", reading(source), value(factor))
+
+
+def term_element(number: float, term: Term, variable: Callable[[str], Element]) -> Element:
+    """A multiple of a term, each variable being what `variable` makes of its name."""
+    if not term.factors:
+        return value(number)
+    return call("product", value(number), *(_factor(factor, variable) for factor in term.factors))
+
+
+def _factor(factor: Factor, variable: Callable[[str], Element]) -> Element:
+    base = variable(factor.variable)
+    if factor.shape == "abs":
+        base = call("abs", base)
+    elif factor.shape == "pos":
+        shifted = call("difference", base, value(factor.offset)) if factor.offset else base
+        base = call("max", shifted, value(0.0))
+    return base if factor.power == 1 else call("pow", base, value(float(factor.power)))
+
+
+def total(*addends: Element) -> Element:
+    """Their sum; JSBSim's own takes two or more."""
+    if not addends:
+        return value(0.0)
+    return addends[0] if len(addends) == 1 else call("sum", *addends)
+
+
+def call(name: str, *operands: Element) -> Element:
+    """An operation of JSBSim on its operands."""
+    element = Element(name)
+    element.extend(operands)
+    return element
+
+
+def value(number: float) -> Element:
+    """A number, in the shortest text that reads back as the same."""
+    element = Element("value")
+    element.text = repr(float(number) + 0.0)
+    return element
+
+
+def reading(name: str) -> Element:
+    """A property."""
+    element = Element("property")
+    element.text = name
+    return element
+
+
+def function(name: str, expression: Element) -> Element:
+    """A named function of JSBSim; its value is a property of that name."""
+    element = Element("function", name=name)
+    element.append(expression)
+    return element

@@ -1,0 +1,257 @@
+"""The aerodynamic model of an aircraft as JSBSim XML; neither JSBSim nor a flight is needed to write it.
+
+Every number that belongs to the identified model (wing area, chord, U0) is written out, so that the section means the
+same in whichever aircraft it is put; only the state of the flight is read from JSBSim's properties.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from aerosid import __version__
+from aerosid.aircraft import Aircraft
+from aerosid.errors import AircraftError
+from aerosid.reporting.export.jsbsim_functions import (
+    References,
+    call,
+    channel_property,
+    function,
+    reading,
+    term_element,
+    total,
+    value,
+    variable_element,
+)
+from aerosid.reporting.export.jsbsim_units import FOOT
+
+_PREFIX = "aero/aerosid/"
+_ACTING = "fcs/aerosid/{}-acting"
+_OF_THE_RECORDING = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "step_change", "gust")
+_ACTUATOR = {"control_lag": "lag", "control_rate_limit": "rate_limit", "control_delay": "delay"}
+_LONGITUDINAL_AXES = ("LIFT", "DRAG", "X", "Z", "AXIAL", "NORMAL", "PITCH")
+
+
+@dataclass(frozen=True)
+class ExportSettings:
+    """What an aircraft file does not say of the aircraft that takes the model up.
+
+    Attributes
+    ----------
+    aero_reference : (float, float)
+        x forward and z down, m, of JSBSim's point AERORP from the centre of gravity that the model refers to. JSBSim
+        applies the forces there; the moment this makes about that centre of gravity is taken out of C_m.
+    alpha_range : (float, float) or None
+        Angles of attack that were tested, rad; outside of it the terms keep the values of its ends.
+    airspeed : float or None
+        U0 of V_hat, m/s, where the aircraft file gives no airspeed.
+    folded_thrust : float
+        Thrust over dynamic pressure and wing area that the identified coefficients hold, for an aircraft with engines.
+    properties : mapping of str to (str, float)
+        Further channels that terms name, or other properties for known ones: the property, and the factor to SI.
+    """
+
+    aero_reference: tuple[float, float] = (0.0, 0.0)
+    alpha_range: tuple[float, float] | None = None
+    airspeed: float | None = None
+    folded_thrust: float = 0.0
+    properties: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+
+def aerodynamics_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> str:
+    """The text of the `<aerodynamics>` section: axes X, Z and PITCH.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Its derivatives, with their standard deviations as comments.
+    settings : ExportSettings
+        About the aircraft that takes the model up.
+
+    Raises
+    ------
+    AircraftError
+        Where a term names a channel that JSBSim does not have, V_hat lacks its U0, or an effect cannot be carried.
+    """
+    return as_text(aerodynamics_element(aircraft, settings))
+
+
+def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> ET.Element:
+    """As `aerodynamics_xml`, as an element."""
+    _check(aircraft, settings)
+    section = ET.Element("aerodynamics")
+    section.append(_comment(f"{aircraft.name}, written by aerosid {__version__} from {aircraft.sha256[:16]}"))
+    section.append(_comment("Body axes, coefficients in total alpha and deflections (rad) about the centre of gravity"))
+    for effect in aircraft.effects:
+        if effect.kind in _OF_THE_RECORDING:
+            section.append(_comment(f"{effect.kind} {effect.where} belongs to a recording and is left out"))
+    for name in sorted({name for entry in aircraft.derivatives for name in entry.term.variables}):
+        section.append(function(_PREFIX + name, _variable(aircraft, settings, name)))
+    section.extend(_coefficient(aircraft, coefficient) for coefficient in aircraft.coefficients)
+    if "C_L" in aircraft.coefficients:
+        section.extend(_from_lift_and_drag())
+    _append_axes(section, aircraft, settings)
+    return section
+
+
+def actuator_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> str | None:
+    """The text of a `<system>` with the declared lags, delays and rate limits of controls; None without any.
+
+    The aerodynamics then read the surface that it gives out and not the one that is commanded.
+
+    Raises
+    ------
+    AircraftError
+        As `aerodynamics_xml`.
+    """
+    _check(aircraft, settings)
+    element = _actuators(aircraft, settings)
+    return None if element is None else as_text(element)
+
+
+def put_into(target: ET.Element, aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> ET.Element:
+    """The `<fdm_config>` of an aircraft with the model in place of its longitudinal aerodynamics.
+
+    Side force, rolling and yawing moment stay as they are; SIDE becomes Y, since JSBSim does not mix wind and body
+    axes. So do the functions outside of axes, which the lateral axes may read.
+
+    Raises
+    ------
+    AircraftError
+        As `aerodynamics_xml`; and where the target has no aerodynamics.
+    """
+    section = target.find("aerodynamics")
+    if section is None or section.find("axis") is None:
+        raise AircraftError(
+            f"the JSBSim aircraft {target.get('name', '')!r} holds no <aerodynamics> of its own; give one that does."
+        )
+    for axis in section.findall("axis"):
+        if axis.get("name", "").upper() in _LONGITUDINAL_AXES:
+            section.remove(axis)
+        elif axis.get("name", "").upper() == "SIDE":
+            axis.set("name", "Y")
+    section.extend(aerodynamics_element(aircraft, settings))
+    actuators = _actuators(aircraft, settings)
+    if actuators is not None:
+        target.insert(list(target).index(section), actuators)
+    return target
+
+
+def as_text(element: ET.Element) -> str:
+    """The element as an indented XML file."""
+    ET.indent(element)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(element, encoding="unicode") + "\n"
+
+
+def _check(aircraft: Aircraft, settings: ExportSettings) -> None:
+    for effect in aircraft.effects:
+        if effect.kind not in (*_OF_THE_RECORDING, *_ACTUATOR):
+            raise AircraftError(
+                f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim XML of this kind cannot carry; "
+                "strike the effect, or add its terms to the derivatives."
+            )
+        if effect.kind in _ACTUATOR and effect.value is None:
+            raise AircraftError(f"{aircraft.path}: the effect {effect.kind} of {effect.where} has no value; add one.")
+    if settings.alpha_range is not None and not settings.alpha_range[0] < settings.alpha_range[1]:
+        low, high = settings.alpha_range
+        raise AircraftError(f"the tested range of alpha runs from {low:g} to {high:g} rad; give the lower end first.")
+
+
+def _references(aircraft: Aircraft, settings: ExportSettings) -> References:
+    return References(
+        aircraft.wing_area,
+        aircraft.mean_chord,
+        aircraft.airspeed,
+        aircraft.airspeed or settings.airspeed,
+        settings.properties,
+        aircraft.path,
+    )
+
+
+def _variable(aircraft: Aircraft, settings: ExportSettings, name: str) -> ET.Element:
+    """The expression of a variable: alpha within its tested range, controls behind their actuators."""
+    expression = variable_element(_references(aircraft, settings), name)
+    if name == "alpha" and settings.alpha_range is not None:
+        low, high = settings.alpha_range
+        return call("max", value(low), call("min", value(high), expression))
+    if any(effect.kind in _ACTUATOR and effect.where == name for effect in aircraft.effects):
+        return reading(_ACTING.format(name))
+    return expression
+
+
+def _coefficient(aircraft: Aircraft, coefficient: str) -> ET.Element:
+    declared = [entry for entry in aircraft.derivatives if entry.coefficient == coefficient]
+    # A comment before each term, and two zeros: JSBSim's sum takes two addends or more.
+    addends = [value(0.0), value(0.0)]
+    for entry in declared:
+        spread = "" if entry.sigma is None else f", standard deviation {entry.sigma:.6g}"
+        addends.append(_comment(f"{coefficient} {entry.term}{spread}"))
+        addends.append(term_element(entry.value, entry.term, lambda name: reading(_PREFIX + name)))
+    return function(_PREFIX + coefficient, call("sum", *addends))
+
+
+def _from_lift_and_drag() -> list[ET.Element]:
+    """C_X = C_L sin(alpha) - C_D cos(alpha) and C_Z = -C_L cos(alpha) - C_D sin(alpha), at the true alpha."""
+
+    def turned(coefficient: str, turn: str, sign: float) -> ET.Element:
+        return call("product", value(sign), reading(_PREFIX + coefficient), call(turn, reading("aero/alpha-rad")))
+
+    return [
+        function(_PREFIX + "C_X", call("sum", turned("C_L", "sin", 1.0), turned("C_D", "cos", -1.0))),
+        function(_PREFIX + "C_Z", call("sum", turned("C_L", "cos", -1.0), turned("C_D", "sin", -1.0))),
+    ]
+
+
+def _append_axes(section: ET.Element, aircraft: Aircraft, settings: ExportSettings) -> None:
+    """Axes X, Z and PITCH: dynamic pressure times area (and chord) times coefficient."""
+    x_b, z_b = settings.aero_reference
+    chord, area = aircraft.mean_chord, aircraft.wing_area / FOOT**2
+    folded, incidence = settings.folded_thrust, aircraft.thrust_incidence
+    along, down = folded * math.cos(incidence), -folded * math.sin(incidence)
+
+    def without_thrust(coefficient: str, thrust: float) -> ET.Element:
+        coefficient_itself = reading(_PREFIX + coefficient)
+        return total(coefficient_itself, value(-thrust)) if thrust else coefficient_itself
+
+    moment = [without_thrust("C_m", folded * aircraft.thrust_z_arm / chord)]
+    if x_b or z_b:
+        # The forces that JSBSim applies at AERORP turn the aircraft by z_b F_x - x_b F_z.
+        moment.append(call("product", value(-z_b / chord), without_thrust("C_X", along)))
+        moment.append(call("product", value(x_b / chord), without_thrust("C_Z", down)))
+    for axis, scale, coefficient in (
+        ("X", area, without_thrust("C_X", along)),
+        ("Z", area, without_thrust("C_Z", down)),
+        ("PITCH", area * chord / FOOT, total(*moment)),
+    ):
+        force = call("product", reading("aero/qbar-psf"), value(scale), coefficient)
+        ET.SubElement(section, "axis", name=axis).append(function(_PREFIX + axis.lower(), force))
+
+
+def _actuators(aircraft: Aircraft, settings: ExportSettings) -> ET.Element | None:
+    controls = dict.fromkeys(effect.where for effect in aircraft.effects if effect.kind in _ACTUATOR)
+    if not controls:
+        return None
+    system = ET.Element("system", name="aerosid actuators")
+    channel = ET.SubElement(system, "channel", name="aerosid actuators")
+    for control in controls:
+        numbers = {effect.kind: effect.value for effect in aircraft.effects if effect.where == control}
+        component = ET.SubElement(channel, "actuator", name=_ACTING.format(control))
+        ET.SubElement(component, "input").text = channel_property(_references(aircraft, settings), control)[0]
+        for kind, tag in _ACTUATOR.items():
+            if numbers.get(kind):
+                number = float(numbers[kind] or 0.0)
+                # JSBSim's lag is the corner frequency in rad/s.
+                ET.SubElement(component, tag).text = repr(1.0 / number if tag == "lag" else number)
+        ET.SubElement(component, "output").text = _ACTING.format(control)
+    return system
+
+
+def _comment(text: str) -> ET.Element:
+    """A comment; what XML forbids in one is taken out of the text."""
+    printable = re.sub(r"[^\t\x20-\ud7ff\ue000-\ufffd]", " ", text)
+    comment: Any = ET.Comment(f" {re.sub('-(?=-)', '- ', printable)} ")
+    return cast(ET.Element, comment)

@@ -1,0 +1,109 @@
+"""The model as JSON, whole, and as a CSV table of its derivatives."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+from aerosid import __version__
+from aerosid.aircraft import Aircraft
+from aerosid.reporting.export.options import Exported, ExportOptions, named
+
+SCHEMA = 1
+
+
+def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
+    """Everything that the aircraft file says, units beside the numbers.
+
+    Keys: schema, aerosid, name, source, file, sha256, reference, mass, air, thrust, derivatives (coefficient, term,
+    value, sigma, fixed) and effects. What the file does not give is null.
+    """
+    options.only("json")
+    document = {
+        "schema": SCHEMA,
+        "aerosid": __version__,
+        "name": aircraft.name,
+        "source": aircraft.source,
+        "file": Path(aircraft.path).name,
+        "sha256": aircraft.sha256,
+        "reference": {
+            "wing_area": _quantity(aircraft.wing_area, "m^2"),
+            "mean_chord": _quantity(aircraft.mean_chord, "m"),
+            "airspeed": _quantity(aircraft.airspeed, "m/s"),
+        },
+        "mass": {"mass": _quantity(aircraft.mass, "kg"), "I_yy": _quantity(aircraft.I_yy, "kg m^2")},
+        "air": {"density": _quantity(aircraft.density, "kg/m^3")},
+        "thrust": {
+            "force": _quantity(aircraft.thrust, "N"),
+            "incidence": _quantity(aircraft.thrust_incidence, "rad"),
+            "z_arm": _quantity(aircraft.thrust_z_arm, "m"),
+        },
+        "derivatives": [
+            {
+                "coefficient": entry.coefficient,
+                "term": str(entry.term),
+                "value": entry.value,
+                "sigma": entry.sigma,
+                "fixed": entry.fixed,
+            }
+            for entry in aircraft.derivatives
+        ],
+        "effects": [
+            {
+                "kind": effect.kind,
+                "where": effect.where,
+                "term": effect.term,
+                "value": effect.value,
+                "std_error": effect.std_error,
+                "time": effect.time,
+                "parameters": dict(effect.parameters),
+            }
+            for effect in aircraft.effects
+        ],
+    }
+    return Exported(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
+    """One row a derivative below `#` lines with the reference quantities and the effects."""
+    options.only("csv")
+    lines = [
+        f"aircraft: {aircraft.name}",
+        f"source: {aircraft.source}",
+        f"file: {Path(aircraft.path).name}, SHA-256 {aircraft.sha256}",
+        f"wing_area [m^2]: {aircraft.wing_area!r}",
+        f"mean_chord [m]: {aircraft.mean_chord!r}",
+        f"airspeed of q_hat and V_hat [m/s]: {'current' if aircraft.airspeed is None else repr(aircraft.airspeed)}",
+        f"mass [kg]: {aircraft.mass!r}",
+        f"I_yy [kg m^2]: {aircraft.I_yy!r}",
+        f"density [kg/m^3]: {'of the log' if aircraft.density is None else repr(aircraft.density)}",
+        f"thrust [N]: {'of the log' if aircraft.thrust is None else repr(aircraft.thrust)}",
+        f"thrust incidence [rad], z_arm [m]: {aircraft.thrust_incidence!r}, {aircraft.thrust_z_arm!r}",
+        *(
+            f"effect: {named(effect)}, "
+            + ", ".join(f"{name} {number!r}" for name, number in _numbers(effect.value, effect.time, effect.parameters))
+            for effect in aircraft.effects
+        ),
+    ]
+    stream = io.StringIO()
+    for line in lines:
+        stream.write(f"# {' '.join(line.split())}\n")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(("coefficient", "term", "value", "sigma", "fixed"))
+    for entry in aircraft.derivatives:
+        sigma = "" if entry.sigma is None else repr(entry.sigma)
+        fixed = "true" if entry.fixed else "false"
+        writer.writerow((entry.coefficient, str(entry.term), repr(entry.value), sigma, fixed))
+    return Exported(stream.getvalue())
+
+
+def _quantity(value: float | None, unit: str) -> dict[str, Any]:
+    return {"value": value, "unit": unit}
+
+
+def _numbers(value: float | None, time: float | None, parameters: Any) -> list[tuple[str, float]]:
+    given = [("value", value), ("time", time), *parameters.items()]
+    return [(name, number) for name, number in given if number is not None]

@@ -1,0 +1,1 @@
+"""What enters the model, what leaves it, and what could stand instead."""

@@ -1,0 +1,129 @@
+"""Find what the declared model lacks, keep what survives the noise, and say what else fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.evidence import Deviations, Score, deviations
+from aerosid.estimation.filter_error import FilterError, filter_error, widened
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
+from aerosid.search.finding_rows import findings_of
+from aerosid.search.findings import Finding, each_once, labels, named
+from aerosid.search.gates import standing
+from aerosid.search.replacement import alternatives
+from aerosid.search.settings import AttributionSettings
+from aerosid.search.starts import searches
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.suggested_terms import Unproven, unproven_terms
+
+USUAL = AttributionSettings()
+"""The settings of a loop unless told otherwise."""
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """What is missing from the declared model.
+
+    Attributes
+    ----------
+    before : Refinement
+        The declared structure, re-estimated.
+    completed : Refinement
+        With every finding.
+    completed_deviations : Deviations
+        Its standard deviations.
+    findings : tuple of Finding
+        Most certain first.
+    alternatives : tuple of Finding
+        What could stand in place of a finding.
+    rounds : tuple of tuple of Score
+        The score of every hypothesis in each round, before one of that round entered.
+    refuted : tuple of (kind, where, term)
+        What the flights that were fitted showed and others refuted.
+    filter_error : FilterError or None
+        The completed structure's terms among forces of any shape, where those say better what is left; then
+        `completed_deviations` are no smaller than theirs.
+    unproven : tuple of Unproven
+        Terms that stand out where something is left, and not far enough.
+    confirmed : tuple of Confirmed
+        Those of them that flights which were not fitted show by themselves: they are among the findings.
+    """
+
+    before: Refinement
+    completed: Refinement
+    completed_deviations: Deviations
+    findings: tuple[Finding, ...]
+    alternatives: tuple[Finding, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    refuted: tuple[tuple[str, str, str], ...] = ()
+    filter_error: FilterError | None = None
+    unproven: tuple[Unproven, ...] = ()
+    confirmed: tuple[Confirmed, ...] = ()
+
+    @property
+    def terms(self) -> tuple[Entry, ...]:
+        """The found terms."""
+        return tuple(finding.entry for finding in self.findings if finding.entry is not None)
+
+
+def attribute(
+    before: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    hypotheses: Sequence[Hypothesis],
+    coefficients: Sequence[str] = (),
+    settings: AttributionSettings = USUAL,
+    given: AerodynamicModel | None = None,
+    validation: Sequence[Manoeuvre] = (),
+    *,
+    moving_air: bool = False,
+) -> Attribution:
+    """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
+
+    Parameters
+    ----------
+    before : Refinement
+        The declared structure, re-estimated on the manoeuvres.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights, one joint estimate.
+    hypotheses : sequence of Hypothesis
+        What may enter.
+    coefficients : sequence of str
+        Coefficients that may change without a term; none: no sudden change and no flow separation is tried.
+    given : AerodynamicModel, optional
+        The declared structure with its declared values: where a search begins again if what is missing is gross.
+    validation : sequence of Manoeuvre
+        Flights that are not fitted; what predicts them worse is not named.
+    moving_air : bool
+        Whether the instruments show gusts by kinematics alone: what is missing is then looked for beside them at first.
+    """
+    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
+    made = searches(search, before, validation, moving_air=moving_air)
+    held = standing(search, before, made, validation)
+    completed, spread, forces = held.completed, held.spread, held.forces
+    refuted = tuple(part.label for part in held.refuted)
+    unproven = unproven_terms(search, completed, refuted)
+    confirmed = confirmed_terms(search, completed, unproven, validation)
+    if confirmed:
+        completed = with_confirmed(search, completed, [each.entry for each in confirmed])
+        spread = deviations(completed, manoeuvres)
+        unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
+    beside = filter_error(completed, forces, held.searched.estimate.variance, manoeuvres) if forces else None
+    spread = widened(spread, beside)
+    p_values = {each.entry: each.p_value for each in confirmed}
+    findings = tuple(
+        replace(row, p_value=p_values[row.entry]) if row.entry in p_values else row
+        for row in findings_of(search, completed, spread)
+    )
+    others = held.searched.others
+    if forces is not None:
+        # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
+        others = (*others, *alternatives(search, completed))
+    others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
+    return Attribution(
+        before, completed, spread, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
+    )

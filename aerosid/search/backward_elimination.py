@@ -1,0 +1,73 @@
+"""Strike out what an estimate holds and its deviations, corrected for coloured residuals, leave in doubt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.special import chdtri
+
+from aerosid.effects.sudden import is_sudden
+from aerosid.estimation.evidence import Deviations, deviations
+from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.search.findings import Part
+from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
+
+
+def pruned(search: StructureSearch, current: Refinement) -> Refinement:
+    """The estimate without those added parts that corrected deviations cannot tell from none."""
+    while (reduced := without_the_weakest(search, current, search.rough_deviations(current))) is not None:
+        current = reduced
+    return current
+
+
+def certain(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
+    """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
+    while True:
+        spread = deviations(completed, search.manoeuvres)
+        reduced = without_the_weakest(search, completed, spread)
+        if reduced is None:
+            return completed, spread
+        completed = refine_on(reduced, search.manoeuvres)
+
+
+def without_the_weakest(search: StructureSearch, current: Refinement, spread: Deviations) -> Refinement | None:
+    """The estimate without the part that is most in doubt; None where none is."""
+    parts = [part for part in search.parts(current, spread) if not part.is_disturbance]
+    for part in sorted(parts, key=lambda part: part.ratio):
+        if part.ratio >= search.critical:
+            break
+        reduced = search.without(current, [part])
+        if not is_shown_as_a_whole(
+            search, part, reduced.cost - current.cost, inflation_of(search, current, spread, {part.label})
+        ):
+            return reduced
+    return None
+
+
+def is_shown_as_a_whole(search: StructureSearch, part: Part, loss: float, inflation: float) -> bool:
+    """Whether an effect that one deviation cannot judge is shown by what striking it out costs.
+
+    The deviation of a gain counts that its reach is unknown, though without a gain there is no reach: where the two
+    go together, neither is certain and their effect is. And where an effect is far from linear, the likelihood
+    between none and its number is no parabola. Wilks' ratio, less what coloured residuals pretend, judges both.
+    """
+    if part.active is None or part.ratio == 0.0 or is_sudden(part.active):
+        return False
+    count = len(part.active.values)
+    if count < 2 and part.active.effect.kind not in UNLIKE_THEIR_SCORE:
+        return False
+    return loss / inflation > float(chdtri(count, search.settings.false_alarm / max(len(search.hypotheses), 1)))
+
+
+def inflation_of(
+    search: StructureSearch, current: Refinement, spread: Deviations, labels: set[tuple[str, str, str]]
+) -> float:
+    """By how much coloured residuals widen the variance of some parts at most, at least 1."""
+    white = search.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
+    corrected = search.parts(current, spread)
+    ratios = [
+        (part.std_error / plain.std_error) ** 2
+        for part, plain in zip(corrected, white, strict=True)
+        if part.label in labels and plain.std_error > 0.0
+    ]
+    return max(1.0, *ratios, 1.0)

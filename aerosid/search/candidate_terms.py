@@ -1,0 +1,44 @@
+"""The terms that are asked for: the aircraft file's own, and those of every family that the flights can show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from aerosid.aircraft import Aircraft
+from aerosid.effects.aerodynamic_terms import compressible, polynomials, splines, unsteady
+from aerosid.effects.logged_channels import logged_channels
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.terms import Term
+from aerosid.logs.flight_log import FlightLog
+
+TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str], Iterable[Term]], ...] = (
+    polynomials,
+    unsteady,
+    compressible,
+    splines,
+    logged_channels,
+)
+"""Each gives the terms of one coefficient that the logs can show; a family is one function and one line here."""
+
+
+def candidate_entries(aircraft: Aircraft, logs: Sequence[FlightLog]) -> tuple[Entry, ...]:
+    """Every candidate in every coefficient that the aircraft file uses, without what it declares already.
+
+    The aircraft's own candidates come first. A term that the file declares as fixed is no candidate either.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The declared aircraft.
+    logs : sequence of FlightLog
+        All logs on which the model is to act: a term needs its channel on each.
+    """
+    declared = {(derivative.coefficient, derivative.term) for derivative in aircraft.derivatives}
+    own = [(coefficient, term) for coefficient, terms in aircraft.candidates.items() for term in terms]
+    library = [
+        (coefficient, term)
+        for coefficient in aircraft.coefficients
+        for family in TERM_FAMILIES
+        for term in family(logs, coefficient)
+    ]
+    return tuple(entry for entry in dict.fromkeys([*own, *library]) if entry not in declared)

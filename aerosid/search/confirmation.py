@@ -1,0 +1,135 @@
+"""Terms that the fitted flights suggest, and that flights which were not fitted show by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from aerosid.effects.sudden import is_sudden
+from aerosid.errors import EstimationError
+from aerosid.estimation.evidence import deviations
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
+from aerosid.estimation.open_loop import on_log
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.model_error.coefficient_match import explained_shares
+from aerosid.search.disturbance_search import in_forces
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.suggested_terms import Unproven, reason
+
+OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+"""Where the search among forces begins: a tenth of a deviation moves nothing."""
+
+LESS = 0.95
+"""Share of a coefficient's variance unexplained without a term that may be left with it: less is worth no name."""
+
+BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
+"""Where a coefficient along the wind shows most in those that are measured."""
+
+
+@dataclass(frozen=True)
+class Confirmed:
+    """A term that was suggested, and its number from flights that were not fitted, by themselves.
+
+    Attributes
+    ----------
+    suggested : Unproven
+        What the fitted flights say of it.
+    value, std_error : float
+        From the others alone, among forces of any shape.
+    p_value : float
+        Of the others' saying so by chance; counts how many terms they were asked about.
+    """
+
+    suggested: Unproven
+    value: float
+    std_error: float
+    p_value: float
+
+    @property
+    def entry(self) -> Entry:
+        """Coefficient and term."""
+        return self.suggested.entry
+
+
+def confirmed_terms(
+    search: StructureSearch, completed: Refinement, suggested: Sequence[Unproven], validation: Sequence[Manoeuvre]
+) -> tuple[Confirmed, ...]:
+    """The suggested terms that other flights show too.
+
+    Notes
+    -----
+    Those flights are asked about few terms, not about all that may enter, so that fewer deviations leave no doubt.
+    A term stands where its number from them alone, every coefficient off by forces of any shape, has the sign that was
+    suggested and is that far from zero, and where the number of the fitted flights explains the coefficient that they
+    measured better than none. That is asked of the coefficient and not of the motion, which what else is missing moves.
+    """
+    if not validation:
+        return ()
+    asked = float(-ndtri(search.settings.confirmed / max(len(suggested), 1)))
+    found = []
+    for each in suggested:
+        try:
+            value, error = _on_its_own(search, completed, each, validation, asked)
+        except EstimationError:
+            continue
+        ratio = np.sign(each.finding.value) * value / error
+        if ratio > asked and _predicts(search, completed, each, validation):
+            p_value = float(min(1.0, ndtr(-ratio) * len(suggested)))
+            found.append(Confirmed(each, value, error, p_value))
+    return tuple(found)
+
+
+def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequence[Entry]) -> Refinement:
+    """The estimate with some terms beside what it holds."""
+    return refine_on(completed.with_terms(entries), search.manoeuvres)
+
+
+def told_of_confirmed(confirmed: Sequence[Confirmed], flights: Sequence[str]) -> list[str]:
+    """A sentence for each, for the notes; `flights` the names of those that were asked."""
+    return [
+        f"Confirmed: {each.entry[0]} {each.entry[1]} is not proven by what was fitted ({reason(each.suggested)}), but "
+        f"what was not ({' and '.join(flights)}) shows it by itself too: {each.value:.3g} with a deviation of "
+        f"{each.std_error:.2g}. The errors there had a part in naming it."
+        for each in confirmed
+    ]
+
+
+def _on_its_own(
+    search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre], asked: float
+) -> tuple[float, float]:
+    """The term's number from other flights alone and its deviation; infinite where a first look is enough to refuse."""
+    fuller = completed.with_terms([each.entry])
+    own = refine(
+        fuller.model,
+        validation,
+        fuller.free,
+        effects=[active for active in completed.effects if not is_sudden(active)],
+        variance=completed.variance,
+        settings=OWN_NUMBERS,
+    )
+    place = own.free.index(each.entry)
+    value, white = own.model.value(each.entry), float(np.sqrt(own.covariance[place, place]))
+    if np.sign(each.finding.value) * value < asked * white:
+        return 0.0, np.inf  # white residuals are the most that could be hoped for
+    other = StructureSearch(tuple(validation), search.hypotheses, search.stepping, own, search.settings, search.given)
+    forced = in_forces(other, own) if search.stepping else own
+    spread = deviations(forced, validation)
+    return forced.model.value(each.entry), float(max(spread.corrected[place], spread.white[place]))
+
+
+def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre]) -> bool:
+    """Whether the number of the fitted flights explains more of the coefficient that the others measured."""
+    fuller = with_confirmed(search, completed, [each.entry])
+    place = BODY_AXES.get(each.entry[0], each.entry[0])
+    left = []
+    for manoeuvre in validation:
+        pair = [(at.model, on_log(at, manoeuvre)) for at in (completed, fuller)]
+        rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == place]
+        left += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
+    without, beside = np.sum(left, axis=0) if left else (0.0, 0.0)
+    return bool(beside < LESS * without)

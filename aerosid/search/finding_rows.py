@@ -1,0 +1,36 @@
+"""Findings out of the parts of an estimate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.special import chdtrc
+
+from aerosid.estimation.evidence import Deviations
+from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.search.backward_elimination import inflation_of, is_shown_as_a_whole
+from aerosid.search.findings import Finding, Part, found_among
+from aerosid.search.structure_search import StructureSearch
+
+
+def finding_of(search: StructureSearch, part: Part, gain: float, instead_of: str = "") -> Finding:
+    """A part with its evidence."""
+    return found_among(part, len(search.hypotheses), gain, instead_of)
+
+
+def findings_of(search: StructureSearch, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:
+    """The found parts, most certain first."""
+    rows = []
+    for part in search.parts(completed, spread):
+        gain = search.without(completed, [part]).cost - completed.cost
+        row = finding_of(search, part, gain)
+        if part.active is not None:
+            disturbance = part.is_disturbance
+            inflation = 1.0 if disturbance else inflation_of(search, completed, spread, {part.label})
+            if disturbance or is_shown_as_a_whole(search, part, gain, inflation):
+                # A spread has no sign to be tested against zero: the likelihood ratio speaks.
+                count = 1 if disturbance else len(part.active.values)
+                p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(search.hypotheses)))
+                row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))
+        rows.append(row)
+    return tuple(sorted(rows, key=lambda row: -row.gain))

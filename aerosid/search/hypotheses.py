@@ -1,0 +1,55 @@
+"""Everything that is asked of a flight: a hypothesis for each term, sensor, control and moment that may be to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aerosid.effects import CATALOGUE, Flown
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
+from aerosid.flight_model.longitudinal import OUTPUTS
+
+
+def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
+    """One for each candidate term."""
+    return tuple(Hypothesis("aero_term", entry[0], str(entry[1]), entries=(entry,)) for entry in candidates)
+
+
+def effect_hypotheses(
+    model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str] = ()
+) -> tuple[Hypothesis, ...]:
+    """One for each offer of the catalogue.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        The declared one; its terms say which controls act.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights.
+    coefficients : sequence of str
+        Those that may change suddenly; none: no sudden changes are offered.
+    """
+    span = model.constants.wing_area / model.constants.mean_chord
+    flights = tuple(_flown(manoeuvre, span) for manoeuvre in manoeuvres)
+    offers = [
+        offer
+        for family in CATALOGUE
+        if family.offered is not None
+        for offer in family.offered(flights, controls_of(model), tuple(coefficients))
+    ]
+    return tuple(Hypothesis(o.kind, o.where, effects=o.effects, time=o.time) for o in offers)
+
+
+def _flown(manoeuvre: Manoeuvre, span: float) -> Flown:
+    flight = manoeuvre.flight
+    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    return Flown(
+        log=manoeuvre.name,
+        time=flight.time,
+        inputs=dict(zip(manoeuvre.columns, flight.inputs.T, strict=True)),
+        measured={name: flight.measured[:, i] for name, i in places.items()},
+        noise={name: float(manoeuvre.noise[i]) for name, i in places.items()},
+        height=flight.measured[:, places["h"]] - manoeuvre.ground if "h" in places else None,
+        span=span,
+    )

@@ -1,0 +1,239 @@
+"""Terms that a coefficient alone cannot tell from a late or wrong sensor, or from a slow control, that was found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.errors import EstimationError
+from aerosid.estimation.evidence import deviations
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import refine_on
+from aerosid.estimation.open_loop import on_log
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.terms import Term
+from aerosid.model_error.coefficient_match import Corrected
+from aerosid.model_error.paper_chain import ChainSettings, feed
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import Finding, Part, found_among, labels, named
+
+BODY = ("C_X", "C_Z", "C_m")
+
+RECORDED_RATE = "recorded_alpha_dot_hat"
+"""Column of the derivative of the recorded alpha, made dimensionless: what a fit to one coefficient would use."""
+
+MATERIAL = 0.5
+"""Share of a coefficient's unexplained variance that an effect must take away before rivals there are of interest."""
+
+AS_GOOD = 0.9
+"""Share of that which a term in the effect's place must take away too, to look the same."""
+
+MORE = 0.1
+"""Share that a term takes away beside the effect, from which it is about something else."""
+
+FIT = RefinementSettings(steps=30, cost_tolerance=0.5, disturbances=False)
+"""A rival stands beside the chosen one with its numbers, not in its table."""
+
+
+@dataclass(frozen=True)
+class CoefficientRival:
+    """A term that explains a coefficient as an effect does.
+
+    Attributes
+    ----------
+    coefficient : str
+        C_X, C_Z or C_m: where it does so.
+    finding : Finding
+        The term with its evidence; `gain` is what all channels together say, negative where they speak against it.
+    share : float
+        What it takes away of the coefficient's unexplained variance over what the effect takes away.
+    """
+
+    coefficient: str
+    finding: Finding
+    share: float
+
+
+def coefficient_rivals(
+    found: Attribution, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
+) -> list[CoefficientRival]:
+    """For each sensor or control effect that was found, the term that looks most like it in a coefficient alone.
+
+    Notes
+    -----
+    A vane that lags by tau reads alpha - tau alphadot, so that a moment coefficient fitted to its readings asks for an
+    alphadot derivative. Equation error, as it is much used, sees no more; the motion as a whole usually tells the two
+    apart, as the vane's lag shows in the accelerometers too. The engineer has to know both.
+    """
+    sought = [
+        active
+        for active in found.completed.effects
+        if isinstance(active.effect, OutputEffect | InputEffect) and (*active.name, "") in labels(found.findings)
+    ]
+    terms = tuple(entry for h in hypotheses if h.is_plain_term for entry in h.entries)
+    terms = tuple(entry for entry in terms if entry not in found.completed.free)
+    rivals: dict[tuple[str, Entry], CoefficientRival] = {}
+    for active in sought:
+        for coefficient, entry, share in _alike(found, active, manoeuvres, terms):
+            if (named((*active.name, "")), entry) not in rivals:
+                finding = _in_its_place(found, active, entry, manoeuvres, len(hypotheses))
+                if finding is not None:
+                    rivals[named((*active.name, "")), entry] = CoefficientRival(coefficient, finding, share)
+    return list(rivals.values())
+
+
+def told_of_rivals(rivals: Sequence[CoefficientRival]) -> list[str]:
+    """A sentence for each, for the notes."""
+    return [
+        f"{rival.coefficient} alone does not tell {rival.finding.where} {rival.finding.term} from "
+        f"{rival.finding.instead_of}: the term explains {min(rival.share, 1.0):.0%} of what the effect explains there. "
+        f"All channels together {_says(rival.finding.gain)}."
+        for rival in rivals
+    ]
+
+
+def _says(gain: float) -> str:
+    if gain < 0.0:
+        return f"speak for the effect, by {-gain:.0f} in -2 ln L"
+    return f"do not speak against the term (-2 ln L {gain:.0f} lower)"
+
+
+def _alike(
+    found: Attribution, active: ActiveEffect, manoeuvres: Sequence[Manoeuvre], terms: Sequence[Entry]
+) -> Iterator[tuple[str, Entry, float]]:
+    """Coefficient, term and share of the best term in each coefficient that looks like an effect."""
+    own = found.completed.free
+    without, acting = (_regression(found, out, manoeuvres, own) for out in (active, None))
+    held = np.isfinite(without.target) & np.isfinite(acting.target)
+    held &= np.isfinite(without.columns.sum(axis=2)) & np.isfinite(acting.columns.sum(axis=2))
+    candidates: list[_Regression] = []
+    for i, coefficient in enumerate(BODY):
+        rows = held[:, i]
+        if rows.sum() < 10 * len(own):
+            continue
+        moved = np.sum((acting.measured - without.measured)[rows, i] ** 2)
+        before, after = (_Residual.of(each, rows, i) for each in (without, acting))
+        if moved > 0.01 * before.squares or after.squares > (1.0 - MATERIAL) * before.squares:
+            continue
+        if not candidates:
+            candidates = [_regression(found, out, manoeuvres, terms) for out in (active, None)]
+        won = before.squares - after.squares
+        shares = before.taken(candidates[0], rows, i) / won
+        more = after.taken(candidates[1], rows, i) / won
+        shares[~(more < MORE)] = 0.0
+        best = int(np.argmax(shares)) if shares.size else 0
+        if shares.size and shares[best] > AS_GOOD:
+            yield coefficient, terms[best], float(shares[best])
+
+
+@dataclass(frozen=True)
+class _Regression:
+    """What is left to a coefficient's regression: `measured` and `target`, the measured less what is held, (N, 3);
+    `columns` (N, 3, K) of each entry, `logs` (N,) which record a sample belongs to.
+    """
+
+    measured: NDArray[np.float64]
+    target: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    logs: NDArray[np.int64]
+
+
+def _regression(
+    found: Attribution, out: ActiveEffect | None, manoeuvres: Sequence[Manoeuvre], entries: Sequence[Entry]
+) -> _Regression:
+    """The regression on some entries, the records corrected for all effects but one."""
+    completed = found.completed
+    entries = [(coefficient, _recorded(term)) for coefficient, term in entries]
+    model = completed.model.with_columns([RECORDED_RATE]).extended(entries)
+    places = [model.entries.index(entry) for entry in entries]
+    held = np.array(model.values)
+    held[[model.entries.index(entry) for entry in completed.free]] = 0.0
+    parts = []
+    for n, manoeuvre in enumerate(manoeuvres):
+        effects = [active for active in on_log(completed, manoeuvre) if out is None or active.name != out.name]
+        log = _with_recorded_rate(Corrected.of(model, effects, manoeuvre, feed(manoeuvre, ChainSettings())))
+        rest = log.modelled(held)
+        columns = np.stack([log.modelled(held + unit) - rest for unit in np.eye(held.size)[places]], axis=2)
+        parts.append((log.measured, log.measured - rest, columns, np.full(manoeuvre.flight.time.size, n)))
+    measured, target, columns, logs = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return _Regression(measured, target, columns, logs)
+
+
+def _recorded(term: Term) -> Term:
+    """The term with alphadot as the vane's record gives it, in place of what the equations make of the other terms."""
+    rate = [replace(f, variable=RECORDED_RATE) if f.variable == "alpha_dot_hat" else f for f in term.factors]
+    return replace(term, factors=tuple(rate))
+
+
+def _with_recorded_rate(log: Corrected) -> Corrected:
+    alpha, constants = np.arctan2(log.states[:, 1], log.states[:, 0]), log.model.constants
+    speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else log.flight.measured[:, 0]
+    inputs = log.flight.inputs.copy()
+    place = log.model.columns.index(RECORDED_RATE)
+    inputs[:, place] = np.gradient(alpha, log.flight.time) * constants.mean_chord / (2.0 * speed)
+    return replace(log, flight=log.flight._replace(inputs=inputs))
+
+
+@dataclass(frozen=True)
+class _Residual:
+    """What a regression with a constant for each record leaves, (n,), and the directions that it took, (n, K)."""
+
+    values: NDArray[np.float64]
+    taken_up: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, regression: _Regression, rows: NDArray[np.bool_], i: int) -> _Residual:
+        logs = regression.logs[rows]
+        constants = (logs[:, None] == np.unique(logs)).astype(float)
+        columns = np.column_stack([constants, regression.columns[rows, i]])
+        lengths = np.linalg.norm(columns, axis=0)
+        columns = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
+        left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+        taken_up = left[:, sizes > 1e-10 * sizes[0]]
+        target = regression.target[rows, i]
+        return cls(target - taken_up @ (taken_up.T @ target), taken_up)
+
+    @property
+    def squares(self) -> float:
+        return float(self.values @ self.values)
+
+    def taken(self, candidates: _Regression, rows: NDArray[np.bool_], i: int) -> NDArray[np.float64]:
+        """By how much each further entry would lower the sum of squares, (K,)."""
+        columns = np.nan_to_num(candidates.columns[rows, i])
+        length = np.linalg.norm(columns, axis=0)
+        columns = columns - self.taken_up @ (self.taken_up.T @ columns)
+        left = np.sum(columns**2, axis=0)
+        apart = left > 1e-8 * length**2
+        return np.where(apart, (self.values @ columns) ** 2 / np.where(apart, left, 1.0), 0.0)
+
+
+def _in_its_place(
+    found: Attribution, active: ActiveEffect, entry: Entry, manoeuvres: Sequence[Manoeuvre], asked: int
+) -> Finding | None:
+    """A term in an effect's place; None where it cannot be flown.
+
+    Without its fit: no flight is designed to tell apart what the channels of this one tell apart together.
+    """
+    completed = found.completed
+    others = [each for each in completed.effects if each.name != active.name]
+    try:
+        fit = refine_on(completed.with_terms([entry]), manoeuvres, FIT, others)
+    except EstimationError:
+        return None
+    error = float(deviations(fit, manoeuvres, quick=True).corrected[-1])
+    part = Part(entry, None, fit.model.value(entry), 0.0, error)
+    return found_among(part, asked, completed.cost - fit.cost, named((*active.name, "")))
+
+
+def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival]) -> Attribution:
+    """What was found with those rivals among its alternatives that are not there yet."""
+    known = {(other.kind, other.where, other.term, other.instead_of) for other in found.alternatives}
+    new = [rival.finding for rival in rivals]
+    new = [f for f in new if (f.kind, f.where, f.term, f.instead_of) not in known]
+    return replace(found, alternatives=(*found.alternatives, *new))

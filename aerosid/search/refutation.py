@@ -1,0 +1,93 @@
+"""Hold what was found against flights that were not fitted: what predicts them worse is not what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aerosid.errors import EstimationError
+from aerosid.estimation.evidence import unexplained_channels
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.open_loop import on_log, respond
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.search.findings import Part
+from aerosid.search.structure_search import StructureSearch
+
+CERTAIN = 25.0
+"""Squared errors in units of the noise by which a prediction must be worse: five deviations of one sample."""
+
+SHARE = 0.03
+"""And by which share of the whole: a model that is wrong elsewhere predicts a little better or worse by chance."""
+
+SHARE_IN_GUSTS = 0.25
+"""The same where a disturbance is among what was found: no open-loop simulation can follow it, and chance is more."""
+
+ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+"""A few units of -2 ln L do not decide whether a residual is noise."""
+
+
+def without_refuted(
+    completed: Refinement, search: StructureSearch, validation: Sequence[Manoeuvre]
+) -> tuple[Refinement, tuple[Part, ...]]:
+    """The estimate without the parts that make the prediction of other flights worse, and those parts.
+
+    Parameters
+    ----------
+    completed : Refinement
+        What was found on the flights that were fitted.
+    validation : sequence of Manoeuvre
+        Flights that were not; none: nothing is struck out.
+
+    Notes
+    -----
+    Of all parts the one whose loss predicts the other flights best is struck out, the rest re-estimated on the flights
+    that were fitted, and so on until none is left. The way is gone as far as the prediction becomes better for certain.
+    """
+    if not validation:
+        return completed, ()
+    share = SHARE_IN_GUSTS if completed.is_disturbed else SHARE
+    error = misfit(completed, validation)
+    held = current = completed
+    refuted: tuple[Part, ...] = ()
+    gone: tuple[Part, ...] = ()
+    while parts := search.parts(current, None):
+        tries = [(search.without(current, [part]), part) for part in parts]
+        errors = [misfit(trial, validation) for trial, _ in tries]
+        least = int(np.argmin(errors))
+        current, gone = tries[least][0], (*gone, tries[least][1])
+        if error > errors[least] + CERTAIN + share * errors[least]:
+            error, held, refuted = errors[least], current, gone
+    return held, refuted
+
+
+def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
+    """Squared errors of the open-loop predictions in units of the noise; infinite where one runs away."""
+    total = 0.0
+    for manoeuvre in manoeuvres:
+        rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
+        for name, value in rms.items():
+            i = OUTPUTS.index(name)
+            if value is None:
+                return float("inf")
+            count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())
+            total += count * (value / max(float(manoeuvre.noise[i]), 1e-12)) ** 2
+    return total
+
+
+def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
+    try:
+        own = refine(
+            completed.model,
+            [manoeuvre],
+            completed.free,
+            effects=on_log(completed, manoeuvre),
+            variance=completed.variance,
+            settings=ANOTHER_FLIGHT,
+        )
+    except EstimationError:
+        return True
+    return bool(unexplained_channels(own, [manoeuvre]))

@@ -1,0 +1,203 @@
+"""Try other hypotheses in the place of each found part: take a better one, list those within reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from aerosid.effects import KINDS, InputEffect, OutputEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.evidence import Score
+from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.search.backward_elimination import inflation_of, pruned
+from aerosid.search.command_filters import is_no_filter
+from aerosid.search.finding_rows import finding_of
+from aerosid.search.findings import Finding, Part, named
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.trial_fits import lightened, shortlisted, start_with, tried
+
+NEARLY_ALL = 0.02
+"""Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
+
+STAND_IN_SHARE = 0.5
+"""Share of the loss, linear in the number of an effect that is not, from which a stand-in is worth a fit."""
+
+RIVAL_SHARE = 0.75
+"""Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
+
+OTHERWISE_GOOD = 0.5
+"""Share of what a hypothesis brings in the place of a part, from which, brought beside it, it says something else."""
+
+RAREST = max(kind.rarity for kind in KINDS.values())
+"""What a rival may lose by its rareness alone and still be listed."""
+
+SURELY_APART = 20.0
+"""Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
+
+
+def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
+    """Try others in the place of each found part: take a better one, list those within reach."""
+    listed: list[Finding] = []
+    done: set[tuple[str, str, str]] = set()
+    for _ in range(2 * search.settings.rounds):
+        groups = [group for group in search.groups(current) if group[0].label not in done]
+        if not groups:
+            break
+        group = groups[0]
+        done.add(group[0].label)
+        # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
+        worth = partial(evident_price, search, inflation_of_parts(search, current, {part.label for part in group}))
+        reduced, trials = in_its_place(search, current, group)
+        best = min(trials, key=worth, default=None)
+        if best is not None and worth(best) < worth(current) and stands(search, best, reduced):
+            trials = [*(trial for trial in trials if trial is not best), current]
+            current = best
+            newest = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
+            done |= newest
+            listed = [other for other in listed if other.instead_of != named(group[0].label)]
+        listed.extend(within_reach(search, current, reduced, trials))
+    return current, tuple(listed)
+
+
+def alternatives(search: StructureSearch, current: Refinement) -> tuple[Finding, ...]:
+    """What could stand in the place of each found part, the estimate kept as it is."""
+    found: list[Finding] = []
+    for group in search.groups(current):
+        found.extend(within_reach(search, current, *in_its_place(search, current, group, alike=True)))
+    return tuple(found)
+
+
+def in_its_place(
+    search: StructureSearch, current: Refinement, group: Sequence[Part], *, alike: bool = False
+) -> tuple[Refinement, list[Refinement]]:
+    """The estimate without a group of parts, and with each rival that could take its place.
+
+    `alike`: none of those that bring much the same beside the group as in its place, which are about another thing.
+    """
+    margin = margin_of(search, current, {part.label for part in group})
+    if not has_rivals(search, current, group, margin):
+        return current, []
+    # All that is asked of the present estimate first: the fits beside the reduced one begin at its linearisation.
+    stand_ins = {score.hypothesis.label: score for score in stand_ins_for(search, current, group)}
+    beside = {id(score.hypothesis): score.gain for score in search.scores(current)} if alike else {}
+    reduced = search.without(current, group)
+    scores = search.scores(reduced)
+    rivals = {score.hypothesis.label: score for score in rivals_of(search, scores, group)}
+    if alike:
+        alone = {id(score.hypothesis): score.gain for score in scores}
+        rivals = {
+            label: score
+            for label, score in rivals.items()
+            if beside.get(id(score.hypothesis), 0.0) < OTHERWISE_GOOD * alone.get(id(score.hypothesis), np.inf)
+        }
+    # What does the same to the motion is found from where that motion is, not from the fit without it.
+    struck = search.struck_out(current, group)
+    further = [start_with(search, struck, score) for score in (*stand_ins.values(), *jumps_alike(search, group))]
+    margin += RAREST
+    rest = [score for label, score in rivals.items() if label not in stand_ins]
+    trials = tried(search, reduced, rest, search.price(current), margin, further)
+    return reduced, lightened(search, reduced, trials, search.price(current) + margin)
+
+
+def stands(search: StructureSearch, trial: Refinement, reduced: Refinement) -> bool:
+    """Whether an estimate needs all its parts, none of them a filter alone."""
+    return pruned(search, trial) is trial and is_no_filter(search, trial, reduced)
+
+
+def has_rivals(search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float) -> bool:
+    """Whether anything could win back nearly all that striking out a group costs.
+
+    Terms are judged without a fit; an effect that is far from linear in its number is always worth one.
+    """
+    entries = [part.entry for part in group if part.entry is not None]
+    if len(entries) < len(group):
+        return True
+    loss, scores = search.about(current).in_place_of(entries)
+    # A spline follows any curve closely; it counts where it does so to the last.
+    near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
+    return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+
+
+def stand_ins_for(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:
+    """Hypotheses that do about the same to the motion as a group of parts: so the rivals of a large effect show.
+
+    Where a large effect was struck out, the fit without it has moved so far that scores rank what follows the rest
+    of the misfit, not what could take its place.
+    """
+    effects = [part.active for part in group if part.active is not None]
+    if not effects or any(not isinstance(active.effect, OutputEffect | InputEffect) for active in effects):
+        return []
+    entries = [part.entry for part in group if part.entry is not None]
+    loss, scores = search.about(current).in_place_of(entries, effects)
+    return shortlisted(search, [score for score in scores if score.gain > STAND_IN_SHARE * loss])
+
+
+def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
+    """Hypotheses whose score, of those where a group was struck out, is not far below the group's own."""
+    labels = {part.label for part in group}
+
+    def is_own(hypothesis: Hypothesis) -> bool:
+        alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
+        return hypothesis.label in labels or bool(alike)
+
+    own = [s.gain for s in scores if is_own(s.hypothesis)]
+    others = [s for s in scores if not is_own(s.hypothesis)]
+    return shortlisted(search, [score for score in others if score.gain > RIVAL_SHARE * max(own, default=0.0)])
+
+
+def jumps_alike(search: StructureSearch, group: Sequence[Part]) -> list[Score]:
+    """Other kinds of sudden change at the moment of one that was found.
+
+    Where a jump was struck out the fit has moved so far that scores no longer show its moment.
+    """
+    time, found = group[0].time, group[0].active
+    if time is None or found is None:
+        return []
+    nearest = {
+        hypothesis.kind: replace(hypothesis, time=time)
+        for hypothesis in search.hypotheses
+        if hypothesis.time is not None
+        and hypothesis.kind not in (group[0].label[0], "step_change")
+        and hypothesis.effects[0].log == found.log
+    }
+    return [Score(each, 0.0, (0.0,) * each.parameters, 0.0) for each in nearest.values()]
+
+
+def within_reach(
+    search: StructureSearch, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]
+) -> list[Finding]:
+    """Those trials that the data hardly tell from the chosen estimate."""
+    base = {part.label for part in search.parts(reduced, None)}
+    chosen = [part.label for part in search.parts(current, None) if part.label not in base]
+    if not chosen:
+        return []
+    margin = margin_of(search, current, set(chosen))
+    base.update(chosen)
+    found: list[Finding] = []
+    for trial in trials:
+        # What is rarer loses a tie, and is as much within reach as before.
+        loss = search.price(trial) - search.rareness(trial) - search.price(current) + search.rareness(current)
+        if loss < margin:
+            spread = search.rough_deviations(trial)
+            others = [part for part in search.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
+            place = named(chosen[0])
+            found.extend(replace(finding_of(search, part, -loss, place), fit=trial) for part in others)
+    return found
+
+
+def margin_of(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+    """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
+    return search.settings.reach * inflation_of_parts(search, current, labels)
+
+
+def inflation_of_parts(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+    """By how much coloured residuals widen the variance of some parts, at least 1."""
+    return inflation_of(search, current, search.rough_deviations(current), labels)
+
+
+def evident_price(search: StructureSearch, inflation: float, trial: Refinement) -> float:
+    """-2 ln L, less what coloured residuals pretend of it, with what the numbers cost: a rarer name must be shown."""
+    return trial.cost / inflation + search.fare(trial)

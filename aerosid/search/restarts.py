@@ -1,0 +1,80 @@
+"""Begin again from the declared numbers where what is missing is gross."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.effects import frozen
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.evidence import Score
+from aerosid.estimation.fit_settings import TRIAL
+from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.search.command_filters import FILTERS
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.trial_fits import start_with
+
+PROFILE = 10
+"""Values of an effect of a control at which everything else is estimated: neighbours differ by less than twice."""
+
+REACH_OF_PROFILE = 3.0
+"""Times the largest trial value up to which they go."""
+
+
+def afresh(search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float) -> list[Start]:
+    """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
+
+    The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
+    all that is far from linear is asked too, whatever its score.
+    """
+    # Gusts and forces of any shape leave no gross residual to be led astray by.
+    if search.given is None or not search.is_gross(current) or current.is_disturbed:
+        return []
+    numbers = {entry: search.given.value(entry) for entry in search.declared.free if entry in search.given.entries}
+    values = current.model.values.copy()
+    for entry, value in numbers.items():
+        values[current.model.index(entry)] = value
+    untouched = replace(current, model=current.model.with_values(values))
+    asked = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in FILTERS]
+    filters = [h for h in search.open_hypotheses(current) if h.kind in FILTERS]
+    starts = profiled(search, untouched, filters, level)
+    for hypothesis, trial in asked:
+        effects = tuple(
+            replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
+            for a in hypothesis.effects
+        )
+        score = Score(replace(hypothesis, effects=effects), 0.0, (0.0,) * hypothesis.parameters, 0.0, trial)
+        starts.append(replace(start_with(search, untouched, score), states=None))
+    return starts
+
+
+def profiled(
+    search: StructureSearch, untouched: Refinement, hypotheses: Sequence[Hypothesis], level: float
+) -> list[Start]:
+    """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
+
+    A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
+    lag near the true one does the likelihood lead there.
+    """
+    starts, owners = [], []
+    for hypothesis in hypotheses:
+        (active,) = hypothesis.effects
+        parameter = active.effect.parameters[0]
+        last = min(REACH_OF_PROFILE * parameter.trials[-1], 0.99 * parameter.highest)
+        for value in np.geomspace(parameter.trials[0], last, PROFILE):
+            tried = replace(active, values=(float(value),))
+            effects = (*untouched.effects, frozen(tried))
+            starts.append(Start(untouched.model, untouched.free, effects, None, untouched.variance))
+            owners.append(tried)
+    if not starts:
+        return []
+    fits = contest(starts, search.manoeuvres, TRIAL, [search.fare(start) for start in starts], level)
+    found = []
+    for hypothesis in hypotheses:
+        own = [n for n, tried in enumerate(owners) if tried.name == (hypothesis.kind, hypothesis.where)]
+        n = min(own, key=lambda place: fits[place].cost)
+        effects = (*untouched.effects, owners[n])
+        found.append(Start(fits[n].model, untouched.free, effects, fits[n].states, fits[n].variance))
+    return found

@@ -1,0 +1,237 @@
+"""What a search for structure looks for, and how it asks, prices and judges.
+
+A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
+is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
+at, and it stays so beside everything else that entered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
+from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sudden import GRID, is_sudden, moment
+from aerosid.estimation.effect_columns import with_columns_of, with_offsets
+from aerosid.estimation.evidence import (
+    Deviations,
+    Linearised,
+    Score,
+    deviations,
+    score_hypotheses,
+    unexplained_channels,
+)
+from aerosid.estimation.fit_settings import TRIAL
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, Start, refine_on
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.terms import Term
+from aerosid.search.findings import Part
+from aerosid.search.settings import AttributionSettings
+
+UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
+"""Kinds whose effect is far from linear in their number."""
+
+GROSS = 3.0
+"""Times a channel's noise from which what the model leaves may have drawn every estimate far off."""
+
+
+class StructureSearch:
+    """One set of hypotheses on one set of manoeuvres, the price of an estimate, and what the last ones told."""
+
+    def __init__(
+        self,
+        manoeuvres: tuple[Manoeuvre, ...],
+        hypotheses: tuple[Hypothesis, ...],
+        stepping: tuple[str, ...],
+        declared: Refinement,
+        settings: AttributionSettings,
+        given: AerodynamicModel | None = None,
+    ) -> None:
+        self.given = given
+        self.manoeuvres = manoeuvres
+        self.stepping = stepping
+        self.hypotheses = hypotheses
+        self.declared = declared
+        self.settings = settings
+        self.linearised: tuple[Refinement, Linearised] | None = None
+        self.plain: tuple[Refinement, Linearised] | None = None
+        self.rough: tuple[Refinement, Deviations] | None = None
+        self.struck: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
+        self.noise = np.sqrt(self.noise_level(declared))
+        self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
+
+    @property
+    def samples(self) -> int:
+        """Measured values in all manoeuvres and channels."""
+        return sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
+
+    def noise_level(self, start: Refinement) -> NDArray[np.float64]:
+        """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
+        squares = np.nan_to_num(np.array([manoeuvre.noise**2 for manoeuvre in self.manoeuvres]))
+        known = np.count_nonzero(squares, axis=0)
+        return np.where(known > 0, squares.sum(axis=0) / np.maximum(known, 1), start.variance)
+
+    def is_gross(self, current: Refinement) -> bool:
+        """Whether some channel's residual is many times its noise."""
+        return bool(np.any(np.sqrt(current.variance) > GROSS * np.nan_to_num(self.noise, nan=np.inf)))
+
+    def is_doubtful(self, current: Refinement) -> bool:
+        """Whether flow separation or disturbances may say it better: the model is still wrong, or is a staircase.
+
+        One sudden change is one event. Several on a flight follow whatever comes and goes, as a staircase does.
+        """
+        if current.held_to_data > 0.0:
+            return False
+        moments = {(active.log, round(moment(active))) for active in current.effects if is_sudden(active)}
+        logs = [log for log, _ in moments]
+        staircase = any(logs.count(log) > 1 for log in logs)
+        return staircase or bool(unexplained_channels(current, self.manoeuvres))
+
+    def price(self, trial: Refinement) -> float:
+        """-2 ln L with what its numbers cost."""
+        return trial.cost + self.fare(trial)
+
+    def fare(self, trial: Refinement | Start) -> float:
+        """What the numbers of an estimate cost."""
+        count = len(trial.free) + sum(map(searched_numbers, self.added_terms(trial)))
+        count += sum(len(active.values) for active in trial.effects)
+        return self.rareness(trial) + self.settings.price * count
+
+    def rareness(self, trial: Refinement | Start) -> float:
+        """What an estimate must bring beyond a commoner one that does the same."""
+        rare = sum(map(rarity, self.added_terms(trial)))
+        return rare + sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+
+    def added_terms(self, trial: Refinement | Start) -> list[Term]:
+        """The terms that are not declared."""
+        return [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
+
+    def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
+        """Everything that was added to the declared model, with deviations where they are given."""
+        parts = []
+        for n, entry in enumerate(current.free):
+            if entry not in self.declared.free:
+                error = float(spread.corrected[n]) if spread is not None else 0.0
+                parts.append(Part(entry, None, current.model.value(entry), 0.0, error))
+        place = 0
+        for active in current.effects:
+            if active.held:
+                continue  # declared
+            errors: tuple[float, ...] = ()
+            if isinstance(active.effect, NoiseEffect):
+                error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
+            elif spread is not None:
+                errors = tuple(float(number) for number in spread.effects[place : place + active.slopes])
+                error = errors[0]
+            else:
+                error = 0.0
+            parts.append(Part(None, active, active.values[0], active.effect.parameters[0].null, error, errors))
+            place += active.slopes
+        return parts
+
+    def groups(self, current: Refinement) -> list[list[Part]]:
+        """The added parts, jumps at about the same moment together."""
+        groups: dict[object, list[Part]] = {}
+        for part in self.parts(current, None):
+            if part.is_disturbance:
+                continue
+            groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
+        return list(groups.values())
+
+    def independent_gusts(self, active: ActiveEffect) -> float:
+        """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
+        length = 0.0
+        for manoeuvre in self.manoeuvres:
+            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.flight.measured[:, 0]))
+            length += float(np.ptp(time)) * speed
+        return max(length / active.values[-1], 1.0)
+
+    def rough_deviations(self, current: Refinement) -> Deviations:
+        """Deviations good enough for a search; those of the last estimate are kept."""
+        if self.rough is None or self.rough[0] is not current:
+            self.rough = current, deviations(current, self.manoeuvres, quick=True)
+        return self.rough[1]
+
+    def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
+        """Scores of all that the estimate does not hold yet, nor `without` names."""
+        if not without and current.held_to_data == 0.0:
+            return self.about(current).scores()
+        asked = self.open_hypotheses(current, without)
+        return score_hypotheses(self.asking(current, asked), self.manoeuvres, asked)
+
+    def open_hypotheses(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> list[Hypothesis]:
+        """All that the estimate does not hold yet, nor `without` names."""
+        held = {part.label for part in self.parts(current, None)} | set(without)
+        held |= {(*active.name, "") for active in current.effects if active.held}
+        return [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
+
+    def is_near_a_step(self, hypothesis: Hypothesis, current: Refinement) -> bool:
+        """Whether a step change is so close to one that is held already that it would only mend its edge."""
+        if hypothesis.time is None:
+            return False
+        manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
+        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / GRID
+        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
+        return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
+
+    def asking(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
+        """The estimate with the input columns that the effects of some hypotheses fill."""
+        room = self.with_room(current)
+        effects = [active for hypothesis in hypotheses for active in hypothesis.effects]
+        return replace(room, model=with_columns_of(room.model, effects))
+
+    def with_room(self, current: Refinement) -> Refinement:
+        """The estimate with input columns for step changes."""
+        if not self.stepping or current.held_to_data > 0.0:
+            return current
+        return replace(current, model=with_offsets(current.model, self.stepping))
+
+    def about(self, current: Refinement) -> Linearised:
+        """The estimate with all that may stand beside it, to second order; that of the last estimate is kept."""
+        if self.linearised is None or self.linearised[0] is not current:
+            asked = self.open_hypotheses(current)
+            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
+        return self.linearised[1]
+
+    def near(self, current: Refinement) -> Linearised:
+        """The estimate to second order, with nothing beside it unless that is known already."""
+        for known in (self.linearised, self.plain):
+            if known is not None and known[0] is current:
+                return known[1]
+        self.plain = current, Linearised(current, self.manoeuvres, ())
+        return self.plain[1]
+
+    def struck_out(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The structure without some parts, the other numbers as they were."""
+        entries = [part.entry for part in parts if part.entry is not None]
+        effects = [part.active for part in parts if part.active is not None]
+        return replace(
+            current,
+            model=current.model.without(entries),
+            free=tuple(entry for entry in current.free if entry not in entries),
+            effects=tuple(active for active in current.effects if active not in effects),
+        )
+
+    def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The estimate with parts struck out."""
+        struck = self.struck_out(current, parts)
+        entries = [part.entry for part in parts if part.entry is not None]
+
+        if current.effects or current.held_to_data > 0.0:
+            return refine_on(struck, self.manoeuvres, TRIAL)
+        # Terms alone have one likeliest set of numbers, wherever the search for it begins.
+        known = self.struck.get((struck.free, struck.model.columns))
+        if known is None:
+            near = self.near(current).without_terms(entries)
+            point = replace(near, values=np.array(struck.model.values))
+            known = refine_on(struck, self.manoeuvres, TRIAL, point=point)
+            known = known if known.converged else refine_on(struck, self.manoeuvres, TRIAL)
+            self.struck[struck.free, struck.model.columns] = known
+        return known

@@ -1,0 +1,353 @@
+"""Covariance of least-squares estimates where the residuals are coloured: plain, as published, and corrected.
+
+The plain covariance takes the residuals for white and is several times too small on real flights. Morelli & Klein's
+takes their measured autocorrelation, which is itself too small on short records: the fit has taken from the residuals
+what they had in common with the regressors, at just the frequencies that matter. The corrected one undoes that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+from scipy import signal
+
+from aerosid.signals.noise import autocovariance
+
+FloatArray = NDArray[np.float64]
+Group = tuple[FloatArray, FloatArray, float]
+
+_MAX_ORDER = 12
+_MOST_REFLECTION = 0.995  # a noise model must not remember for longer than records last
+_ROUNDS = 12
+_CONVERGED = 1e-4  # relative change of the noise's variance
+
+
+@dataclass(frozen=True)
+class ResidualCovariance:
+    """Three covariances of the same estimate, (m, m) each, and what was found about the residuals.
+
+    Attributes
+    ----------
+    white : (m, m) array
+        As if the residuals were white; on degrees of freedom, not on samples.
+    published : (m, m) array
+        With the autocorrelation of the residuals as they are: Morelli & Klein (1997).
+    corrected : (m, m) array
+        With the autocorrelation of the noise that leaves such residuals behind: to be used.
+    effective_samples : (groups,) array
+        How many white samples each group is worth for estimating a mean.
+    noise_deviations : (groups,) array
+        Standard deviation of each group's noise, in the unit of its residuals.
+    orders : tuple of int
+        Order of the autoregressive noise model of each group; 0 is white.
+    """
+
+    white: FloatArray
+    published: FloatArray
+    corrected: FloatArray
+    effective_samples: FloatArray
+    noise_deviations: FloatArray
+    orders: tuple[int, ...]
+
+
+def coloured_covariance(regressors: FloatArray, residuals: FloatArray) -> ResidualCovariance:
+    """The covariances of ordinary least-squares estimates, from the regressors (N, m) and the residuals (N,)."""
+    return coloured_covariance_groups([(regressors, residuals, 1.0)])
+
+
+def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
+    """The covariances of weighted least-squares estimates from several channels or logs.
+
+    Parameters
+    ----------
+    groups : sequence of (regressors, residuals, weight)
+        For each channel of each log: the regressors (or sensitivities of the output to the parameters), (N_i, m), the
+        residuals, (N_i,), uniformly spaced, NaN where missing, and the weight that the estimate gave to the squared
+        residual. Each group has its own autocorrelation; groups are taken as uncorrelated with each other.
+
+    Raises
+    ------
+    ValueError
+        Where there is no group, shapes disagree, or the regressors do not determine the estimates.
+
+    Notes
+    -----
+    With A = sum_i w_i X_i' X_i the covariance is A^-1 B A^-1, B = sum_i w_i^2 X_i' T_i X_i, T_i the Toeplitz matrix of
+    group i's noise autocovariance. `published` takes (1/N) sum_n r_n r_(n+k) of the residuals for it, at all lags
+    (Morelli & Klein 1997).
+
+    `corrected`: each residual is r_i = e_i - X_i A^-1 sum_j w_j X_j' e_j, so that for any noise autocovariance the
+    expected autocovariance of the residuals follows in closed form. The noise is modelled as autoregressive, of an
+    order that the corrected Akaike criterion chooses on the residuals (stricter ones miss model error under noise),
+    and its leading autocovariances are moved until the expected ones of the residuals are the measured ones. Products
+    with T_i are by FFT, lagged sums over few lags: O(N m log N).
+
+    95 % intervals (1.96 standard errors) from 470 samples of a doublet, five coefficients, cover: white noise 93-95 %,
+    AR(1) of 0.8 93-94 %, AR(1) of 0.95 90-94 %, AR(1) of 0.9 under as much white noise 91-93 %. Published: 87-93 %, and
+    57-70 % for the constant, whose frequency the residuals have lost altogether. White: 45-59 % for AR(1) of 0.8. What
+    the corrected one lacks is the scatter of the standard errors themselves.
+
+    References
+    ----------
+    Morelli & Klein (1997), Accuracy of aerodynamic model parameters estimated from flight test data, Journal of
+    Guidance, Control, and Dynamics 20 (1), 74-80. The correction is not in it.
+    """
+    rows, residuals, weights, masks = _checked(groups)
+    information = sum(w * x.T @ x for x, w in zip(rows, weights, strict=True))
+    scale = np.sqrt(np.diag(np.asarray(information)))
+    if not np.all(scale > 0.0):
+        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
+    # Columns of unit length: coefficients and their units differ by many powers of ten.
+    rows = [x / scale for x in rows]
+    inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
+    measured = [autocovariance(r, r.size - 1) for r in residuals]
+    published = _sandwich(inverse, rows, weights, measured)
+    orders = [_order(r, int(mask.sum())) for r, mask in zip(measured, masks, strict=True)]
+    noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
+    white_noise = noise
+    if any(orders):
+        white_noise = _noise_autocovariances(rows, weights, masks, inverse, measured, [0] * len(rows))
+    units = np.outer(scale, scale)
+    return ResidualCovariance(
+        white=_sandwich(inverse, rows, weights, white_noise) / units,
+        published=published / units,
+        corrected=_sandwich(inverse, rows, weights, noise) / units,
+        effective_samples=np.array(
+            [_effective(gamma, int(mask.sum())) for gamma, mask in zip(noise, masks, strict=True)]
+        ),
+        noise_deviations=np.array([np.sqrt(gamma[0]) for gamma in noise]),
+        orders=tuple(orders),
+    )
+
+
+def published_covariance_groups(groups: Sequence[Group]) -> FloatArray:
+    """The covariance (m, m) with the residuals' autocorrelation as it is: a quick look, a little too small.
+
+    As `coloured_covariance_groups(...).published`, without the noise models that the corrected one needs.
+
+    Raises
+    ------
+    ValueError
+        As there.
+    """
+    rows, residuals, weights, _ = _checked(groups)
+    scale = np.sqrt(np.diag(np.asarray(sum(w * x.T @ x for x, w in zip(rows, weights, strict=True)))))
+    if not np.all(scale > 0.0):
+        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
+    rows = [x / scale for x in rows]
+    inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
+    measured = [autocovariance(r, r.size - 1) for r in residuals]
+    return np.asarray(_sandwich(inverse, rows, weights, measured) / np.outer(scale, scale))
+
+
+def effective_samples(residual: FloatArray) -> float:
+    """How many white samples a residual (N,) with NaN where missing is worth for its mean: N over 1 + 2 sum rho_k."""
+    values = np.asarray(residual, dtype=np.float64)
+    count = int(np.isfinite(values).sum())
+    if count < 2:
+        return float(count)
+    measured = autocovariance(values, values.size - 1)
+    if measured[0] <= 0.0:
+        return float(count)
+    model, _, leading = _levinson(measured, _order(measured, count))
+    return _effective(_extend(model, leading, values.size), count)
+
+
+def _checked(
+    groups: Sequence[Group],
+) -> tuple[list[FloatArray], list[FloatArray], list[float], list[NDArray[np.bool_]]]:
+    """Regressors with zeros and residuals with NaN where either is missing, weights, masks of what is there."""
+    rows: list[FloatArray] = []
+    residuals: list[FloatArray] = []
+    weights: list[float] = []
+    masks: list[NDArray[np.bool_]] = []
+    for regressors, residual, weight in groups:
+        x = np.asarray(regressors, dtype=np.float64)
+        r = np.asarray(residual, dtype=np.float64)
+        if x.ndim != 2 or r.shape != x.shape[:1] or (rows and x.shape[1] != rows[0].shape[1]):
+            raise ValueError(f"regressors of shape {x.shape} and residuals of shape {r.shape} do not match")
+        mask = np.isfinite(r) & np.all(np.isfinite(x), axis=1)
+        if weight > 0.0 and mask.sum() >= 2:
+            rows.append(np.where(mask[:, None], x, 0.0))
+            residuals.append(np.where(mask, r, np.nan))
+            weights.append(float(weight))
+            masks.append(mask)
+    if not rows:
+        raise ValueError("no group holds two samples and a positive weight")
+    return rows, residuals, weights, masks
+
+
+def _inverse(weighted: list[FloatArray]) -> FloatArray:
+    """(sum X'X)^-1 through the triangle of an orthogonal factorisation of all rows."""
+    triangle = np.zeros((0, weighted[0].shape[1]))
+    for x in weighted:
+        triangle = np.asarray(np.linalg.qr(np.vstack((triangle, x)), mode="r"))
+    count = triangle.shape[1]
+    if triangle.shape[0] < count or np.min(np.abs(np.diag(triangle))) < 1e-13:
+        raise ValueError("the regressors are collinear within rounding: the estimates have no covariance")
+    root = np.linalg.solve(triangle, np.eye(count))
+    return np.asarray(root @ root.T)
+
+
+def _sandwich(
+    inverse: FloatArray, rows: list[FloatArray], weights: list[float], gammas: list[FloatArray]
+) -> FloatArray:
+    """A^-1 (sum w^2 X' T X) A^-1."""
+    middle = np.zeros_like(inverse)
+    for x, w, gamma in zip(rows, weights, gammas, strict=True):
+        middle += w**2 * _toeplitz_form(gamma, x)
+    middle = 0.5 * (middle + middle.T)
+    return np.asarray(inverse @ middle @ inverse)
+
+
+def _toeplitz_form(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
+    """X' T X with T_ij = gamma_|i-j|, (m, m): in the frequencies of `_toeplitz_times`, which need not be gone back."""
+    count = matrix.shape[0]
+    if not np.any(gamma[1:]):
+        return np.asarray(gamma[0] * (matrix.T @ matrix))
+    length, spectrum = _circle(gamma, count)
+    # Of a real series the negative frequencies are those above zero again, but for the one in the middle.
+    spectrum[1 : (length + 1) // 2] *= 2.0
+    waves = scipy.fft.rfft(matrix, length, axis=0)
+    parts = np.concatenate([waves.real, waves.imag])
+    return np.asarray(parts.T @ (np.concatenate([spectrum, spectrum])[:, None] * parts) / length)
+
+
+def _toeplitz_times(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
+    """T X with T_ij = gamma_|i-j|, (N, m), by circular convolution of twice the length."""
+    count = matrix.shape[0]
+    if not np.any(gamma[1:]):
+        return np.asarray(gamma[0] * matrix)
+    length, spectrum = _circle(gamma, count)
+    product = scipy.fft.irfft(spectrum[:, None] * scipy.fft.rfft(matrix, length, axis=0), length, axis=0)
+    return np.asarray(product[:count])
+
+
+def _circle(gamma: FloatArray, count: int) -> tuple[int, FloatArray]:
+    """Length of a circle that a Toeplitz matrix of `count` rows fits in, and the spectrum of its first column there."""
+    length = scipy.fft.next_fast_len(2 * count, real=True)
+    circle = np.zeros(length)
+    circle[:count] = gamma[:count]
+    circle[length - count + 1 :] = gamma[count - 1 : 0 : -1]
+    return length, scipy.fft.rfft(circle).real.copy()
+
+
+def _noise_autocovariances(
+    rows: list[FloatArray],
+    weights: list[float],
+    masks: list[NDArray[np.bool_]],
+    inverse: FloatArray,
+    measured: list[FloatArray],
+    orders: list[int],
+) -> list[FloatArray]:
+    """Autocovariances, at all lags, of autoregressive noise whose residuals are expected to have the measured ones."""
+    leading = [r[: order + 1].copy() for r, order in zip(measured, orders, strict=True)]
+    pairs = [_lagged(mask[:, None].astype(np.float64), mask[:, None].astype(np.float64), order)
+             for mask, order in zip(masks, orders, strict=True)]  # fmt: skip
+    noise = []
+    for start, residual in zip(leading, measured, strict=True):
+        model, _, consistent = _levinson(start, start.size - 1)
+        noise.append(_extend(model, consistent, residual.size))
+    for _ in range(_ROUNDS):
+        products = [
+            np.where(mask[:, None], _toeplitz_times(gamma, x), 0.0)
+            for gamma, x, mask in zip(noise, rows, masks, strict=True)
+        ]
+        middle = sum(w**2 * x.T @ p for x, p, w in zip(rows, products, weights, strict=True))
+        outer = inverse @ np.asarray(middle) @ inverse
+        change = 0.0
+        for i, order in enumerate(orders):
+            x, lags = rows[i], np.arange(order + 1)
+            projected = x @ inverse
+            lost = weights[i] * (_lagged(products[i], projected, order) + _lagged(projected, products[i], order))
+            expected = pairs[i] * noise[i][: order + 1] - lost + _lagged(x, x @ outer, order)
+            # The measured autocovariance is scaled to (N - k)/N of the mean over the pairs that are there.
+            observed = measured[i][: order + 1] / ((x.shape[0] - lags) / x.shape[0]) * pairs[i]
+            step = (observed - expected) / pairs[i]
+            # The variance must stay positive: with as many parameters as samples nothing can be known.
+            leading[i] = leading[i] + step
+            leading[i][0] = max(leading[i][0], 0.5 * noise[i][0])
+            model, _, consistent = _levinson(leading[i], order)
+            updated = _extend(model, consistent, x.shape[0])
+            change = max(change, float(np.max(np.abs(step))) / max(updated[0], np.finfo(float).tiny))
+            leading[i], noise[i] = updated[: order + 1].copy(), updated
+        if change < _CONVERGED:
+            break
+    return noise
+
+
+def _lagged(one: FloatArray, two: FloatArray, max_lag: int) -> FloatArray:
+    """sum_n sum_c one[n, c] two[n + k, c] for k = 0 .. max_lag."""
+    count = one.shape[0]
+    return np.array([np.vdot(one[: count - k], two[k:]) for k in range(max_lag + 1)])
+
+
+def _order(measured: FloatArray, count: int) -> int:
+    """The autoregressive order that the corrected Akaike criterion chooses, 0 for white residuals."""
+    highest = min(_MAX_ORDER, count // 20, measured.size - 1)
+    if measured[0] <= 0.0:
+        return 0
+    criteria = []
+    for order, innovation in enumerate(_levinson(measured, highest)[1]):
+        parameters = order + 1
+        penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
+        criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
+    return int(np.argmin(criteria))
+
+
+def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], FloatArray]:
+    """Coefficients a of e_n = x_n - sum a_k x_(n-k), the variance of e, and the autocovariances of that process.
+
+    The variance is given of every order from 0 on.
+
+    Reflections are held inside 0.995, so that the process is stationary whatever the given autocovariances are; the
+    returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
+    """
+    coefficients = np.zeros(order)
+    consistent = np.zeros(order + 1)
+    consistent[0] = innovation = max(float(gamma[0]), 0.0)
+    innovations = [innovation]
+    for k in range(1, order + 1):
+        if innovation <= 0.0:
+            innovations += [innovation] * (order + 1 - k)
+            break
+        known = coefficients[: k - 1]
+        predicted = float(known @ consistent[k - 1 : 0 : -1])
+        reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
+        reflection = min(max(reflection, -_MOST_REFLECTION), _MOST_REFLECTION)
+        consistent[k] = predicted + reflection * innovation
+        coefficients[:k] = np.append(known - reflection * known[::-1], reflection)
+        innovation *= 1.0 - reflection**2
+        innovations.append(innovation)
+    return coefficients, innovations, consistent
+
+
+def _extend(model: FloatArray, leading: FloatArray, count: int) -> FloatArray:
+    """Autocovariance, lags 0 .. count - 1, of the autoregressive process whose leading ones are given."""
+    order = model.size
+    gamma = np.zeros(max(count, order + 1))
+    gamma[: order + 1] = leading
+    if order > 0:
+        _recurse_lags(model, gamma, order + 1)
+    return gamma[:count]
+
+
+def _recurse_lags(model: FloatArray, gamma: FloatArray, first: int) -> None:
+    """gamma_k = sum_j a_j gamma_(k-j) from lag `first` on, in place."""
+    order = model.size
+    denominator = np.concatenate(([1.0], -model))
+    state = signal.lfiltic([1.0], denominator, gamma[first - 1 :: -1][:order])
+    gamma[first:], _ = signal.lfilter([1.0], denominator, np.zeros(gamma.size - first), zi=state)
+
+
+def _effective(gamma: FloatArray, count: int) -> float:
+    """N / sum_k (1 - |k|/N) rho_k, within 1 and N times 10."""
+    if gamma[0] <= 0.0:
+        return float(count)
+    lags = np.arange(1, gamma.size)
+    inflation = 1.0 + 2.0 * float(np.sum((1.0 - lags / gamma.size) * gamma[1:])) / gamma[0]
+    return float(np.clip(count / max(inflation, 0.1), 1.0, 10.0 * count))

@@ -1,0 +1,172 @@
+"""Smooth what drove a simulated flight away from its measurements: the fixed-interval solution for input errors.
+
+Along a simulated flight, linearised, the errors of the inputs (a disturbance, an unmodelled force) with a memory from
+sample to sample move states and outputs. From all measurements of the record follow the input errors of every sample
+and their covariance. The operator is linear: what it does to the residual it does to any other column.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit
+from aerosid.signals.sensor_dynamics import SensorStates, read_row
+from aerosid.signals.trace import Trace
+from aerosid.signals.whitening import InputNoise, propagate, propagate_with_sensors, step_with_sensors
+
+
+@njit
+def smooth_inputs(
+    held: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    trace: Trace,
+    output_variance: NDArray[np.float64],
+    noise: InputNoise,
+    sensors: SensorStates,
+    start: NDArray[np.float64],
+    errors: NDArray[np.float64],
+    variances: NDArray[np.float64],
+) -> None:
+    """Write the smoothed input errors (N, E, C) and their variances (N, E) of a whole record.
+
+    Parameters
+    ----------
+    held : (N, 8)
+        Which outputs were measured.
+    columns : (N, 8, C)
+        Differences from the simulated outputs, in SI.
+    trace : Trace
+        Linearisation along the simulated record.
+    output_variance : (8,)
+        Noise variance of each output, SI squared.
+    noise : InputNoise
+        Variance and memory of each input's error.
+    sensors : SensorStates
+        What the sensors make of the errors on their way.
+    start : (S, S)
+        Covariance at the first sample of the states, the input errors and the sensors' states.
+
+    Notes
+    -----
+    Filter forward, adjoint backward (the modified Bryson-Frazier form: Bierman, Automatica 9, 1973): no covariance is
+    inverted, so that inputs without noise and states without error are no obstacle. The costate is that of
+    Parameswaran & Raol 1994, eqs. (6)-(8), with lambda = 0 at the record's end.
+    """
+    samples, _, width = columns.shape
+    extra = noise.variance.shape[0]
+    plain, size = 5 + extra, start.shape[0]
+    before = np.zeros((samples, size, size))
+    predicted = np.zeros((samples, size, width))
+    gains = np.zeros((samples, 8, size))
+    spreads = np.zeros((samples, 8))
+    innovations = np.zeros((samples, 8, width))
+    cov = start.copy()
+    x, moved = np.zeros((size, width)), np.zeros((5, width))
+    propagated, row = np.zeros((5, plain)), np.zeros(size)
+    transition, half, entry = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, extra))
+    for k in range(samples):
+        before[k] = cov
+        predicted[k] = x
+        for i in range(8):
+            if not held[k, i]:
+                continue
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            spread = output_variance[i]
+            for a in range(size):
+                total = 0.0
+                for b in range(size):
+                    total += cov[a, b] * row[b]
+                gains[k, i, a] = total
+                spread += row[a] * total
+            spreads[k, i] = spread
+            for c in range(width):
+                total = columns[k, i, c]
+                for a in range(size):
+                    total -= row[a] * x[a, c]
+                innovations[k, i, c] = total
+            for a in range(size):
+                gains[k, i, a] /= spread
+            for a in range(size):
+                for b in range(size):
+                    cov[a, b] -= gains[k, i, a] * gains[k, i, b] * spread
+                for c in range(width):
+                    x[a, c] += gains[k, i, a] * innovations[k, i, c]
+        if k + 1 == samples:
+            break
+        if size > plain:
+            step_with_sensors(trace, k, noise, sensors, transition, entry)
+            x[:, :] = transition @ x
+            propagate_with_sensors(cov, transition, entry, noise, half)
+            continue
+        for a in range(5):
+            for c in range(width):
+                total = 0.0
+                for b in range(5):
+                    total += trace.transition[k, a, b] * x[b, c]
+                for j in range(extra):
+                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * x[5 + j, c]
+                moved[a, c] = total
+        x[:5] = moved
+        for j in range(extra):
+            for c in range(width):
+                x[5 + j, c] *= noise.memory[j]
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, noise.variance.shape[0])
+    costate, information = np.zeros((size, width)), np.zeros((size, size))
+    for back in range(samples):
+        k = samples - 1 - back
+        for turn in range(8):
+            i = 7 - turn
+            if not held[k, i]:
+                continue
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information)
+        for j in range(extra):
+            place = 5 + j
+            for c in range(width):
+                total = predicted[k, place, c]
+                for a in range(size):
+                    total -= before[k, place, a] * costate[a, c]
+                errors[k, j, c] = total
+            variance = before[k, place, place]
+            for a in range(size):
+                for b in range(size):
+                    variance -= before[k, place, a] * information[a, b] * before[k, b, place]
+            variances[k, j] = max(variance, 0.0)
+        if k > 0:
+            step_with_sensors(trace, k - 1, noise, sensors, transition, entry)
+            costate[:, :] = transition.T @ costate
+            information[:, :] = transition.T @ information @ transition
+
+
+@njit
+def _take_measurement(
+    row: NDArray[np.float64],
+    gain: NDArray[np.float64],
+    spread: float,
+    innovation: NDArray[np.float64],
+    costate: NDArray[np.float64],
+    information: NDArray[np.float64],
+) -> None:
+    """Carry costate (S, C) and information (S, S) back over one measurement, in place.
+
+    lambda <- (I - K h)' lambda - h e / s and Lambda <- (I - K h)' Lambda (I - K h) + h h' / s.
+    """
+    size, width = costate.shape
+    for c in range(width):
+        along = 0.0
+        for a in range(size):
+            along += gain[a] * costate[a, c]
+        along += innovation[c] / spread
+        for a in range(size):
+            costate[a, c] -= row[a] * along
+    through = np.zeros(size)
+    quadratic = 1.0 / spread
+    for a in range(size):
+        for b in range(size):
+            through[a] += information[a, b] * gain[b]
+    for a in range(size):
+        quadratic += gain[a] * through[a]
+    for a in range(size):
+        for b in range(size):
+            information[a, b] += row[a] * row[b] * quadratic - row[a] * through[b] - through[a] * row[b]

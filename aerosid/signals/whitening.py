@@ -1,0 +1,390 @@
+"""Whiten residuals of an open-loop simulation: the noise of measured inputs acts on the aircraft as process noise.
+
+The noise of each sample of a measured surface moves the simulated states in the intervals on both sides of the sample
+and, directly, the accelerometers. The filter here knows that path along the simulated flight and turns residuals, and
+every column of sensitivities alike, into ones of unit variance without correlation. It is linear: what it does to the
+residual it does to a candidate.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit, njit_inline
+from aerosid.signals.sensor_dynamics import SensorStates, read_row
+from aerosid.signals.trace import Trace, among_inputs, carry_columns
+
+
+class InputNoise(NamedTuple):
+    """Noise of the extra inputs: `variance` (E) of each sample, SI squared; `memory` (E) its correlation with the last.
+
+    memory 0 is white (a measured surface); exp(-dt/T) a disturbance with correlation time T that no channel shows.
+    """
+
+    variance: NDArray[np.float64]
+    memory: NDArray[np.float64]
+
+
+def noisy_inputs_alone(noise: InputNoise, trace: Trace) -> tuple[InputNoise, Trace]:
+    """The noise, and the linearisation along a stretch, without the inputs that are free of noise.
+
+    They change nothing, and the work of whitening grows with the square of how many there are.
+    """
+    noisy = np.flatnonzero(noise.variance > 0.0)
+    if noisy.size == noise.variance.size:
+        return noise, trace
+    return InputNoise(noise.variance[noisy], noise.memory[noisy]), among_inputs(trace, noisy)
+
+
+class WhiteningCarry(NamedTuple):
+    """What passes between stretches, changed in place; C columns (the residual first), S = 5 + E + sensors' states.
+
+    `deviation` (S, C) estimated error of states, inputs and sensors; `covariance` (S, S).
+    """
+
+    deviation: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+
+def make_whitening_carry(noise: InputNoise, columns: int, trace: Trace, sensors: SensorStates) -> WhiteningCarry:
+    """The carry at the first sample: the initial state is a parameter, so that only the inputs are uncertain."""
+    covariance = initial_covariance(np.zeros((5, 5)), noise, trace, sensors)
+    return WhiteningCarry(np.zeros((covariance.shape[0], columns)), covariance)
+
+
+def initial_covariance(
+    state_covariance: NDArray[np.float64], noise: InputNoise, trace: Trace, sensors: SensorStates
+) -> NDArray[np.float64]:
+    """Covariance (S, S) of states, input errors and sensors' states at the first sample, where sensors are at rest."""
+    extra = noise.variance.size
+    plain = np.zeros((5 + extra, 5 + extra))
+    plain[:5, :5] = state_covariance
+    plain[5:, 5:] = np.diag(noise.variance)
+    if sensors.source.size == 0:
+        return plain
+    shown = np.concatenate([trace.outputs_x[0], trace.outputs_u[0]], axis=1)
+    whole = np.vstack([np.eye(plain.shape[0]), sensors.steady[:, None] * shown[sensors.source]])
+    return np.ascontiguousarray(whole @ plain @ whole.T)
+
+
+@njit
+def whiten_stretch(
+    held: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    trace: Trace,
+    output_variance: NDArray[np.float64],
+    noise: InputNoise,
+    sensors: SensorStates,
+    carry: WhiteningCarry,
+) -> float:
+    """Whiten `columns` in place and move `carry` on; returns the sum of the logarithms of the innovation variances.
+
+    Parameters
+    ----------
+    held : (n, 8)
+        Which outputs were measured.
+    columns : (n, 8, C)
+        The residual (measured minus simulated) and the derivatives of the simulated outputs.
+    trace : Trace
+        Linearisation along the simulated stretch.
+    output_variance : (8,)
+        Noise variance of each output, SI squared.
+    sensors : SensorStates
+        What the sensors make of the noise on its way.
+
+    Notes
+    -----
+    Measurements of a sample enter one after the other, so that no matrix is factored.
+    """
+    extra, size, width = noise.variance.shape[0], carry.covariance.shape[0], columns.shape[2]
+    room = Room(
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, width)),
+        np.zeros((5, 5 + extra)),
+        np.zeros((size, size)),
+        np.zeros((size, size)),
+        np.zeros((size, extra)),
+    )
+    if extra == 1 and size == 6:  # one measured surface and sensors at once: loops of known length are unrolled
+        return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, 1, 6)
+    return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, extra, size)
+
+
+class Room(NamedTuple):
+    """Room for one sample, of S states in all: `moved` (S, C), `transition` and `half` (S, S), `entry` (S, E)."""
+
+    row: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    kept: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    propagated: NDArray[np.float64]
+    half: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    entry: NDArray[np.float64]
+
+
+@njit_inline
+def _whiten(
+    held: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    trace: Trace,
+    output_variance: NDArray[np.float64],
+    noise: InputNoise,
+    sensors: SensorStates,
+    carry: WhiteningCarry,
+    room: Room,
+    extra: int,
+    size: int,
+) -> float:
+    """As `whiten_stretch`, in work arrays that are given; `extra` inputs, `size` states in all."""
+    deviation, cov = carry
+    row, gain, kept, moved, propagated, half, transition, entry = room
+    width = columns.shape[2]
+    active = False
+    for j in range(extra):
+        if noise.variance[j] > 0.0:
+            active = True
+    log_sum = 0.0
+    for k in range(columns.shape[0]):
+        volume = 1.0  # eight variances at most: their product is far from the ends of what a number holds
+        for i in range(8):
+            if not held[k, i]:
+                for c in range(width):
+                    columns[k, i, c] = 0.0
+                continue
+            spread = output_variance[i]
+            if active:
+                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+                for a in range(size):
+                    kept[a] = 0.0
+                for b in range(size):
+                    slope = row[b]
+                    if slope != 0.0:
+                        for a in range(size):
+                            kept[a] += cov[b, a] * slope
+                for a in range(size):
+                    spread += row[a] * kept[a]
+                inverse = 1.0 / spread
+                for a in range(size):
+                    gain[a] = kept[a] * inverse
+                for a in range(size):
+                    for b in range(a + 1):
+                        left = cov[a, b] - gain[a] * kept[b]
+                        cov[a, b] = left
+                        cov[b, a] = left
+                _take_in(columns[k, i], deviation, row, gain, size)
+            scale = 1.0 / np.sqrt(spread)
+            volume *= spread
+            for c in range(width):
+                columns[k, i, c] *= scale
+        log_sum += np.log(volume)
+        if not active:
+            continue
+        if size > 5 + extra:
+            step_with_sensors(trace, k, noise, sensors, transition, entry)
+            _carry_with_sensors(deviation, transition, moved)
+            propagate_with_sensors(cov, transition, entry, noise, half)
+            continue
+        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved, extra)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra)
+    return log_sum
+
+
+@njit_inline
+def _take_in(
+    column: NDArray[np.float64],
+    deviation: NDArray[np.float64],
+    row: NDArray[np.float64],
+    gain: NDArray[np.float64],
+    size: int,
+) -> None:
+    """Take out of one output's columns (C,) what is known of them, and learn from the rest."""
+    width = column.shape[0]
+    by_u, by_w, by_q, by_theta = row[0], row[1], row[2], row[3]
+    for c in range(width):
+        column[c] -= (by_u * deviation[0, c] + by_w * deviation[1, c]) + (
+            by_q * deviation[2, c] + by_theta * deviation[3, c]
+        )
+    for a in range(4, size):
+        slope = row[a]
+        if slope != 0.0:
+            for c in range(width):
+                column[c] -= slope * deviation[a, c]
+    for a in range(size):
+        learnt = gain[a]
+        if learnt != 0.0:
+            for c in range(width):
+                deviation[a, c] += learnt * column[c]
+
+
+@njit_inline
+def _carry_on(
+    deviation: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    noise: InputNoise,
+    moved: NDArray[np.float64],
+    extra: int,
+) -> None:
+    """The estimated errors at the next sample, in place; `moved` is room to work."""
+    width = deviation.shape[1]
+    carry_columns(transition, deviation, moved)
+    for a in range(5):
+        for j in range(extra):
+            push = start[a, j] + end[a, j] * noise.memory[j]
+            if push != 0.0 and noise.variance[j] > 0.0:
+                for c in range(width):
+                    moved[a, c] += push * deviation[5 + j, c]
+        for c in range(width):
+            deviation[a, c] = moved[a, c]
+    for j in range(extra):
+        memory = noise.memory[j]
+        for c in range(width):
+            deviation[5 + j, c] *= memory
+
+
+@njit_inline
+def _carry_with_sensors(
+    deviation: NDArray[np.float64], transition: NDArray[np.float64], moved: NDArray[np.float64]
+) -> None:
+    """The estimated errors of states, inputs and sensors at the next sample, in place; `moved` is room to work."""
+    size, width = deviation.shape
+    for a in range(size):
+        for c in range(width):
+            moved[a, c] = 0.0
+        for b in range(size):
+            share = transition[a, b]
+            if share != 0.0:
+                for c in range(width):
+                    moved[a, c] += share * deviation[b, c]
+    for a in range(size):
+        for c in range(width):
+            deviation[a, c] = moved[a, c]
+
+
+@njit_inline
+def step_with_sensors(
+    trace: Trace,
+    k: int,
+    noise: InputNoise,
+    sensors: SensorStates,
+    transition: NDArray[np.float64],
+    entry: NDArray[np.float64],
+) -> None:
+    """Write the step of states, input errors and sensors from sample k: z+ = `transition` z + `entry` v.
+
+    v (E,) is the fresh part of the inputs' errors. After the last sample of a stretch the outputs' slopes are kept.
+    """
+    extra = noise.variance.shape[0]
+    plain = 5 + extra
+    after = min(k + 1, trace.outputs_x.shape[0] - 1)
+    for a in range(transition.shape[0]):
+        for b in range(transition.shape[0]):
+            transition[a, b] = 0.0
+        for j in range(extra):
+            entry[a, j] = 0.0
+    for a in range(5):
+        for b in range(5):
+            transition[a, b] = trace.transition[k, a, b]
+        for j in range(extra):
+            transition[a, 5 + j] = trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]
+            entry[a, j] = trace.end[k, a, j]
+    for j in range(extra):
+        transition[5 + j, 5 + j] = noise.memory[j]
+        entry[5 + j, j] = 1.0
+    for m in range(sensors.source.shape[0]):
+        i = sensors.source[m]
+        for b in range(plain):
+            before = trace.outputs_x[k, i, b] if b < 5 else trace.outputs_u[k, i, b - 5]
+            transition[plain + m, b] += sensors.old[m] * before
+            slope = trace.outputs_x[after, i, b] if b < 5 else trace.outputs_u[after, i, b - 5]
+            if slope != 0.0:
+                for c in range(plain):
+                    transition[plain + m, c] += sensors.new[m] * slope * transition[b, c]
+                for j in range(extra):
+                    entry[plain + m, j] += sensors.new[m] * slope * entry[b, j]
+        for other in range(sensors.source.shape[0]):
+            transition[plain + m, plain + other] = sensors.memory[m, other]
+
+
+@njit_inline
+def propagate(
+    cov: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    noise: InputNoise,
+    propagated: NDArray[np.float64],
+    extra: int,
+) -> None:
+    """Covariance of state and input error at the next sample: eq. (11), `extra` inputs' noise being the model error.
+
+    With w+ = m w + v the state moves as Phi x + (start + m end) w + end v; v has the variance (1 - m^2) of w's own.
+    """
+    size = 5 + extra
+    for a in range(5):
+        for b in range(size):
+            total = 0.0
+            for c in range(5):
+                total += transition[a, c] * cov[c, b]
+            for j in range(extra):
+                total += (start[a, j] + end[a, j] * noise.memory[j]) * cov[5 + j, b]
+            propagated[a, b] = total
+    for a in range(5):
+        for b in range(a + 1):
+            total = 0.0
+            for c in range(5):
+                total += propagated[a, c] * transition[b, c]
+            for j in range(extra):
+                fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
+                total += propagated[a, 5 + j] * (start[b, j] + end[b, j] * noise.memory[j])
+                total += end[a, j] * fresh * end[b, j]
+            cov[a, b] = total
+            cov[b, a] = total
+    for j in range(extra):
+        for i in range(j + 1):
+            value = noise.memory[i] * cov[5 + i, 5 + j] * noise.memory[j]
+            cov[5 + i, 5 + j] = value
+            cov[5 + j, 5 + i] = value
+        fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
+        cov[5 + j, 5 + j] += fresh
+        for a in range(5):
+            value = propagated[a, 5 + j] * noise.memory[j] + end[a, j] * fresh
+            cov[a, 5 + j] = value
+            cov[5 + j, a] = value
+
+
+@njit_inline
+def propagate_with_sensors(
+    cov: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    entry: NDArray[np.float64],
+    noise: InputNoise,
+    half: NDArray[np.float64],
+) -> None:
+    """Covariance of states, input errors and sensors at the next sample: eq. (11) again; `half` is room to work."""
+    size = cov.shape[0]
+    for a in range(size):
+        for b in range(size):
+            half[a, b] = 0.0
+        for c in range(size):
+            if transition[a, c] != 0.0:
+                for b in range(size):
+                    half[a, b] += transition[a, c] * cov[c, b]
+    for a in range(size):
+        for b in range(size):
+            total = 0.0
+            for c in range(size):
+                total += half[a, c] * transition[b, c]
+            cov[a, b] = total
+    for j in range(noise.variance.shape[0]):
+        fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
+        for a in range(cov.shape[0]):
+            for b in range(cov.shape[0]):
+                cov[a, b] += entry[a, j] * fresh * entry[b, j]

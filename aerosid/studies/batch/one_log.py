@@ -1,0 +1,126 @@
+"""What a batch does with one log: close its loop, write its report, and keep what tables need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft
+from aerosid.errors import LogError
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.result import ClosedLoop
+from aerosid.reporting import write_report
+from aerosid.studies.journal import Row
+
+CONDITION = ("V", "h", "mach", "alpha")
+"""Channels that say at which condition a manoeuvre began, SI."""
+
+TRIM_TIME = 1.0
+"""s; the condition is the mean over the first of the log, before the manoeuvre changes it."""
+
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class BatchTask:
+    """All that the logs of a batch share; sent to workers.
+
+    Attributes
+    ----------
+    paths : mapping of str to (path, name)
+        Each item's log.
+    aircraft : Aircraft
+    channels : Path or None
+        The channel map for all logs.
+    reports : Path or None
+        Where each log's report goes, in a folder of its name; None: none is written.
+    settings : LoopSettings
+    """
+
+    paths: Mapping[str, tuple[str, str]]
+    aircraft: Aircraft
+    channels: Path | None
+    reports: Path | None
+    settings: LoopSettings
+
+
+def close_one(task: BatchTask, key: str) -> Row:
+    """The result of one log: verdict, effects, derivatives, condition and errors, as JSON holds them.
+
+    Raises
+    ------
+    AerosidError
+        As `read_log` and `close_loop`.
+    """
+    path, name = task.paths[key]
+    log = read_log(path, task.channels)
+    if log.samples < FEWEST:
+        raise LogError(f"{path}: {log.samples} samples are too few to estimate anything; give at least {FEWEST}.")
+    result = close_loop([log], task.aircraft, settings=task.settings)
+    if task.reports is not None:
+        write_report(result, task.reports / name, interactive=False)  # 5 MB less a log
+    return summary_row(result)
+
+
+def summary_row(result: ClosedLoop) -> Row:
+    """What tables over manoeuvres need of one loop."""
+    (log,) = result.identification
+    return {
+        "sha256": log.sha256,
+        "verdict": result.verdict.name.lower(),
+        "summary": result.summary,
+        "condition": {name: _at_first(log, name) for name in CONDITION},
+        "effects": [
+            {
+                "kind": e.kind,
+                "where": e.where,
+                "term": e.term,
+                "value": _finite(e.value),
+                "std_error": _finite(e.std_error),
+            }
+            for e in result.effects
+        ],
+        "derivatives": [
+            {
+                "coefficient": row.coefficient,
+                "term": row.term,
+                "declared": row.declared,
+                "value": _finite(row.value),
+                "std_error": row.std_error,
+                "std_error_white": row.std_error_white,
+                "shown": row.shown,
+            }
+            for row in result.derivatives
+        ],
+        "error": [
+            {
+                "channel": row.channel,
+                "unit": row.unit,
+                "before": row.before,
+                "after": row.after,
+                "noise": _finite(row.noise),
+            }
+            for row in result.errors
+        ],
+    }
+
+
+def _at_first(log: FlightLog, name: str) -> float | None:
+    """Mean over the first second, of at least five samples; None where the channel is not there."""
+    if name not in log:
+        return None
+    held = np.isfinite(log[name])
+    first = np.flatnonzero(held & (log.time <= log.time[0] + TRIM_TIME))
+    if first.size < 5:
+        first = np.flatnonzero(held)[:5]
+    return float(np.mean(log[name][first])) if first.size else None
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

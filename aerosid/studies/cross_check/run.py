@@ -1,0 +1,91 @@
+"""The whole cross-check, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from aerosid.errors import UsageError
+from aerosid.studies.cross_check.effects_check import PLANTED, EffectCheck, check_effects
+from aerosid.studies.cross_check.paper_flight import PaperFlight, check_paper
+from aerosid.studies.cross_check.stock_check import StockCheck, check_aircraft, require_condition
+from aerosid.studies.jsbsim.flight import jsbsim_version
+from aerosid.studies.jsbsim.process import require_jsbsim
+from aerosid.studies.paper.table4 import SNRS
+
+AIRCRAFT = ("L410", "DHC6", "c310", "t6texan2", "fokker50", "737")
+AMPLITUDE = 0.04
+"""rad: alpha moves by 2 to 4 degrees."""
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """What the cross-check found.
+
+    Attributes
+    ----------
+    jsbsim : str
+        Version.
+    seed : int
+    seeds : int
+        Of table 4.
+    amplitude : float
+        Of the stock aircraft's manoeuvres, rad.
+    paper : PaperFlight
+    aircraft : tuple of StockCheck
+    effects : tuple of EffectCheck
+    """
+
+    jsbsim: str
+    seed: int
+    seeds: int
+    amplitude: float
+    paper: PaperFlight
+    aircraft: tuple[StockCheck, ...]
+    effects: tuple[EffectCheck, ...]
+
+
+def steps(aircraft: Sequence[str], seeds: int) -> int:
+    """How often `cross_check` ticks."""
+    return 1 + seeds * sum(snr is not None for snr in SNRS) + len(aircraft) + len(PLANTED)
+
+
+def cross_check(
+    aircraft: Sequence[str] = AIRCRAFT,
+    *,
+    amplitude: float = AMPLITUDE,
+    seed: int = 0,
+    seeds: int = 50,
+    tick: Callable[[int], None] = lambda _steps: None,
+) -> CrossCheck:
+    """Paper, stock aircraft and injected effects, all flown by JSBSim.
+
+    Parameters
+    ----------
+    aircraft : sequence of str
+        Of JSBSim, with a known flight condition.
+    amplitude : float
+        rad.
+    seed : int
+        Of the sensors' noise.
+    seeds : int
+        Noise records per signal-to-noise ratio in table 4.
+    tick : callable
+        Told how many steps are done.
+
+    Raises
+    ------
+    UsageError
+        Where JSBSim is missing, an aircraft has no known condition, or a number makes no check.
+    """
+    require_jsbsim()
+    if seeds < 2:
+        raise UsageError(f"--seeds is {seeds}; a mean with its spread needs at least 2.")
+    for name in aircraft:
+        require_condition(name)
+    paper = check_paper(seeds, tick)
+    checked = []
+    for name in aircraft:
+        checked.append(check_aircraft(name, amplitude, seed))
+        tick(1)
+    return CrossCheck(jsbsim_version(), seed, seeds, amplitude, paper, tuple(checked), check_effects(seed, tick))

@@ -1,0 +1,78 @@
+"""Write the pages and cross_check.json: all of them, or none under its final name."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from aerosid.file_set import text, write_files
+from aerosid.studies.cross_check.page import pages
+from aerosid.studies.cross_check.run import CrossCheck
+from aerosid.studies.cross_check.stock_check import StockCheck
+from aerosid.studies.paper import table3, table4
+
+
+def numbers(result: CrossCheck) -> dict[str, Any]:
+    """What cross_check.json holds."""
+    return {
+        "schema": 1,
+        "jsbsim": result.jsbsim,
+        "seed": result.seed,
+        "paper": {
+            "agreement": result.paper.agreement,
+            "table3": table3.json_rows(result.paper.table3),
+            "table4": table4.json_rows(result.paper.table4),
+        },
+        "aircraft": [_aircraft(check) for check in result.aircraft],
+        "effects": [
+            {
+                "effect": check.planted.effect,
+                "aircraft": check.planted.aircraft,
+                "outcome": None if check.outcome is None else check.outcome.name.lower(),
+                "verdict": check.verdict.name.lower(),
+                "named": check.named,
+                "alternatives": check.alternatives,
+            }
+            for check in result.effects
+        ],
+    }
+
+
+def _aircraft(check: StockCheck) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "airspeed": check.airspeed,
+        "altitude": check.altitude,
+        "flown": check.flown,
+        "verdict": check.result.verdict.name.lower(),
+        "summary": check.result.summary,
+        "derivatives": [asdict(row) | {"truth": row.truth} for row in check.rows],
+        "error": [asdict(row) for row in check.errors],
+        "flown_again": check.flown_again,
+        "tables": [asdict(point) for point in check.tables],
+    }
+
+
+def _finite(value: Any) -> Any:
+    """The value with None in place of what JSON cannot hold."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def write_cross_check(result: CrossCheck, directory: Path) -> tuple[Path, ...]:
+    """The paths of the files written.
+
+    Raises
+    ------
+    UsageError
+        Where the folder cannot be made or written.
+    """
+    contents = pages(result)
+    contents["cross_check.json"] = json.dumps(_finite(numbers(result)), indent=1, allow_nan=False) + "\n"
+    return write_files(directory, {name: text(content) for name, content in contents.items()})

@@ -1,0 +1,86 @@
+"""Derivatives of JSBSim's own aerodynamics by central differences, with alphadot frozen and self-consistent.
+
+A force that depends on alphadot moves with alpha, q and the elevator as soon as the aircraft is free to answer. A model
+without alphadot can only find the self-consistent derivative; with alphadot it finds the frozen one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.studies.jsbsim.executive import Executive, State
+
+Array = NDArray[np.float64]
+
+COEFFICIENTS = ("C_X", "C_Z", "C_m")
+VARIABLES = ("alpha", "q_hat", "delta_e", "V_hat")
+_CLIMB = 0.6  # rad: a path angle that changes alphadot and nothing else
+_STEPS = {"alpha": 0.0026, "q": 0.005, "delta_e": 0.0026, "airspeed": 0.5}
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Derivatives (3, 4) of `COEFFICIENTS` with respect to `VARIABLES` about a state.
+
+    `at` (3,) the coefficients there; `self_consistent`, `frozen` (3, 4); `chord` (3, 4) self-consistent between the
+    ends of the flown range, NaN where a variable did not move; `alpha_dot_hat` (3,).
+    """
+
+    at: Array
+    self_consistent: Array
+    frozen: Array
+    chord: Array
+    alpha_dot_hat: Array
+
+    def as_lists(self) -> dict[str, Any]:
+        """For JSON; NaN becomes None."""
+        return {
+            name: [[None if not math.isfinite(x) else x for x in row] for row in np.atleast_2d(getattr(self, name))]
+            for name in ("at", "self_consistent", "frozen", "chord", "alpha_dot_hat")
+        }
+
+
+def differentiate(executive: Executive, trimmed: State, flown: Mapping[str, tuple[float, float]]) -> Slopes:
+    """Derivatives about a trim.
+
+    Parameters
+    ----------
+    executive : Executive
+        The aircraft.
+    trimmed : State
+        Where to.
+    flown : mapping of str to (float, float)
+        Least and greatest alpha [rad], q [rad/s], delta_e [rad] and airspeed [m/s] of the manoeuvre.
+    """
+    rate_scale = executive.mean_chord / (2.0 * trimmed.airspeed)
+    to_variable = {"alpha": 1.0, "q": rate_scale, "delta_e": 1.0, "airspeed": 1.0 / trimmed.airspeed}
+
+    def settled(state: State) -> tuple[Array, float]:
+        executive.freeze(state)
+        return executive.coefficients(), executive["aero/alphadot-rad_sec"] * rate_scale
+
+    at, rate = settled(trimmed)
+    climbing, slower = settled(replace(trimmed, path_angle=_CLIMB))
+    alpha_dot_hat = (climbing - at) / (slower - rate)
+    consistent, frozen, chord = (np.zeros((3, 4)) for _ in range(3))
+    for column, (name, step) in enumerate(_STEPS.items()):
+        here = getattr(trimmed, name)
+        above, rate_above = settled(replace(trimmed, **{name: here + step}))
+        below, rate_below = settled(replace(trimmed, **{name: here - step}))
+        width = 2.0 * step * to_variable[name]
+        consistent[:, column] = (above - below) / width
+        frozen[:, column] = consistent[:, column] - alpha_dot_hat * (rate_above - rate_below) / width
+        low, high = flown.get(name, (here, here))
+        if high - low < step:
+            chord[:, column] = np.nan
+            continue
+        top, _ = settled(replace(trimmed, **{name: high}))
+        bottom, _ = settled(replace(trimmed, **{name: low}))
+        chord[:, column] = (top - bottom) / ((high - low) * to_variable[name])
+    return Slopes(at, consistent, frozen, chord, alpha_dot_hat)

@@ -1,0 +1,356 @@
+"""Fly a plan: build the configurations, run JSBSim, and make the log, the declared aircraft and the truth of it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft
+from aerosid.errors import AircraftError, UsageError
+from aerosid.logs.flight_log import FlightLog
+from aerosid.nomenclature import CHANNELS
+from aerosid.reporting.export.jsbsim_functions import References
+from aerosid.reporting.export.jsbsim_units import FOOT, SLUG
+from aerosid.signals.delay_and_lag import delayed, lagged
+from aerosid.studies.jsbsim.configuration import driven_controls, thrust_force
+from aerosid.studies.jsbsim.declared import declared_aircraft
+from aerosid.studies.jsbsim.derivatives import COEFFICIENTS, VARIABLES
+from aerosid.studies.jsbsim.injected import InjectedEffect
+from aerosid.studies.jsbsim.injection import Body, Injection, inject, needs_slopes
+from aerosid.studies.jsbsim.plan import USUAL_NOISE, FlightPlan, JsbsimFlight
+from aerosid.studies.jsbsim.polynomial import geometry_and_mass, polynomial_aerodynamics, thrust_line
+from aerosid.studies.jsbsim.process import require_jsbsim, run_job
+from aerosid.studies.jsbsim.properties import DEVIATION, THRUST
+from aerosid.studies.jsbsim.stock import stock_parts
+
+Array = NDArray[np.float64]
+
+_ELEVATOR_TRAVEL = math.radians(25.0)
+_FLAP_TRAVEL = 30.0
+_APPLIED = ("control_lag", "control_delay", "control_rate_limit", "control_deadband")
+_SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a configuration is assembled from; see `stock.StockParts`.
+
+    `reads` are properties that must exist, `thrust` direction (x, z) and height below the centre of gravity [m].
+    """
+
+    elements: tuple[ET.Element, ...]
+    aerodynamics: ET.Element
+    reads: tuple[str, ...]
+    channels: tuple[str, ...]
+    elevator_limit: float
+    flap_limit: float
+    thrust: tuple[tuple[float, float], float]
+    properties: Mapping[str, float]
+    body: Body
+
+
+def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
+    """The flight of a plan.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+
+    Raises
+    ------
+    UsageError
+        Where JSBSim is not installed, or has no aircraft of that name, or an effect does not fit the aircraft.
+    AircraftError
+        Where the aircraft file declares an effect that JSBSim cannot apply.
+    EstimationError
+        Where no trim is found, the flight leaves its range, or JSBSim breaks down.
+    """
+    require_jsbsim()
+    _check(plan)
+    effects = (*_declared_effects(plan.aircraft), *plan.effects)
+    interval = float(plan.manoeuvre.time[1])
+    count = max(1, math.ceil(interval / plan.longest_frame - 1e-9))
+    frames = np.arange(float((plan.manoeuvre.time.size - 1) * count + 1)) * (interval / count)
+
+    slopes: dict[tuple[str, str], float] = {}
+    if needs_slopes(effects):
+        parts = _parts(plan, {})
+        answer, _ = run_job({"clean": _configuration(parts, None)}, _job(plan, parts, "trim", interval / count))
+        slopes = slopes_by_name(answer["slopes"]["self_consistent"])
+    parts = _parts(plan, slopes)
+    injection = inject(effects, parts.body, frames, interval, plan.seed)
+    drives = {
+        **injection.drives,
+        DEVIATION: np.interp(frames, plan.manoeuvre.time, plan.manoeuvre.deviation),
+        THRUST: injection.thrust_share,
+    }
+    job = _job(plan, parts, "fly", interval / count) | {
+        "places": [
+            *injection.places,
+            *((f"external_reactions/{name}/location-{{x}}-in", 0.0, 0.0) for name in _points(injection)),
+        ],
+        "after_trim": injection.after_trim,
+        "attached": injection.attached,
+    }
+    configurations = {"clean": _configuration(parts, None), "flown": _configuration(parts, injection)}
+    answer, histories = run_job(configurations, job, drives)
+    histories |= {
+        "a_x": histories["force_x"] / histories["mass"],
+        "a_z": histories["force_z"] / histories["mass"],
+        "delta_e": answer["trim"]["delta_e"] + drives[DEVIATION],
+    }
+    log = _recorded(plan, effects, frames, count, histories, float(answer["trim"]["thrust"]))
+    aircraft = plan.aircraft
+    if isinstance(aircraft, str):
+        aircraft = declared_aircraft(stock_parts(aircraft).title, aircraft, answer, jsbsim_version())
+    truth = _truth(plan, answer, frames)
+    return JsbsimFlight(log, aircraft, truth, {name: values[::count] for name, values in histories.items()})
+
+
+def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) -> tuple[Array, Array]:
+    """C_X, C_Z and C_m of a plan's aircraft, without its injected effects, at other angles of attack: (A, 3).
+
+    Also alphadot there, rad/s, (A,), which they are consistent with.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+    trim : mapping of str to float
+        airspeed, delta_e and thrust, as the truth of a flight holds them; alphadot is self-consistent on a level path.
+    alphas : (A,)
+        rad.
+    """
+    require_jsbsim()
+    parts = _parts(plan, {})
+    states = [
+        {
+            "airspeed": plan.airspeed,
+            "alpha": float(alpha),
+            "q": 0.0,
+            "delta_e": trim["delta_e"],
+            "thrust": trim["thrust"],
+        }
+        for alpha in alphas
+    ]
+    job = _job(plan, parts, "freeze", plan.longest_frame) | {"states": states}
+    answer, _ = run_job({"clean": _configuration(parts, None)}, job)
+    return np.array(answer["coefficients"]), np.array([reading["alpha_dot"] for reading in answer["readings"]])
+
+
+def slopes_by_name(table: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
+    """(coefficient, variable) -> derivative, of a table (3, 4) as the worker gives it."""
+    return {
+        (coefficient, variable): table[i][j]
+        for i, coefficient in enumerate(COEFFICIENTS)
+        for j, variable in enumerate(VARIABLES)
+    }
+
+
+def jsbsim_version() -> str:
+    """Of the installed JSBSim."""
+    return importlib.metadata.version("jsbsim")
+
+
+def _check(plan: FlightPlan) -> None:
+    for label, number, low, high in (
+        ("--airspeed", plan.airspeed, 1.0, 1000.0),
+        ("--altitude", plan.altitude, 0.0, 30000.0),
+        ("--noise", plan.noise, 0.0, 1e6),
+    ):
+        if not low <= number <= high:
+            raise UsageError(f"{label} is {number:g}; give a number from {low:g} to {high:g}.")
+
+
+def _declared_effects(aircraft: Aircraft | str) -> tuple[InjectedEffect, ...]:
+    """The aircraft file's own effects: they are flown too."""
+    if isinstance(aircraft, str):
+        return ()
+    made = []
+    for effect in aircraft.effects:
+        if effect.kind not in (*_APPLIED, *_SENSED, "step_change") or effect.value is None:
+            raise AircraftError(
+                f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim is not told to fly; strike the "
+                "effect, or inject it with --effect."
+            )
+        made.append(InjectedEffect(effect.kind, (effect.value,), effect.where, time=effect.time))
+    return tuple(made)
+
+
+def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
+    """The parts of an aircraft, anew for each configuration: elements are not shared."""
+    aircraft = plan.aircraft
+    if isinstance(aircraft, str):
+        stock = stock_parts(aircraft)
+        metrics = stock.elements[0]
+        references = References(
+            _area(metrics), _length(metrics, "chord"), None, plan.airspeed, where=f"JSBSim's {aircraft}"
+        )
+        return Parts(
+            stock.elements, stock.aerodynamics, stock.reads, (), stock.elevator_limit, stock.flap_limit,
+            ((1.0, 0.0), 0.0), {}, Body(references, True, stock.point_masses, slopes),
+        )  # fmt: skip
+    # Its effects are flown by this package's own actuator and recorder.
+    aerodynamics, channels = polynomial_aerodynamics(replace(aircraft, effects=()), plan.airspeed)
+    properties = {}
+    if aircraft.density is not None:
+        properties["atmosphere/override/density"] = aircraft.density / SLUG * FOOT**3
+    references = References(
+        aircraft.wing_area,
+        aircraft.mean_chord,
+        aircraft.airspeed,
+        aircraft.airspeed or plan.airspeed,
+        where=aircraft.path,
+    )
+    return Parts(
+        tuple(geometry_and_mass(aircraft)), aerodynamics, (), channels, _ELEVATOR_TRAVEL, _FLAP_TRAVEL,
+        thrust_line(aircraft), properties, Body(references, False, 0, slopes),
+    )  # fmt: skip
+
+
+def _area(metrics: ET.Element) -> float:
+    return _length(metrics, "wingarea")
+
+
+_UNITS = {"FT2": FOOT**2, "M2": 1.0, "FT": FOOT, "M": 1.0, "IN": FOOT / 12.0}
+
+
+def _length(metrics: ET.Element, tag: str) -> float:
+    element = metrics.find(tag)
+    text = "" if element is None else element.text or ""
+    try:
+        return float(text) * _UNITS[element.get("unit", "FT2" if tag == "wingarea" else "FT")]  # type: ignore[union-attr]
+    except (ValueError, KeyError, AttributeError):
+        raise UsageError(f"this aircraft of JSBSim does not give its {tag}; try another.") from None
+
+
+def _configuration(parts: Parts, injection: Injection | None) -> ET.Element:
+    """The whole `<fdm_config>`; without injection, the aircraft as it is."""
+    config = ET.Element("fdm_config", name="aerosid", version="2.0", release="BETA")
+    config.extend(deepcopy(list(parts.elements)))
+    ET.SubElement(config, "ground_reactions")
+    further = [*parts.channels, *(injection.properties if injection else ())]
+    config.append(
+        driven_controls(parts.elevator_limit, parts.flap_limit, further, injection.actuator if injection else None)
+    )
+    config.append(deepcopy(parts.aerodynamics))
+    reactions = ET.SubElement(config, "external_reactions")
+    reactions.append(thrust_force(parts.thrust[0]))
+    if injection is not None:
+        reactions.extend(injection.forces)
+        balance, aerodynamics = config.find("mass_balance"), config.find("aerodynamics")
+        if injection.point_mass is not None and balance is not None:
+            balance.append(injection.point_mass)
+        if injection.hysteresis is not None and aerodynamics is not None:
+            for old in aerodynamics.findall("hysteresis_limits"):
+                aerodynamics.remove(old)
+            aerodynamics.insert(0, injection.hysteresis)
+    return config
+
+
+def _points(injection: Injection) -> list[str]:
+    return [str(force.get("name")) for force in injection.forces if force.tag == "force"]
+
+
+def _job(plan: FlightPlan, parts: Parts, task: str, frame: float) -> dict[str, Any]:
+    return {
+        "task": task,
+        "clean": "clean",
+        "flown": "flown",
+        "frame": frame,
+        "altitude": plan.altitude,
+        "airspeed": plan.airspeed,
+        "properties": dict(parts.properties),
+        "reads": list(parts.reads),
+        "thrust_below": parts.thrust[1],
+    }
+
+
+def _recorded(
+    plan: FlightPlan,
+    effects: Sequence[InjectedEffect],
+    frames: Array,
+    count: int,
+    histories: Mapping[str, Array],
+    thrust: float,
+) -> FlightLog:
+    """What the recorder holds: sensors with their errors, noise, and the recorded thrust, which is the trim's."""
+    generator = np.random.default_rng(plan.seed)
+    channels = {}
+    for name, deviation in USUAL_NOISE.items():
+        sensed = _sensed(name, effects, frames, histories[name])[::count]
+        channels[name] = sensed + plan.noise * deviation * generator.standard_normal(sensed.size)
+    samples = plan.manoeuvre.time.size
+    channels["thrust"] = np.full(samples, thrust)
+    if isinstance(plan.aircraft, str) or plan.aircraft.density is None:
+        channels["rho"] = histories["rho"][::count]
+        channels["mach"] = histories["mach"][::count]
+    name = plan.aircraft if isinstance(plan.aircraft, str) else plan.aircraft.name
+    units = {channel: CHANNELS[channel].unit for channel in channels}
+    return FlightLog(f"{name} {plan.manoeuvre.name}", plan.manoeuvre.time, channels, units)
+
+
+def _sensed(name: str, effects: Sequence[InjectedEffect], frames: Array, true: Array) -> Array:
+    """The sensor's reading of a channel in every frame."""
+    values = true
+    for effect in effects:
+        if effect.where != name or not effect.kind.startswith("sensor_"):
+            continue
+        number = effect.values[0]
+        if effect.kind == "sensor_bias":
+            values = values + number
+        elif effect.kind == "sensor_scale":
+            values = values * number
+        elif effect.kind == "sensor_delay":
+            values = delayed(frames, values[:, None], number)[:, 0]
+        else:
+            values = lagged(frames, np.array(values)[:, None], number)[:, 0]
+    return values
+
+
+def _truth(plan: FlightPlan, answer: Mapping[str, Any], frames: Array) -> dict[str, Any]:
+    """What the truth file holds."""
+    slopes = answer["slopes"]
+    rows = []
+    for i, coefficient in enumerate(COEFFICIENTS):
+        for j, variable in enumerate(VARIABLES):
+            rows.append(
+                {
+                    "coefficient": coefficient,
+                    "term": variable,
+                    **{kind: slopes[kind][i][j] for kind in ("frozen", "self_consistent", "chord")},
+                }
+            )
+        rows.append({"coefficient": coefficient, "term": "alpha_dot_hat", "frozen": slopes["alpha_dot_hat"][0][i]})
+    return {
+        "schema": 1,
+        "flown_by": f"JSBSim {jsbsim_version()}",
+        "aircraft": plan.aircraft if isinstance(plan.aircraft, str) else plan.aircraft.name,
+        "manoeuvre": plan.manoeuvre.name,
+        "altitude": plan.altitude,
+        "frame": float(frames[1]),
+        "seed": plan.seed,
+        "trim": {key: answer["trim"][key] for key in ("airspeed", "alpha", "delta_e", "thrust")},
+        "coefficients_at_trim": dict(zip(COEFFICIENTS, slopes["at"][0], strict=True)),
+        "derivatives": rows,
+        "flown": {name: list(answer["flown"][name]) for name in ("alpha", "q", "delta_e", "airspeed")},
+        "mass": answer["mass"],
+        "I_yy": answer["I_yy"],
+        "effects": [
+            {
+                "kind": effect.kind,
+                "where": effect.where,
+                "term": effect.term,
+                "values": list(effect.values),
+                "time": effect.time,
+            }
+            for effect in plan.effects
+        ],
+    }

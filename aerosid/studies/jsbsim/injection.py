@@ -1,0 +1,271 @@
+"""Injected effects as JSBSim XML and as histories that drive it.
+
+Forces and moments act as external ones at the centre of gravity: so they fit any aircraft, whatever axes its own
+aerodynamics use, and its own aerodynamics stay what they are.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.errors import UsageError
+from aerosid.flight_model.terms import Term, parse_term
+from aerosid.reporting.export.jsbsim_functions import (
+    References,
+    call,
+    function,
+    reading,
+    term_element,
+    total,
+    value,
+    variable_element,
+)
+from aerosid.reporting.export.jsbsim_units import FOOT, KNOT, POUNDS_PER_SLUG, SLUG
+from aerosid.studies.jsbsim.injected import InjectedEffect
+from aerosid.studies.jsbsim.properties import DEVIATION, FLAP, GEAR
+
+Array = NDArray[np.float64]
+
+ICED = {
+    ("C_Z", "alpha"): -0.10,
+    ("C_Z", "q_hat"): -0.0135,
+    ("C_Z", "delta_e"): -0.095,
+    ("C_m", "alpha"): -0.099,
+    ("C_m", "q_hat"): -0.035,
+    ("C_m", "delta_e"): -0.10,
+}
+"""What tailplane and wing ice took from the Twin Otter's derivatives (Bragg et al., AIAA 2000-0360)."""
+ICED_DRAG = -0.021
+"""And what it added to C_X."""
+
+_WIND_AT_20_FEET = 7.5 * KNOT  # for each step of severity: 15 kt where turbulence is light
+
+
+@dataclass
+class Injection:
+    """What the effects add to a configuration and to a flight.
+
+    Attributes
+    ----------
+    forces : list of Element
+        Into `<external_reactions>`.
+    properties : list of str
+        To be declared; those of forces among them.
+    places : list of (str, float, float)
+        Locations to set: pattern of their properties, forward and below [m].
+    drives : dict of str to (F,)
+        Histories of properties, absolute.
+    thrust_share : (F,)
+        Of the trim's thrust.
+    actuator : Element or None
+    hysteresis : Element or None
+        Into `<aerodynamics>`.
+    attached : float or None
+        An angle of attack at which a stalled flow attaches, rad.
+    point_mass : Element or None
+        Into `<mass_balance>`.
+    after_trim : dict of str to float
+        Properties to set when the flight begins.
+    """
+
+    forces: list[ET.Element] = field(default_factory=list)
+    properties: list[str] = field(default_factory=list)
+    places: list[tuple[str, float, float]] = field(default_factory=list)
+    drives: dict[str, Array] = field(default_factory=dict)
+    thrust_share: Array = field(default_factory=lambda: np.ones(0))
+    actuator: ET.Element | None = None
+    hysteresis: ET.Element | None = None
+    attached: float | None = None
+    point_mass: ET.Element | None = None
+    after_trim: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Body:
+    """The aircraft that effects are injected into.
+
+    Attributes
+    ----------
+    references : References
+        What terms are made dimensional with.
+    stock : bool
+        Whether it is JSBSim's own, with flaps and gear.
+    point_masses : int
+        How many its mass balance holds already.
+    slopes : mapping of (str, str) to float
+        Its own derivatives, by coefficient and variable, for effects that take a share of them.
+    """
+
+    references: References
+    stock: bool
+    point_masses: int
+    slopes: Mapping[tuple[str, str], float]
+
+
+def inject(effects: Sequence[InjectedEffect], body: Body, frames: Array, interval: float, seed: int) -> Injection:
+    """The injection of all effects; sensor effects are not JSBSim's and left to the recorder.
+
+    Parameters
+    ----------
+    effects : sequence of InjectedEffect
+    body : Body
+    frames : (F,)
+        Times of the frames, s.
+    interval : float
+        s, of the log: over one of them a step is a ramp.
+    seed : int
+        Of the turbulence.
+
+    Raises
+    ------
+    UsageError
+        Where an effect does not fit this aircraft.
+    """
+    made = Injection(thrust_share=np.ones(frames.size), actuator=_actuator(effects))
+    for number, effect in enumerate(effects):
+        since = np.ones(frames.size)
+        if effect.time is not None:
+            since = np.clip((frames - effect.time) / interval, 0.0, 1.0)
+        _add(made, effect, body, since, f"aerosid/injected-{number}")
+        if effect.kind == "turbulence":
+            made.after_trim |= _turbulence(effect.values[0], seed)
+    return made
+
+
+def needs_slopes(effects: Sequence[InjectedEffect]) -> bool:
+    """Whether an effect takes a share of the aircraft's own derivatives."""
+    return any(effect.kind == "icing" for effect in effects)
+
+
+def _add(made: Injection, effect: InjectedEffect, body: Body, since: Array, switch: str) -> None:
+    """One effect of aircraft or air; `since` (F,) is how far it is there."""
+    if effect.kind in ("aero_term", "step_change"):
+        _switch(made, switch, since)
+        terms = [(effect.values[0], parse_term(effect.term or "1"))]
+        made.forces.append(_force(switch, effect.where, switch, terms, body))
+    elif effect.kind == "icing":
+        _switch(made, switch, since)
+        for coefficient in ("C_X", "C_Z", "C_m"):
+            terms = [
+                (effect.values[0] * share * body.slopes[coefficient, name], parse_term(name))
+                for (where, name), share in ICED.items()
+                if where == coefficient
+            ] or [(effect.values[0] * ICED_DRAG, parse_term("1"))]
+            made.forces.append(_force(f"{switch}-{coefficient}", coefficient, switch, terms, body))
+    elif effect.kind == "thrust_loss":
+        made.thrust_share = made.thrust_share * (1.0 - effect.values[0] * since)
+    elif effect.kind in ("flap", "gear"):
+        if not body.stock:
+            raise UsageError(
+                f"the effect {effect.kind} needs an aircraft of JSBSim; for an aircraft file give its jumps, as in "
+                "step_change:C_m=-0.02@5."
+            )
+        made.drives[FLAP if effect.kind == "flap" else GEAR] = effect.values[0] * since
+    elif effect.kind == "cg_shift":
+        mass, forward, *below = effect.values
+        index = f"[{body.point_masses}]" if body.point_masses else ""
+        made.point_mass = _point_mass()
+        made.places.append((f"inertia/pointmass-location-{{X}}-inches{index}", forward, below[0] if below else 0.0))
+        made.drives[f"inertia/pointmass-weight-lbs{index}"] = mass / SLUG * POUNDS_PER_SLUG * since
+    elif effect.kind == "ground_effect":
+        made.forces.append(_ground_force(switch, effect.values[0]))
+    elif effect.kind == "stall_hysteresis":
+        low, high, *changes = effect.values
+        made.hysteresis = _hysteresis(low, high)
+        made.attached = low - 0.05
+        for coefficient, change in zip(("C_Z", "C_m", "C_X"), changes, strict=False):
+            terms = [(change, parse_term("1"))]
+            made.forces.append(_force(f"{switch}-{coefficient}", coefficient, "aero/stall-hyst-norm", terms, body))
+
+
+def _switch(made: Injection, name: str, since: Array) -> None:
+    made.properties.append(name)
+    made.drives[name] = since
+
+
+def _force(name: str, coefficient: str, switch: str, terms: Sequence[tuple[float, Term]], body: Body) -> ET.Element:
+    """A force along x or z, or a moment about y, in the dynamic pressure of the moment; `switch` scales it."""
+    kind, axis = {"C_X": ("force", "x"), "C_Z": ("force", "z"), "C_m": ("moment", "y")}[coefficient]
+    area = body.references.wing_area / FOOT**2
+    scale = area * body.references.mean_chord / FOOT if kind == "moment" else area
+    coefficients = total(
+        *(term_element(number, term, lambda name: variable_element(body.references, name)) for number, term in terms)
+    )
+    magnitude = call("product", reading(switch), reading("aero/qbar-psf"), value(scale), coefficients)
+    return _external(kind, name, axis, magnitude)
+
+
+def _ground_force(name: str, gain: float) -> ET.Element:
+    """Normal force of the aircraft's own grown by `gain` at the ground, by exp(-2.48 (2 h/b)^0.768) of it above.
+
+    The influence is Suh and Ostowari's, as quoted by Phillips and Hunsaker, AIAA 2013-2917.
+    """
+    height = call("max", reading("aero/h_b-mac-ft"), value(0.0))
+    power = call("pow", call("product", value(2.0), height), value(0.768))
+    fading = call("exp", call("product", value(-2.48), power))
+    return _external("force", name, "z", call("product", value(gain), fading, reading("forces/fbz-aero-lbs")))
+
+
+def _external(kind: str, name: str, axis: str, magnitude: ET.Element) -> ET.Element:
+    element = ET.Element(kind, name=name.replace("/", "-"), frame="BODY")
+    element.append(function(f"{name}-magnitude", magnitude))
+    if kind == "force":
+        _point(ET.SubElement(element, "location", unit="IN"), (0.0, 0.0, 0.0))
+    _point(ET.SubElement(element, "direction"), tuple(float(axis == own) for own in "xyz"))
+    return element
+
+
+def _point(element: ET.Element, numbers: Sequence[float]) -> None:
+    for axis, number in zip("xyz", numbers, strict=True):
+        ET.SubElement(element, axis).text = repr(float(number))
+
+
+def _actuator(effects: Sequence[InjectedEffect]) -> ET.Element | None:
+    """JSBSim's actuator between the commanded deviation from trim and the surface; None where none is injected."""
+    numbers = {effect.kind: effect.values[0] for effect in effects if effect.kind.startswith("control_")}
+    if not numbers:
+        return None
+    actuator = ET.Element("actuator", name="fcs/aerosid/deviation")
+    ET.SubElement(actuator, "input").text = DEVIATION
+    for kind, tag in (
+        ("control_lag", "lag"),
+        ("control_rate_limit", "rate_limit"),
+        ("control_deadband", "deadband_width"),
+        ("control_delay", "delay"),
+    ):
+        number = numbers.get(kind, 0.0)
+        if number:
+            # JSBSim: the lag is a corner frequency [rad/s], the band is counted from edge to edge.
+            made = {"lag": 1.0 / number, "deadband_width": 2.0 * number}.get(tag, number)
+            ET.SubElement(actuator, tag).text = repr(made)
+    return actuator
+
+
+def _point_mass() -> ET.Element:
+    mass = ET.Element("pointmass", name="shifted")
+    ET.SubElement(mass, "weight", unit="LBS").text = "0.0"
+    _point(ET.SubElement(mass, "location", unit="IN"), (0.0, 0.0, 0.0))
+    return mass
+
+
+def _hysteresis(reattachment: float, stall: float) -> ET.Element:
+    limits = ET.Element("hysteresis_limits", unit="RAD")
+    for tag, alpha in (("min", reattachment), ("max", stall)):
+        ET.SubElement(limits, tag).text = repr(alpha or 1e-9)  # JSBSim takes a zero for no limits at all
+    return limits
+
+
+def _turbulence(severity: float, seed: int) -> dict[str, float]:
+    """JSBSim's Dryden turbulence of MIL-F-8785C; its generator is seeded before it is switched on."""
+    return {
+        "simulation/randomseed": float(seed % 2**31),
+        "atmosphere/randomseed": float(seed % 2**31),
+        "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps": _WIND_AT_20_FEET * severity / FOOT,
+        "atmosphere/turbulence/milspec/severity": severity,
+        "atmosphere/turb-type": 3.0,
+    }

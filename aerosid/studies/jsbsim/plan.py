@@ -1,0 +1,88 @@
+"""What is to be flown, and what comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft
+from aerosid.logs.flight_log import FlightLog
+from aerosid.studies.jsbsim.elevator_inputs import Manoeuvre
+from aerosid.studies.jsbsim.injected import InjectedEffect
+
+Array = NDArray[np.float64]
+
+USUAL_NOISE: Mapping[str, float] = MappingProxyType(
+    {
+        "V": 0.15,
+        "alpha": 0.0015,
+        "q": 0.0012,
+        "theta": 0.0012,
+        "a_x": 0.02,
+        "a_z": 0.05,
+        "h": 0.3,
+        "delta_e": 0.0002,
+    }
+)
+"""Standard deviations of good flight-test sensors, SI; what a flight records."""
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """One flight of JSBSim.
+
+    Attributes
+    ----------
+    aircraft : Aircraft or str
+        An aerosid aircraft, or the name of one of JSBSim's.
+    manoeuvre : Manoeuvre
+        The elevator.
+    airspeed : float
+        m/s, of the trim.
+    altitude : float
+        m, of the trim.
+    effects : tuple of InjectedEffect
+        What the aircraft file keeps quiet about.
+    noise : float
+        Factor on `USUAL_NOISE`; 0: none.
+    seed : int
+        Of noise and turbulence.
+    longest_frame : float
+        s; the frames of JSBSim divide the manoeuvre's interval and are at most so long.
+    """
+
+    aircraft: Aircraft | str
+    manoeuvre: Manoeuvre
+    airspeed: float
+    altitude: float = 1500.0
+    effects: tuple[InjectedEffect, ...] = ()
+    noise: float = 1.0
+    seed: int = 0
+    longest_frame: float = 0.001
+
+
+@dataclass(frozen=True)
+class JsbsimFlight:
+    """What a flight leaves.
+
+    Attributes
+    ----------
+    log : FlightLog
+        As a recorder would hold it.
+    aircraft : Aircraft
+        The declared model: the aircraft file itself, or the linear model of an aircraft of JSBSim about its trim.
+    truth : mapping
+        What was flown, as the truth file holds it.
+    states : mapping of str to (N,)
+        True values at the samples, SI: u, w, q, theta, V, alpha, h, a_x, a_z, q_dot, surface (elevator), mass, rho.
+    """
+
+    log: FlightLog
+    aircraft: Aircraft
+    truth: Mapping[str, Any]
+    states: Mapping[str, Array] = field(repr=False)

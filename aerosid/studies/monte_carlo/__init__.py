@@ -1,0 +1,22 @@
+"""Monte Carlo of the whole chain: what it finds, how near it comes to the bound, and whether its intervals are true.
+
+`plan` says what is flown and asked, `truth` flies it without noise, `trial` draws the noise and runs the chain once,
+`statistics` puts the runs together; `run` gives them to workers and goes on where a killed study stopped.
+"""
+
+from aerosid.studies.monte_carlo.plan import FlownInput, StudyPlan
+from aerosid.studies.monte_carlo.planted import Planted, parse_planted
+from aerosid.studies.monte_carlo.run import Study, run_study
+from aerosid.studies.monte_carlo.statistics import LevelStatistics
+from aerosid.studies.monte_carlo.writing import write_study
+
+__all__ = [
+    "FlownInput",
+    "LevelStatistics",
+    "Planted",
+    "Study",
+    "StudyPlan",
+    "parse_planted",
+    "run_study",
+    "write_study",
+]

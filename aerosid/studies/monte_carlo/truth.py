@@ -1,0 +1,267 @@
+"""The true flight of a study: simulated from trim, or what a real log became when its loop was closed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
+from aerosid.errors import UsageError
+from aerosid.estimation.declared_effects import declared_effects
+from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
+from aerosid.estimation.open_loop import simulate
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.simulation import fly, trim
+from aerosid.logs.flight_log import FlightLog
+from aerosid.studies.monte_carlo.elevator import deflection
+from aerosid.studies.monte_carlo.noise_draw import NoiseSource, redrawn
+from aerosid.studies.monte_carlo.plan import FlownInput, StudyPlan
+from aerosid.studies.monte_carlo.planted import Planted
+from aerosid.studies.monte_carlo.search import search
+
+FloatArray = NDArray[np.float64]
+
+_ALTITUDE = 1500.0  # m, at the start
+_FINER = 3
+
+VALIDATION_SHARE = 0.75
+"""Size of a simulated validation input over that of the identification: it predicts inside the range that was seen."""
+
+
+@dataclass(frozen=True)
+class TrueFlight:
+    """One flight of the true aircraft, without noise.
+
+    `manoeuvre` holds its true inputs and what sensors without noise record of them; `state` (5,) where it begins.
+    """
+
+    manoeuvre: Manoeuvre
+    state: FloatArray
+
+    @property
+    def outputs(self) -> FloatArray:
+        """What sensors without noise record, (N, p) in the order of the manoeuvre's outputs."""
+        return self.manoeuvre.flight.measured[:, _places(self.manoeuvre)]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Everything about the true aircraft that the runs of a study share.
+
+    Attributes
+    ----------
+    aircraft : Aircraft
+        The declared model.
+    model : AerodynamicModel
+        The true one.
+    free : tuple of Entry
+        Its derivatives: those declared and not fixed, then those planted.
+    planted : tuple of Planted
+        What the search ought to find.
+    identification : TrueFlight
+    validation : TrueFlight or None
+    input_deviation : ndarray, shape (E,)
+        Noise of each sample of the recorded extra inputs, SI; of levels with noise.
+    recorded : NoiseSource or None
+        The residuals of the base log.
+    recorded_deviation : ndarray, shape (p,)
+        Their deviations, SI.
+    """
+
+    aircraft: Aircraft
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    planted: tuple[Planted, ...]
+    identification: TrueFlight
+    validation: TrueFlight | None
+    input_deviation: FloatArray
+    recorded: NoiseSource | None
+    recorded_deviation: FloatArray
+
+    @property
+    def effects(self) -> tuple[ActiveEffect, ...]:
+        """What acts on controls and sensors of the identification flight beside what the file declares."""
+        return planted_effects(self.planted, self.identification.manoeuvre)
+
+    @property
+    def acting(self) -> tuple[ActiveEffect, ...]:
+        """All that acts on the identification flight: what the file declares, its numbers held, and what is planted."""
+        manoeuvre = self.identification.manoeuvre
+        return (*declared_effects(self.aircraft, controls_of(self.model), [manoeuvre]), *self.effects)
+
+    @property
+    def signal(self) -> FloatArray:
+        """Standard deviation of each output about its mean, (p,)."""
+        return np.asarray(np.nanstd(self.identification.outputs, axis=0))
+
+
+def planted_effects(planted: tuple[Planted, ...], manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
+    """Those planted effects that are no term, for one flight."""
+    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    return tuple(effect.active(interval, manoeuvre.name) for effect in planted if effect.entry is None)
+
+
+def make_truth(plan: StudyPlan) -> Truth:
+    """The true aircraft and its flights.
+
+    Raises
+    ------
+    UsageError
+        Where the plan does not fit the aircraft or the log.
+    EstimationError
+        Where no trim exists, or the flight leaves the model's range.
+    """
+    return _simulated(plan) if plan.base is None else _from_log(plan, plan.base)
+
+
+def _simulated(plan: StudyPlan) -> Truth:
+    aircraft = plan.aircraft
+    airspeed = plan.flown.airspeed or aircraft.airspeed
+    density = plan.flown.density or aircraft.density
+    if airspeed is None or density is None:
+        raise UsageError(
+            f"{aircraft.path}: it gives no {'airspeed' if airspeed is None else 'density'}; add it to the command as "
+            f"--{'airspeed' if airspeed is None else 'density'}."
+        )
+    terms = {effect.entry: effect.value for effect in plan.effects if effect.entry is not None}
+    model = declared_model(aircraft, airspeed, [term for _, term in terms]).extended(terms)
+    values = model.values.copy()
+    for entry, value in terms.items():
+        values[model.index(entry)] = value
+    model = model.with_values(values)
+    controls = controls_of(model)
+    for effect in plan.effects:
+        if effect.entry is None and effect.where.startswith("delta_") and effect.where not in controls:
+            raise UsageError(
+                f"--effect {effect.kind}:{effect.where}: no term uses that surface; give one in {controls}."
+            )
+    level = trim(model, airspeed, density, aircraft.mass)
+    state = airspeed * np.array([np.cos(level.alpha), np.sin(level.alpha), 0.0, 0.0, 0.0])
+    state += np.array([0.0, 0.0, 0.0, level.alpha, _ALTITUDE])
+
+    def true_flight(flown_input: FlownInput, name: str, effects: tuple[Planted, ...]) -> TrueFlight:
+        time = np.arange(float(flown_input.samples)) * flown_input.interval
+        others = {column: np.zeros(time.size) for column in model.columns[9:]}
+        log = fly(
+            model,
+            level,
+            time,
+            deflection(flown_input.shape, time, flown_input.amplitude, flown_input.unit),
+            density=density,
+            mass=aircraft.mass,
+            noise=dict.fromkeys((*plan.measured, "delta_e"), 0.0),
+            seed=0,
+            altitude=_ALTITUDE,
+            further_inputs=others | {"thrust": np.full(time.size, level.thrust)},
+            name=name,
+        )
+        log = replace(log, channels={**log.channels, "thrust": np.full(time.size, level.thrust)})
+        return _recorded(aircraft, model, prepare(log, aircraft, model.columns), state, effects)
+
+    declared = {(d.coefficient, d.term) for d in aircraft.derivatives}
+    validation = None
+    if not isinstance(plan.validation, FlightLog):
+        other = replace(plan.flown, shape=plan.validation, amplitude=VALIDATION_SHARE * plan.flown.amplitude, unit=None)
+        validation = true_flight(other, "validation", _lasting(plan.effects))
+    else:
+        flight = prepare(plan.validation, aircraft, model.columns)
+        validation = _recorded(aircraft, model, flight, initial_state(flight.flight), _lasting(plan.effects))
+    return Truth(
+        aircraft=aircraft,
+        model=model,
+        free=(*_free(aircraft), *(entry for entry in terms if entry not in _free(aircraft))),
+        # A declared term that flies with another value is re-estimated, not found.
+        planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
+        identification=true_flight(plan.flown, "study", plan.effects),
+        validation=validation,
+        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.columns[8:]]),
+        recorded=None,
+        recorded_deviation=np.zeros(len(plan.measured)),
+    )
+
+
+def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
+    """The completed model of a real log is the true aircraft, its residuals are the noise."""
+    if plan.effects:
+        raise UsageError("--effect cannot be flown beside --base: what the log itself lacks is what is searched for.")
+    aircraft = plan.aircraft
+    found = search(log, aircraft, "all" if plan.catalogue == "all" else "terms")
+    completed = found.completed
+    parts = []
+    for finding in found.findings:
+        label = Planted(finding.kind, finding.where, finding.term, finding.value, finding.time)
+        if finding.entry is None and not _can_be_flown(label, found.manoeuvre):
+            raise UsageError(
+                f"{log.path or log.name}: its loop names {finding.kind} of {finding.where or 'the air'}, which a study "
+                "cannot fly again; give --catalogue terms, or another log."
+            )
+        parts.append(label)
+    planted = tuple(parts)
+    identification = _recorded(aircraft, completed.model, found.manoeuvre, completed.states[0], planted)
+    measured = found.manoeuvre.flight.measured[:, _places(found.manoeuvre)]
+    source, deviation = redrawn(measured - identification.outputs)
+    validation = None
+    if isinstance(plan.validation, FlightLog):
+        other = prepare(plan.validation, aircraft, found.manoeuvre.columns)
+        validation = _recorded(aircraft, completed.model, other, initial_state(other.flight), _lasting(planted))
+    return Truth(
+        aircraft=aircraft,
+        model=completed.model,
+        free=completed.free,
+        planted=planted,
+        identification=identification,
+        validation=validation,
+        # What the recorded inputs' noise does to the outputs is in the residuals already.
+        input_deviation=np.zeros(len(found.manoeuvre.columns) - 8),
+        recorded=source,
+        recorded_deviation=deviation,
+    )
+
+
+def _recorded(
+    aircraft: Aircraft,
+    model: AerodynamicModel,
+    manoeuvre: Manoeuvre,
+    state: FloatArray,
+    planted: tuple[Planted, ...],
+) -> TrueFlight:
+    """The flight with what sensors without noise record in place of its measurements, where there were any."""
+    given = declared_effects(aircraft, controls_of(model), [manoeuvre])
+    effects = (*given, *planted_effects(planted, manoeuvre))
+    model = with_columns_of(model, effects)
+    # Finer than the estimators integrate: the truth must not share their rounding.
+    finer = replace(manoeuvre, flight=manoeuvre.flight._replace(substeps=_FINER * manoeuvre.flight.substeps))
+    outputs, _ = simulate(model, finer, state, effects)
+    if not np.isfinite(outputs).all():
+        raise UsageError(
+            f"the true flight {manoeuvre.name} leaves |alpha| < 1.5 rad; reduce --amplitude, or give another --effect."
+        )
+    measured = np.where(np.isfinite(manoeuvre.flight.measured), outputs, np.nan)
+    return TrueFlight(replace(manoeuvre, flight=manoeuvre.flight._replace(measured=measured)), state)
+
+
+def _can_be_flown(planted: Planted, manoeuvre: Manoeuvre) -> bool:
+    try:
+        (active,) = planted_effects((planted,), manoeuvre)
+    except UsageError:
+        return False
+    return isinstance(active.effect, InputEffect | OutputEffect)
+
+
+def _lasting(planted: tuple[Planted, ...]) -> tuple[Planted, ...]:
+    """What is there on another flight as well: not a change at a moment of this one."""
+    return tuple(effect for effect in planted if effect.time is None)
+
+
+def _free(aircraft: Aircraft) -> tuple[Entry, ...]:
+    return tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
+
+
+def _places(manoeuvre: Manoeuvre) -> list[int]:
+    return [OUTPUTS.index(name) for name in manoeuvre.outputs]

@@ -1,0 +1,282 @@
+"""Give work items to any number of workers, on one machine or many, and take their results as they come.
+
+Workers are an executor of `concurrent.futures`: processes of this machine, or a Dask cluster. Items are independent and
+carry their own seeds, so that neither the number of workers nor their order changes a result. A worker that dies takes
+its executor with it: a new one goes on, and an item that kills its worker twice on its own is given up with a sentence.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from aerosid.errors import AerosidError, EstimationError, UsageError
+from aerosid.studies.journal import Journal, Row
+
+Task = Callable[[str], Row]
+"""From an item's key to its result; sent to workers, so that it is a function of a module or a `partial` of one."""
+
+FAILURE = "failure"
+"""The key of a result that says in a sentence why there is none."""
+
+_AHEAD = 2  # chunks for each worker: one in hand, one waiting beside it
+_SUSPECT = 2  # deaths around an item from which on it is tried alone
+_ALONE = 2  # deaths alone after which it is given up
+_BREAKDOWNS = 10
+_Chunk = tuple[str, ...]
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work.
+
+    Attributes
+    ----------
+    count : int or None
+        Processes on this machine; None: one for each core that this process may use.
+    scheduler : str or None
+        Address of a Dask scheduler, as tcp://host:8786; its workers take the place of processes here.
+
+    Raises
+    ------
+    UsageError
+        Where the count is below 1.
+    """
+
+    count: int | None = None
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.count is not None and self.count < 1:
+            raise UsageError(f"--workers is {self.count}; at least 1 is needed.")
+
+
+EVERY_CORE = Workers()
+"""A process for each core of this machine."""
+
+
+def work_off(
+    task: Task,
+    keys: Sequence[str],
+    journal: Journal,
+    workers: Workers = EVERY_CORE,
+    *,
+    chunk: int = 1,
+    tick: Callable[[int], None] = lambda _items: None,
+) -> Mapping[str, str]:
+    """Do what the journal does not hold yet; the items that cost their worker its life, with a sentence each.
+
+    Parameters
+    ----------
+    task : callable
+        What is done with an item. What it raises becomes a result of the single key `FAILURE`, so that one bad item
+        stops no other.
+    keys : sequence of str
+        The items.
+    journal : Journal
+        Takes each result as it comes.
+    chunk : int
+        Items that a worker takes at once: enough for a second of work keeps the overhead small.
+    tick : callable
+        Told how many items were finished since the last call.
+
+    Raises
+    ------
+    UsageError
+        Where no worker can be had.
+    EstimationError
+        Where worker processes die before any of them has finished an item.
+    """
+    pending = [key for key in keys if key not in journal]
+    work = _Work(task, journal, tick)
+    work.waiting.extend(tuple(pending[start : start + chunk]) for start in range(0, len(pending), chunk))
+    while work.waiting:
+        try:
+            with opened(workers) as (executor, count):
+                work.feed(executor, _AHEAD * count)
+        except BrokenExecutor:
+            work.take_back()
+    return work.lost
+
+
+class _Work:
+    """What waits, what is under way, and what is known of items whose worker died."""
+
+    def __init__(self, task: Task, journal: Journal, tick: Callable[[int], None]) -> None:
+        self.task = task
+        self.journal = journal
+        self.tick = tick
+        self.waiting: deque[_Chunk] = deque()
+        self.flying: dict[Future[list[tuple[str, Row]]], _Chunk] = {}
+        self.deaths: Counter[str] = Counter()
+        self.lost: dict[str, str] = {}
+        self.breakdowns = 0
+
+    def feed(self, executor: Executor, most: int) -> None:
+        """Keep the workers busy until nothing waits; BrokenExecutor leaves in `flying` what was under way."""
+        while self.waiting or self.flying:
+            while self._may_start(most):
+                # Submitted before it leaves the queue: a broken executor refuses.
+                future = executor.submit(run_items, self.task, self.waiting[0])
+                self.flying[future] = self.waiting.popleft()
+            done, _ = wait(self.flying, return_when=FIRST_COMPLETED)
+            broken: BaseException | None = None
+            for future in done:
+                error = CancelledError() if future.cancelled() else future.exception()
+                if error is None:
+                    rows = future.result()
+                    self.journal.write(rows)
+                    del self.flying[future]
+                    self.breakdowns = 0
+                    self.tick(len(rows))
+                else:
+                    broken = error
+            if broken is not None:
+                # Dask's own name for a task whose workers died; it must not be imported where it is not used.
+                if isinstance(broken, BrokenExecutor | CancelledError) or type(broken).__name__ == "KilledWorker":
+                    raise BrokenExecutor(str(broken)) from broken
+                raise broken
+
+    def _may_start(self, most: int) -> bool:
+        """Whether another chunk may go; one that is suspected of killing workers flies alone."""
+        if not self.waiting or len(self.flying) >= most:
+            return False
+        return not self.flying or not any(self._suspect(items) for items in (self.waiting[0], *self.flying.values()))
+
+    def _suspect(self, items: _Chunk) -> bool:
+        return any(self.deaths[key] >= _SUSPECT for key in items)
+
+    def take_back(self) -> None:
+        """Let what was under way wait again: suspects one by one and last, what died alone again no more."""
+        self.breakdowns += 1
+        if self.breakdowns > _BREAKDOWNS:
+            raise EstimationError(
+                f"worker processes died {self.breakdowns} times in a row without finishing anything; look for a "
+                "lack of memory, and start again with fewer --workers to go on."
+            )
+        chunks, self.flying = list(self.flying.values()), {}
+        alone = len(chunks) == 1 and self._suspect(chunks[0])
+        for items in chunks:
+            self.deaths.update(items)
+            for key in items:
+                if alone and self.deaths[key] >= _SUSPECT + _ALONE:
+                    self.lost[key] = "its worker process died each time it was tried, at last with no other beside it"
+                    self.breakdowns = 0
+                elif self.deaths[key] >= _SUSPECT:
+                    self.waiting.append((key,))
+            early = tuple(key for key in items if self.deaths[key] < _SUSPECT)
+            if early:
+                self.waiting.appendleft(early)
+
+
+def run_items(task: Task, items: Sequence[str]) -> list[tuple[str, Row]]:
+    """The results of some items, in their order: what a worker does."""
+    return [(key, _guarded(task, key)) for key in items]
+
+
+def _guarded(task: Task, key: str) -> Row:
+    try:
+        return task(key)
+    except AerosidError as error:
+        return {FAILURE: str(error)}
+    except Exception as error:  # noqa: BLE001  an item that meets a defect stops no other; the sentence names it
+        return {FAILURE: f"an unexpected {type(error).__name__} ({' '.join(str(error).split())[:200]})"}
+
+
+@contextmanager
+def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
+    """The executor and the number of its workers, ended when the block is left.
+
+    Raises
+    ------
+    UsageError
+        Where the scheduler cannot be reached, or Dask is not installed.
+    """
+    if workers.scheduler is not None:
+        with _dask(workers.scheduler) as pair:
+            yield pair
+        return
+    import multiprocessing
+
+    count = workers.count or _cores()
+    # Started anew, not forked: the same on every system, and no lock of a thread of ours is copied in its locked state.
+    context = multiprocessing.get_context("spawn")
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    executor = ProcessPoolExecutor(count, context, initializer=end_with_parent)
+    try:
+        yield executor, count
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    else:
+        executor.shutdown()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _cores() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
+def end_with_parent() -> None:
+    """Make this worker process end when its parent does, in whatever way that ends: a killed one says nothing."""
+    import multiprocessing
+    import signal
+    from multiprocessing.connection import wait as wait_for
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is told, and tells the workers
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        wait_for([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[tuple[Executor, int]]:
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        raise UsageError(
+            "--scheduler needs Dask, which is not installed; install it with pip install 'aerosid[cluster]'."
+        ) from None
+    try:
+        client = distributed.Client(address, timeout=10)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"--scheduler {address}: no Dask scheduler answers there ({' '.join(str(error).split())[:120]}); start one "
+            "with `dask scheduler` and workers with `dask worker`."
+        ) from None
+    try:
+        threads = sum(client.nthreads().values())
+        if threads == 0:
+            raise UsageError(f"--scheduler {address}: the cluster has no workers; start some with `dask worker`.")
+        yield client.get_executor(), threads
+    finally:
+        client.close()

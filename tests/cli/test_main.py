@@ -1,0 +1,146 @@
+"""The command line: verbs, exit codes, one sentence for every error."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from broken_inputs import GOOD
+
+import aerosid
+from aerosid.cli import main as cli
+from aerosid.cli.main import main
+from aerosid.logs.formats import FORMATS
+
+README = Path(__file__).resolve().parents[2] / "README.md"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "flight.csv"
+    path.write_text(GOOD)
+    return path
+
+
+def test_check_prints_channels_and_what_to_do(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(log)]) == 0
+    output = capsys.readouterr().out
+    for words in ("flight.csv", "alpha", "rad/s", "30 samples", "every 0.1 s", "by close-loop."):
+        assert words in output
+    assert "\x1b" not in output
+
+
+def test_check_takes_several_logs_and_a_map(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    channel_map = tmp_path / "map.toml"
+    channel_map.write_text('schema = 1\ntime = { column = "time" }\n[channels]\nstick = { column = "q" }\n')
+    assert main(["check", str(log), str(log), "--channels", str(channel_map)]) == 0
+    output = capsys.readouterr().out
+    assert output.count("30 samples") == 2
+    assert "stick" in output
+    assert "needed: q (pitch rate)" in output
+
+
+def test_formats_lists_every_format(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["formats"]) == 0
+    output = capsys.readouterr().out
+    for name, entry in FORMATS.items():
+        assert name in output
+        assert entry.description in output
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"aerosid {aerosid.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fly-to-the-moon"], "fly-to-the-moon"),
+        (["check"], "LOG"),
+        (["check", "a.csv", "--no-such-option"], "--no-such-option"),
+        (["formats", "superfluous"], "superfluous"),
+    ],
+)
+def test_wrong_usage_is_exit_2_and_one_sentence(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert words in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+@pytest.mark.parametrize("arguments", [["--debug", "check", "none.csv"], ["check", "none.csv", "--debug"]])
+def test_debug_adds_a_traceback_wherever_it_stands(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 3
+    error = capsys.readouterr().err
+    assert "Traceback" in error
+    assert error.splitlines()[-1].startswith("aerosid: none.csv: the log does not exist")
+
+
+class FaultyOutput(io.StringIO):
+    """A standard output that fails in a way nobody expects."""
+
+    def write(self, text: str) -> int:
+        raise ZeroDivisionError("two\nlines")
+
+
+def test_an_unexpected_error_is_one_sentence_and_exit_4(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdout", FaultyOutput())
+    assert main(["formats"]) == 4
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "ZeroDivisionError" in error
+    assert "two lines" in error
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from aerosid.cli.main import main; main(['--help']); "
+        "heavy = {'numpy', 'pandas', 'scipy', 'numba', 'pint', 'pydantic', 'matplotlib', 'jsbsim'} & set(sys.modules); "
+        "sys.exit(' '.join(sorted(heavy)) or 0)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
+def test_reading_si_imports_neither_units_nor_matlab(log: Path) -> None:
+    code = (
+        f"import sys; from aerosid.logs.formats import read_log; read_log({str(log)!r}); "
+        "sys.exit(' '.join(sorted({'pint', 'scipy.io', 'numba', 'matplotlib'} & set(sys.modules))) or 0)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
+def test_module_and_reader_that_goes_away(log: Path) -> None:
+    command = f'"{sys.executable}" -m aerosid check "{log}" | head -1'
+    run = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
+    assert run.returncode == 0
+    assert run.stderr == ""
+    assert "flight.csv" in run.stdout
+
+
+def test_every_verb_is_in_the_readme_and_has_help() -> None:
+    text = README.read_text()
+    for command in cli.app.registered_commands:
+        assert command.callback is not None
+        name = command.name or command.callback.__name__.replace("_", "-")
+        assert f"`{name}`" in text, f"the README does not mention the verb {name}"
+        assert command.callback.__doc__
+    for group in cli.app.registered_groups:
+        assert f"`{group.name}`" in text
+
+
+def test_the_module_ends_with_the_exit_code_as_the_command_does(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "aerosid", "check", str(tmp_path / "missing.csv")]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr.startswith("aerosid: ")

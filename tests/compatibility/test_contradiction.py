@@ -1,0 +1,114 @@
+"""Channels that cannot belong to one motion are named, and nothing else is judged; ordinary flights never are."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from problems import BOTH_SQUARES, LIGHT, Problem, with_channels
+
+from aerosid.compatibility import Agreement, check_kinematics
+from aerosid.compatibility.contradiction import Contradiction, contradictions
+from aerosid.compatibility.recording import read_recording
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import close_loop
+from aerosid.loop.result import Verdict
+from aerosid.reporting import write_report
+
+G = 9.80665
+FLOWN = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitude=0.06)
+
+
+def judged(log: FlightLog) -> tuple[Contradiction, ...]:
+    recording = read_recording(log)
+    assert recording is not None
+    return contradictions([recording])
+
+
+def late(log: FlightLog, channel: str, seconds: float) -> FlightLog:
+    return with_channels(log, **{channel: np.interp(log.time - seconds, log.time, log[channel])})
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    return FLOWN.fly(4)
+
+
+@pytest.mark.slow
+def test_a_channel_with_the_wrong_sign_is_named_with_what_mends_it(log: FlightLog) -> None:
+    (found,) = judged(with_channels(log, alpha=-log["alpha"]))
+    assert found.channels == ("alpha",)
+    assert "sign" in found.remedy
+    assert "alpha" in found.sentence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("channel", ["a_z", "q", "theta"])
+def test_any_channel_with_the_wrong_sign_is_named(log: FlightLog, channel: str) -> None:
+    (found,) = judged(with_channels(log, **{channel: -log[channel]}))
+    assert found.channels == (channel,)
+    assert "sign" in found.remedy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("channel", ["q", "alpha", "theta"])
+def test_degrees_taken_for_radians_are_named(log: FlightLog, channel: str) -> None:
+    (found,) = judged(with_channels(log, **{channel: np.degrees(log[channel])}))
+    assert found.channels == (channel,)
+    assert "degrees" in found.remedy
+
+
+@pytest.mark.slow
+def test_an_acceleration_without_its_weight_is_named(log: FlightLog) -> None:
+    (found,) = judged(with_channels(log, a_z=log["a_z"] + G))
+    assert found.channels == ("a_z",)
+    assert "9.81" in found.remedy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("channel", ["q", "alpha", "theta"])
+def test_a_clock_that_is_seconds_off_is_named(log: FlightLog, channel: str) -> None:
+    (found,) = judged(late(log, channel, 3.0))
+    assert found.channels == (channel,)
+    assert "3 s earlier" in found.remedy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("channel", ["alpha", "theta"])
+def test_a_channel_of_another_flight_is_named(log: FlightLog, channel: str) -> None:
+    other = replace(FLOWN, elevator="doublet", amplitude=-0.06).fly(5)
+    (found,) = judged(with_channels(log, **{channel: other[channel]}))
+    assert found.channels == (channel,)
+    assert not found.remedy
+
+
+def test_flights_in_order_contradict_nothing_even_in_strong_noise() -> None:
+    for seed, elevator in enumerate(("3211", "doublet", "none")):
+        noise = {name: 4.0 * value for name, value in FLOWN.noise.items()}
+        assert not judged(replace(FLOWN, elevator=elevator, noise=noise).fly(seed))
+
+
+def test_a_loop_on_contradicting_channels_judges_no_aerodynamics_and_says_why(log: FlightLog, tmp_path: Path) -> None:
+    swapped = replace(with_channels(log, alpha=-log["alpha"]), path="swapped.csv", sha256="0" * 64)
+    result = close_loop([swapped], LIGHT)
+    assert result.verdict is Verdict.INCONSISTENT_DATA
+    assert not result.effects
+    assert "alpha" in result.summary
+    assert result.kinematics is not None
+    assert result.kinematics.verdict is Agreement.INCONSISTENT
+    write_report(result, tmp_path)
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert document["verdict"] == "inconsistent_data"
+    assert document["kinematics"]["contradictions"][0]["channels"] == ["alpha"]
+    assert all(row["after"] is None for row in document["error"])
+    assert "Do the instruments agree" in (tmp_path / "report.html").read_text()
+
+
+def test_a_delay_that_an_instrument_may_have_is_no_contradiction(log: FlightLog) -> None:
+    agreement = check_kinematics([late(log, "alpha", 0.25)])
+    assert agreement is not None
+    assert agreement.verdict is Agreement.CORRECTED
+    assert agreement.findings[0].value == pytest.approx(0.25, abs=0.01)

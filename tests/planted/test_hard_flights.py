@@ -1,0 +1,128 @@
+"""Flights of benchmarks/wide_detection.py on which a wrong name lay nearer than the right one, each with its reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from problems import NOISE, SILENT, Problem, with_channels
+from scipy.signal import lfilter
+
+from aerosid.compatibility import check_kinematics
+from aerosid.estimation.evidence import unexplained_channels
+from aerosid.estimation.maximum_likelihood import refine
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.loop.result import ClosedLoop, Verdict
+from benchmarks.wide_detection import closed, written
+
+
+def loop(seed: int, number: int, folder: Path, plant: str = "one") -> ClosedLoop:
+    """The loop on one pair of flights with one thing wrong, or two."""
+    written(folder, plant, [seed, number], number)
+    return closed(folder)
+
+
+def names(result: ClosedLoop) -> list[tuple[str, str]]:
+    return [(effect.kind, effect.where) for effect in result.effects]
+
+
+def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_path: Path) -> None:
+    """On a short flight neither number is certain, and what both do together is."""
+    result = loop(901, 16, tmp_path)
+    assert names(result) == [("ground_effect", "C_Z")]
+    (effect,) = result.effects
+    assert abs(effect.value) < 4.0 * effect.std_error
+    assert effect.evidence.p_value < 1e-6
+
+
+def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: Path) -> None:
+    """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
+    result = loop(901, 8, tmp_path)
+    assert names(result) == [("step_change", "C_m")]
+    # It is the rarer of two that the motion hardly tells apart, and is said to be possible.
+    assert [(effect.kind, effect.where) for effect in result.alternatives] == [("cg_shift", "x")]
+
+
+@pytest.mark.slow
+def test_a_surface_seconds_behind_its_record_is_found_from_many_limits(tmp_path: Path) -> None:
+    result = loop(901, 23, tmp_path)
+    assert names(result) == [("control_rate_limit", "delta_e")]
+    assert result.effects[0].value == pytest.approx(0.039, rel=0.02)
+
+
+@pytest.mark.slow
+def test_separation_is_looked_for_where_only_the_other_flight_shows_that_terms_do_not_explain_it(
+    tmp_path: Path,
+) -> None:
+    assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
+
+
+def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tmp_path: Path) -> None:
+    """Which is a first guess alone: what the forces say of it decides."""
+    seen = {}
+    for plant, number in (("one", 10), ("one", 31), ("one", 33), ("two", 13)):
+        folder = tmp_path / f"{plant}{number}"
+        written(folder, plant, [901, number], number)
+        agreement = check_kinematics([read_log(folder / "identification.csv")])
+        assert agreement is not None
+        assert agreement.air
+        seen[plant, number] = agreement.is_gusty
+    assert seen == {("one", 10): True, ("one", 31): False, ("one", 33): False, ("two", 13): True}
+
+
+@pytest.mark.slow
+def test_a_gust_and_a_wrong_scale_are_found_together(tmp_path: Path) -> None:
+    assert set(names(loop(901, 9, tmp_path, "two"))) == {("gust", ""), ("sensor_scale", "a_z")}
+
+
+@pytest.mark.slow
+def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
+    assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
+
+
+def test_one_of_several_jumps_stays_beside_the_separation_that_the_others_were(tmp_path: Path) -> None:
+    assert set(names(loop(902, 2, tmp_path, "two"))) == {("cg_shift", "x"), ("flow_separation", "C_Z")}
+
+
+@pytest.mark.slow
+def test_separation_is_looked_for_in_place_of_many_terms_that_explain_a_flight_together(tmp_path: Path) -> None:
+    assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
+
+
+def left_wrong(log: FlightLog) -> tuple[str, ...]:
+    """The channels that the true structure, re-estimated, does not explain."""
+    model, manoeuvre = Problem().prepared(log)
+    return unexplained_channels(refine(model, [manoeuvre], model.entries), [manoeuvre])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    log, quiet = Problem().fly(seed), Problem(noise=SILENT).fly(seed)
+    hanging = log["q"].copy()
+    for start in generator.integers(40, hanging.size - 20, 6):
+        hanging[start : start + 8] = hanging[start]
+    shocks = NOISE["q"] * np.sqrt(1.0 - 0.7**2) * generator.standard_normal(log.time.size + 50)
+    remembering = quiet["q"] + lfilter([1.0], [1.0, -0.7], shocks)[50:]
+    assert left_wrong(with_channels(log, q=hanging)) == ("q",)
+    assert left_wrong(with_channels(log, q=remembering)) == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [1, 4, 12])
+def test_what_no_catalogue_holds_gets_no_name_from_a_part_of_what_was_refuted_nor_from_its_sensor(
+    number: int, tmp_path: Path
+) -> None:
+    """A surface that floats, a rate gyro with a dead band, and a slow drift of the pitching moment."""
+    result = loop(901, number, tmp_path, "outside")
+    assert names(result) == []
+    assert result.verdict is Verdict.UNEXPLAINED
+
+
+@pytest.mark.slow
+def test_a_vane_at_its_stop_is_no_gust(tmp_path: Path) -> None:
+    result = loop(903, 5, tmp_path, "outside")
+    assert names(result) == []
+    assert result.verdict is Verdict.UNEXPLAINED

@@ -1,0 +1,123 @@
+"""What must not be named, although it would explain a flight better, and what gross effects may not hide behind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry, with_channels
+
+from aerosid.estimation.maximum_likelihood import refine
+from aerosid.flight_model.simulation import fly, trim
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.result import ClosedLoop, Verdict
+from aerosid.search.refutation import misfit, without_refuted
+from aerosid.search.settings import AttributionSettings
+from aerosid.search.structure_search import StructureSearch
+from aerosid.signals.noise import calmed
+
+Array = NDArray[np.float64]
+QUICK = LoopSettings(paper_chain=False, next_flight=False, linear_analysis=False)
+OFF = {("C_m", "alpha"): -0.69, ("C_m", "q_hat"): -15.0, ("C_Z", "alpha"): -5.5, ("C_X", "alpha"): 0.22}
+DECLARED = declaring(LIGHT, OFF)
+
+
+def names(result: ClosedLoop) -> list[tuple[str, str, str]]:
+    return [(effect.kind, effect.where, effect.term) for effect in result.effects]
+
+
+def driven(problem: Problem, seed: int, acting: Array, recorded: Array, name: str = "flight") -> FlightLog:
+    """A flight with one elevator deviation, and another in its log with the usual noise."""
+    level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
+    body = {"density": LIGHT.density, "mass": LIGHT.mass, "noise": problem.noise, "seed": seed, "name": name}
+    log = fly(problem.truth, level, problem.time, acting, **body)
+    thrust = np.full(log.time.size, level.thrust)
+    return with_channels(log, delta_e=log["delta_e"] - acting + recorded, thrust=thrust)
+
+
+def limited(time: Array, values: Array, rate: float) -> Array:
+    surface = [float(values[0])]
+    for step, wanted in zip(np.diff(time), values[1:], strict=True):
+        surface.append(surface[-1] + float(np.clip(wanted - surface[-1], -rate * step, rate * step)))
+    return np.array(surface)
+
+
+@pytest.mark.parametrize("rate", [pytest.param(0.07, marks=pytest.mark.slow), 0.1])
+def test_a_surface_that_hardly_follows_is_found_though_its_re_estimated_derivatives_imitate_it(rate: float) -> None:
+    problem = Problem(duration=12.0, amplitude=0.08, noise={name: 0.6 * size for name, size in NOISE.items()})
+    asked = problem.deflection
+    log = driven(problem, 3, limited(problem.time, asked, rate), asked)
+    result = close_loop([log], DECLARED, settings=QUICK)
+    assert names(result) == [("control_rate_limit", "delta_e", "")]
+    assert result.effects[0].value == pytest.approx(rate, rel=0.05)
+
+
+def multisine(time: Array) -> Array:
+    swings = [np.sin(2.0 * np.pi * rate * time + phase) for rate, phase in ((0.1, 0.3), (0.17, 2.0), (0.27, 4.1))]
+    return np.asarray(0.006 * np.sum(swings, axis=0) * np.clip(time - 1.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_a_noisy_record_of_a_smooth_control_is_no_lag_and_no_dead_band(seed: int) -> None:
+    """Any average of such a record simulates the motion better."""
+    problem = Problem(duration=28.0, interval=0.02, noise={**NOISE, "delta_e": 1e-3})
+    asked = multisine(problem.time)
+    result = close_loop([driven(problem, seed, asked, asked)], DECLARED, settings=QUICK)
+    assert names(result) == []
+
+
+def test_noise_is_averaged_out_between_corners_and_the_corners_stay() -> None:
+    time = 0.02 * np.arange(1000)
+    truth = 0.05 * np.sin(0.8 * time) + 0.06 * (time > 7.0) - 0.06 * (time > 9.0)
+    noise = 2e-3
+    values = truth + noise * np.random.default_rng(2).normal(size=time.size)
+    error = calmed(values, noise) - truth
+    corners = np.abs(time[:, None] - np.array([7.0, 9.0])).min(axis=1) < 0.7
+    assert np.sqrt(np.mean(error[~corners] ** 2)) < 0.45 * noise
+    # Nowhere is it further off than the noise of a single sample takes it.
+    assert np.abs(error).max() < 5.0 * noise
+
+
+def drifting(seed: int, amplitude: float, elevator: str, name: str) -> FlightLog:
+    """Drag grows all the way, which is no power of V_hat, though on one flight it looks like one."""
+    problem = Problem(undeclared=BOTH_SQUARES, amplitude=amplitude, elevator=elevator)
+    changed = replace(problem, undeclared={**BOTH_SQUARES, ("C_X", "vane_2"): 1.0})
+    level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
+    body = {"density": LIGHT.density, "mass": LIGHT.mass, "noise": NOISE, "seed": seed, "name": name}
+    vane = -0.015 * problem.time / 12.0
+    log = fly(changed.truth, level, problem.time, problem.deflection, further_inputs={"vane_2": vane}, **body)
+    return with_channels(log, vane_2=None, thrust=np.full(log.time.size, level.thrust))
+
+
+def test_a_term_that_predicts_the_other_flight_worse_is_refuted_and_true_ones_stay() -> None:
+    problem = Problem(DECLARED)
+    model, manoeuvre = problem.prepared(drifting(1, 0.06, "doublet", "first"))
+    _, other = problem.prepared(drifting(2, -0.045, "3211", "second"))
+    false = [entry("C_X", "V_hat"), entry("C_X", "V_hat^2")]
+    true = [entry(*key) for key in BOTH_SQUARES]
+    before = refine(model, [manoeuvre], model.entries)
+    wider = model.extended([*true, *false])
+    completed = refine(wider, [manoeuvre], wider.entries)
+    search = StructureSearch((manoeuvre,), (), LIGHT.coefficients, before, AttributionSettings())
+    assert completed.cost < before.cost
+    held, refuted = without_refuted(completed, search, [other])
+    assert {part.entry for part in refuted} <= set(false)
+    assert refuted
+    assert set(true) <= set(held.free)
+    assert misfit(held, [other]) < 0.9 * misfit(completed, [other])
+    # Where nothing else was flown nothing can be refuted.
+    assert without_refuted(completed, search, []) == (completed, ())
+
+
+def test_what_only_the_other_flight_shows_is_not_called_nothing() -> None:
+    truth = {("C_m", "alpha^2"): -1.2}
+    small = Problem(undeclared=truth, amplitude=0.006)
+    large = Problem(undeclared=truth, amplitude=0.06, elevator="3211")
+    alone = close_loop([small.fly(1, "small")], DECLARED, settings=QUICK)
+    assert alone.verdict is Verdict.NOTHING_MISSING
+    result = close_loop([small.fly(1, "small")], DECLARED, [large.fly(2, "large")], QUICK)
+    assert result.effects == ()
+    assert result.verdict is Verdict.UNEXPLAINED

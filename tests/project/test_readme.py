@@ -1,0 +1,101 @@
+"""What the README promises is what there is: its code runs, its files parse, its commands and folders exist."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from aerosid import errors
+from aerosid.aircraft.reading import aircraft_from_text
+from aerosid.cli.main import app
+from aerosid.logs.formats.channel_map import load_channel_map
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+CODE = re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```$", "", README, flags=re.MULTILINE | re.DOTALL))
+COMMANDS = [line.strip() for line in re.findall(r"^    .*$", README, re.MULTILINE)]
+
+
+def blocks(language: str) -> list[str]:
+    return [text for name, text in BLOCKS if name == language]
+
+
+def table(header: str) -> list[str]:
+    """The first cells of the table under a header, without backticks."""
+    rows = re.search(rf"^\| {header} \|.*\n\|[-| ]+\|\n((?:\|.*\n)+)", README, re.MULTILINE)
+    assert rows is not None, header
+    return [row.split("|")[1].strip().strip("`") for row in rows[1].splitlines()]
+
+
+@pytest.mark.parametrize("text", blocks("python"))
+def test_python_runs_as_printed(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(text, "README.md", "exec"), {"__name__": "readme"})  # noqa: S102
+    assert capsys.readouterr().out.strip()
+
+
+def test_there_is_something_to_run_and_to_parse() -> None:
+    assert blocks("python")
+    assert blocks("toml")
+    assert {name for name, _ in BLOCKS} <= {"python", "toml", "text", "json", "sh", "bash"}
+
+
+@pytest.mark.parametrize("text", blocks("toml"))
+def test_toml_is_what_it_shows(text: str, tmp_path: Path) -> None:
+    if "[channels]" in text:
+        path = tmp_path / "channels.toml"
+        path.write_text(text, encoding="utf-8")
+        assert load_channel_map(path).channels
+    else:
+        assert aircraft_from_text(text, "README.toml", "0" * 64).derivatives
+
+
+def test_verbs_are_those_of_the_command_line() -> None:
+    """Each way: what is documented exists, and what exists is documented."""
+    command = typer.main.get_command(app)
+    verbs = set(getattr(command, "commands", {}))
+    assert set(table("verb")) == verbs
+    named = {match[1] for text in [*CODE, *COMMANDS] for match in re.finditer(r"\baerosid ([a-z][\w-]*)", text)}
+    assert named <= verbs
+    assert "close-loop" in named
+
+
+def test_options_of_close_loop_exist() -> None:
+    command = getattr(typer.main.get_command(app), "commands", {})["close-loop"]
+    known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+    (line,) = (line for line in COMMANDS if line.startswith("aerosid close-loop"))
+    wanted = re.findall(r"--[\w-]+", line)
+    assert wanted
+    assert set(wanted) <= known
+
+
+def test_make_has_every_target_that_is_named() -> None:
+    targets = set(re.findall(r"^([\w-]+):(?!=)", MAKEFILE, re.MULTILINE))
+    named = {match[1] for text in [*CODE, *COMMANDS] for match in re.finditer(r"\bmake ([a-z][\w-]*)", text)}
+    assert {"demo", "test"} <= named
+    assert named <= targets
+    phony = re.search(r"^\.PHONY:(.*)$", MAKEFILE, re.MULTILINE)
+    assert phony is not None
+    assert named <= set(phony[1].split())
+
+
+def test_folders_and_files_exist() -> None:
+    """`reports/` is made by the first run."""
+    for name in table("folder"):
+        assert (ROOT / name).is_dir() or name == "reports/", name
+    paths = [text for text in CODE if re.fullmatch(r"(aerosid|aircraft_models|flight_data|tests)/[\w./]*", text)]
+    assert paths
+    for name in paths:
+        assert (ROOT / name).exists(), name
+
+
+def test_exit_codes_are_those_of_the_errors() -> None:
+    raised = {kind.exit_code for kind in vars(errors).values() if isinstance(kind, type) and hasattr(kind, "exit_code")}
+    assert raised <= {int(code) for code in table("exit code")}

@@ -1,0 +1,180 @@
+"""The loop on recordings of real aircraft, against what others published of the same flights; skipped where absent."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import recording
+
+from aerosid.aircraft import load_aircraft
+from aerosid.aircraft.bundled import bundled_folder
+from aerosid.compatibility import InstrumentFinding, check_kinematics
+from aerosid.compatibility.contradiction import contradictions
+from aerosid.compatibility.recording import read_recording
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.result import ClosedLoop, DerivativeRow, Verdict
+
+pytestmark = pytest.mark.slow
+
+
+def read(name: str, channel_map: str) -> FlightLog:
+    return read_log(Path(recording(name)), bundled_folder("flight_data") / "channel_maps" / channel_map)
+
+
+def derivative(result: ClosedLoop, coefficient: str, term: str) -> float:
+    return next(row.value for row in result.derivatives if (row.coefficient, row.term) == (coefficient, term))
+
+
+def test_the_twin_otter_has_the_published_derivatives_and_a_late_vane() -> None:
+    # NASA's equation-error estimates of the same flight, and its known delay of alpha of 0.025 s.
+    result = close_loop(
+        [read("twin_otter/totter_demo_018.csv", "twin_otter.toml")],
+        load_aircraft("twin_otter"),
+        [read("twin_otter/totter_lon_020213f1_017.csv", "twin_otter.toml")],
+    )
+    assert derivative(result, "C_m", "alpha") == pytest.approx(-1.48, rel=0.05)
+    assert derivative(result, "C_m", "delta_e") == pytest.approx(-1.87, rel=0.05)
+    assert -38.0 < derivative(result, "C_m", "q_hat") < -30.0
+    q = next(row for row in result.errors if (row.role, row.channel) == ("validation", "q"))
+    assert q.r2_trimmed is not None
+    assert q.r2_trimmed > 0.99
+    late = [effect.value for effect in result.effects if effect.kind in ("sensor_lag", "sensor_delay")]
+    assert late
+    assert all(0.015 < value < 0.035 for value in late)
+    # Stepwise regression finds alpha^2 in C_X, and explains 85.0 and 88.7 % of it on the other flight without and with.
+    drag = next(effect for effect in result.effects if (effect.where, effect.term) == ("C_X", "alpha^2"))
+    assert drag.value == pytest.approx(5.0, abs=2.0 * drag.std_error)
+    force = next(row for row in result.coefficients if (row.coefficient, row.log) == ("C_X", "totter_lon_020213f1_017"))
+    assert force.r2_after > force.r2_before + 0.03
+    assert result.verdict is Verdict.PARTLY_EXPLAINED
+
+
+def test_two_flights_of_the_twin_otter_agree_within_their_bounds_where_any_fit_lets_them() -> None:
+    rows: list[dict[tuple[str, str], DerivativeRow]] = []
+    slopes = []
+    for name in ("totter_demo_018", "totter_lon_020213f1_017"):
+        log = read(f"twin_otter/{name}.csv", "twin_otter.toml")
+        result = close_loop([log], load_aircraft("twin_otter"))
+        rows.append({(row.coefficient, row.term): row for row in result.derivatives if row.term != "1"})
+        slopes.append(lift_slope(log))
+    apart = {}
+    for key, one in rows[0].items():
+        other = rows[1].get(key)
+        if other is not None and one.std_error and other.std_error:
+            apart[key] = abs(one.value - other.value) / np.hypot(one.std_error, other.std_error)
+    # Equation error of this test's own finds another C_Z_alpha on each flight as well, 6 % apart: it is in the data.
+    assert abs(slopes[0] - slopes[1]) > 0.3
+    # Of the six others the largest passes 2.63 once in twenty if the bounds are true (Sidak); 2.13 was measured.
+    assert {key for key, distance in apart.items() if distance > 2.63} <= {("C_Z", "alpha")}
+    assert len(apart) >= 7
+
+
+def lift_slope(log: FlightLog) -> float:
+    """C_Z_alpha by equation error on the recorded channels."""
+    aircraft = load_aircraft("twin_otter")
+    q_bar = 0.5 * log["rho"] * log["V"] ** 2
+    force = log["mass"] * log["a_z"] / (q_bar * aircraft.wing_area)
+    matrix = np.column_stack([np.ones(log.time.size), log["alpha"], log["q"], log["delta_e"]])
+    return float(np.linalg.lstsq(matrix, force, rcond=None)[0][1])
+
+
+def test_the_hfb_320_contradicts_itself_in_a_x_and_theta() -> None:
+    # Known of this recording: a_x, theta and V disagree by about -0.11 m/s^2, which a bias of theta explains as well.
+    result = close_loop([read("hfb320/hfb320_1_10.asc", "hfb320.toml")], load_aircraft("hfb320"))
+    named = [*result.effects, *result.alternatives]
+    values = {(effect.kind, effect.where): effect.value for effect in named}
+    # Which of the two stands in the effects and which among the alternatives no flight could say.
+    assert values["sensor_bias", "a_x"] == pytest.approx(-0.11, abs=0.05)
+    assert values["sensor_bias", "theta"] == pytest.approx(0.0115, abs=0.005)
+    assert 0.1 < values["sensor_delay", "alpha"] < 0.25
+    theta = next(row for row in result.errors if row.channel == "theta")
+    assert theta.before is not None
+    assert theta.after is not None
+    assert theta.before > 0.0115
+    assert theta.after < 0.0025
+
+
+def test_the_citation_s_vane_lags() -> None:
+    result = close_loop([read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml")], load_aircraft("citation"))
+    late = [
+        effect.value
+        for effect in (*result.effects, *result.alternatives)
+        if effect.where == "alpha" and effect.kind in ("sensor_lag", "sensor_delay")
+    ]
+    assert late
+    assert all(0.15 < value < 0.5 for value in late)
+    # In the moment an alphadot term looks much the same.
+    assert ("C_m", "alpha_dot_hat") in {(effect.where, effect.term) for effect in result.alternatives}
+    # Equation error on this flight: R^2 .904, and .992 with alpha taken .45 s earlier.
+    moment = next(row for row in result.coefficients if row.coefficient == "C_m")
+    assert moment.r2_before < 0.92
+    assert moment.r2_after > 0.98
+
+
+def test_the_attas_stalls_with_trim_and_thrust_in_its_moment() -> None:
+    # Published of this flight: the flow separates at .31 rad (.2 to .4 with its delay), and C_m misses trim and thrust.
+    log = read("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml")
+    settings = LoopSettings(paper_chain=False, next_flight=False, linear_analysis=False)
+    result = close_loop([log], load_aircraft("attas"), settings=settings)
+    values = {(effect.kind, effect.where, effect.term): effect.value for effect in result.effects}
+    assert values["flow_separation", "C_L", ""] == pytest.approx(0.3, abs=0.05)
+    assert values["aero_term", "C_m", "delta_h"] < 0.0
+    assert values["aero_term", "C_m", "C_T"] > 0.0
+    # Free regression invents a C_L_q of 40: it is not named, and the slope of the lift is that of the 3-2-1-1.
+    assert ("aero_term", "C_L", "q_hat") not in values
+    assert derivative(result, "C_L", "alpha") == pytest.approx(5.226, rel=0.08)
+
+
+def explanations(log: FlightLog) -> dict[tuple[str, str], InstrumentFinding]:
+    """What kinematics find on a log, and what they cannot tell from it, by kind and channel."""
+    agreement = check_kinematics([log])
+    assert agreement is not None
+    rows = [*agreement.findings, *(row for group in agreement.inseparable for row in group[1:])]
+    return {(row.kind, row.where): row for row in rows}
+
+
+def test_kinematics_alone_show_the_hfb_320_s_contradiction_and_cannot_tell_which_instrument_it_is() -> None:
+    agreement = check_kinematics([read("hfb320/hfb320_1_10.asc", "hfb320.toml")])
+    assert agreement is not None
+    both = {("sensor_bias", "a_x"), ("sensor_bias", "theta")}
+    (group,) = [group for group in agreement.inseparable if both <= {(row.kind, row.where) for row in group}]
+    values = {(row.kind, row.where): row.value for row in group}
+    assert values["sensor_bias", "a_x"] == pytest.approx(-0.11, abs=0.03)
+    assert values["sensor_bias", "theta"] == pytest.approx(0.0115, abs=0.003)
+
+
+@pytest.mark.parametrize("name", ["totter_demo_018", "totter_lon_020213f1_017"])
+def test_kinematics_alone_show_the_twin_otter_s_late_vane_or_its_arm(name: str) -> None:
+    found = explanations(read(f"twin_otter/{name}.csv", "twin_otter.toml"))
+    late = [row.value for key, row in found.items() if key in {("sensor_delay", "alpha"), ("sensor_lag", "alpha")}]
+    arms = [abs(row.value) for (kind, where), row in found.items() if kind == "sensor_position" and where != "a_x"]
+    assert late or arms
+    assert all(0.015 < value < 0.035 for value in late)
+    assert all(1.3 < value < 2.3 for value in arms)
+
+
+def test_kinematics_alone_show_the_citation_s_slow_vane() -> None:
+    found = explanations(read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"))
+    assert 0.1 < found["sensor_lag", "alpha"].value < 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "channel_map"),
+    [
+        ("hfb320/hfb320_1_10.asc", "hfb320.toml"),
+        ("twin_otter/totter_demo_018.csv", "twin_otter.toml"),
+        ("twin_otter/totter_lon_020213f1_017.csv", "twin_otter.toml"),
+        ("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"),
+        ("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml"),
+        ("attas/fAttasElv1.mat", "attas_mat.toml"),
+        ("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml"),
+    ],
+)
+def test_no_channel_of_a_recorded_flight_contradicts_the_others_beyond_an_instrument_s_fault(
+    name: str, channel_map: str
+) -> None:
+    recording = read_recording(read(name, channel_map))
+    assert recording is not None
+    assert not contradictions([recording])

@@ -1,0 +1,236 @@
+"""report.html as a browser sees it: well formed, self-contained, escaped, complete, and small for long flights."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import hashlib
+import json
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hostile_pages import HOSTILE, Page, hostile_result
+from problems_report import closed_loop
+
+from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, Evidence, Parameter, Verdict
+from aerosid.reporting import report_html
+from aerosid.reporting.page import compose
+
+
+@pytest.fixture(scope="module")
+def result() -> ClosedLoop:
+    return closed_loop()
+
+
+@pytest.fixture(scope="module")
+def html(result: ClosedLoop) -> str:
+    return report_html(result, interactive=False)
+
+
+@pytest.fixture(scope="module")
+def page(html: str) -> Page:
+    return Page(html)
+
+
+def test_ids_are_unique_and_every_reference_leads_somewhere(page: Page) -> None:
+    ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    values = [value or "" for _, attributes in page.elements for value in attributes.values()]
+    wanted = {found for value in values for found in re.findall(r"url\(#([^)]+)\)", value)}
+    wanted |= {value[1:] for _, attributes in page.elements if (value := attributes.get("href") or "").startswith("#")}
+    wanted |= {attributes["aria-labelledby"] for attributes in page.all("section")}
+    assert wanted <= set(ids)
+    assert wanted
+
+
+def test_nothing_is_loaded_and_nothing_runs(html: str, page: Page) -> None:
+    assert "http:" not in html
+    assert "https:" not in html
+    assert not {"script", "link", "img", "iframe", "object"} & {tag for tag, _ in page.elements}
+    assert not [name for _, attributes in page.elements for name in attributes if name.startswith("on")]
+    policy = next(a["content"] for a in page.all("meta") if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy == "default-src 'none'; style-src 'unsafe-inline'"
+
+
+def test_what_is_to_be_decided_comes_first(page: Page) -> None:
+    sections = [attributes["id"] for attributes in page.all("section")]
+    assert sections[0] == "decision"
+    story = ["residual", "candidates", "effects", "prediction", "alternatives"]
+    assert [name for name in sections if name in story] == story
+    assert {"derivatives", "readings", "origin"} <= set(sections[1 + len(story) :])
+
+
+def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) -> None:
+    wanted = [
+        result.summary,
+        result.verdict.value,
+        "−1.711 ± 0.019",
+        "3.593 ± 0.041",
+        "not used for the fit",
+        "cannot tell C_m alpha*delta_e from C_m alpha^2",
+        "0.9700 ± 0.0097",  # CAP of the completed model
+        "0.8365 ± 0.0084",  # alpha of level flight, deg
+        "5.000 ± 0.050",  # frequency of the short period, rad/s
+        "1 (1 to 2 within 2 σ)",
+        "worse than 3",
+        "too little information on C_m alpha_dot_hat",
+        "EL_L + EL_R",
+        "1.2, 0, 0.4",
+        "4 samples of alpha are missing",
+        result.prefilter.effect_on_estimates,
+        result.notes[0],
+        result.aircraft.sha256,
+        *(log.sha256 for log in (*result.identification, *result.validation)),
+        np.__version__,
+    ]
+    for words in wanted:
+        assert words in page.text, words
+
+
+@pytest.mark.parametrize("unit", ["rad", "rad/s"])
+def test_an_angle_stands_beside_the_unit_that_its_number_has(result: ClosedLoop, unit: str) -> None:
+    """0.0200 rad are 1.15 deg, wherever an effect or a number of it is shown."""
+    bias = Effect(1, "sensor_bias", "alpha", "", 0.02, 0.001, unit, Evidence(None, 1e-9, None, 50.0))
+    second = dataclasses.replace(bias, parameters={"limit": Parameter(0.02, 0.001, unit)})
+    shown = dataclasses.replace(result, effects=(second,), alternatives=(bias,))
+    text = " ".join(Page(report_html(shown, interactive=False)).text.split())
+    degrees = unit.replace("rad", "deg")
+    said = text.count(f"0.0200 ± 0.0010 {unit} (1.15 {degrees})")
+    assert said == text.count("0.0200 ± 0.0010") >= 4
+
+
+def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
+    drawings = [attributes for attributes in page.all("svg") if attributes.get("role") == "img"]
+    assert len(drawings) == len(page.all("figcaption")) == len(compose(closed_loop()).figures)
+    assert all(attributes["aria-label"] for attributes in drawings)
+    classes = {name for _, attributes in page.elements for name in (attributes.get("class") or "").split()}
+    assert {"measured", "declared", "before", "after", "trimmed", "noise"} <= classes
+    styled = html[html.index("</style>") :]
+    assert not re.findall(r"(?:fill|stroke)[:=]", styled)
+    assert {"[deg/s]", "[m/s²]"} <= set(re.findall(r"\[[^\]]*\]", page.text))
+
+
+def test_the_drawn_line_is_the_simulated_one() -> None:
+    """The line of `after` in the first strip, read back from the picture, is the history up to its scale."""
+    made = closed_loop(samples=200, validated=False)
+    body = report_html(made, interactive=False)
+    strip = body[body.index('id="prediction"') :]
+    path = re.search(r'<path class="line after"[^>]* d="M(\d+) (\d+)l([^"M]*)"', strip)
+    assert path is not None
+    moves = np.array(re.findall(r"-?\d+", path[3]), dtype=float).reshape(-1, 2)
+    corners = np.cumsum(np.vstack([[float(path[1]), float(path[2])], moves]), axis=0)
+    history = made.simulated[0].after["V"]
+    expected = np.interp(
+        np.interp(corners[:, 0], [corners[0, 0], corners[-1, 0]], made.simulated[0].log.time[[0, -1]]),
+        made.simulated[0].log.time,
+        history,
+    )
+    slope, offset = np.polyfit(corners[:, 1], expected, 1)
+    assert slope < 0.0  # SVG counts downward
+    assert np.max(np.abs(slope * corners[:, 1] + offset - expected)) < 0.01 * np.ptp(history)
+
+
+def test_tables_have_headers_with_scope(page: Page) -> None:
+    assert page.all("th")
+    assert all(attributes.get("scope") in {"col", "row", "rowgroup"} for attributes in page.all("th"))
+
+
+@pytest.mark.parametrize("interactive", [False, True])
+def test_hostile_texts_stay_texts(interactive: bool) -> None:
+    page = Page(report_html(hostile_result(), interactive=interactive))
+    assert not page.all("img")
+    assert not [name for _, attributes in page.elements for name in attributes if name.startswith("on")]
+    assert page.text.count(HOSTILE) > 12
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_a_result_with_almost_nothing_in_it_still_makes_a_page(verdict: Verdict) -> None:
+    made = closed_loop(samples=60, verdict=verdict, validated=False)
+    nothing = np.full(60, np.nan)
+    first = made.simulated[0]
+    first = dataclasses.replace(
+        first, measured={"q": nothing, "h": np.zeros(60)}, declared={}, before={"h": nothing}, after={"q": nothing}
+    )
+    rows = (ErrorRow(first.log.name, "identification", "q", "rad/s", None, None, None, None, 0.0),)
+    bare = dataclasses.replace(
+        made, effects=(), alternatives=(), derivatives=(), coefficients=(), errors=rows, simulated=(first,),
+        screening=(), model_error=(), notes=(),
+    )  # fmt: skip
+    text = Page(report_html(bare, interactive=False)).text
+    assert verdict.value in text
+    assert "No flight was held back" in text
+    assert "leaves |α| < 1.5 rad" in text
+
+
+def test_an_hour_at_100_hz_stays_small() -> None:
+    made = closed_loop(samples=400)
+    time = np.arange(360_000) / 100.0
+    generator = np.random.default_rng(5)
+
+    def stretched(histories: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {
+            name: np.resize(values, time.size) + 1e-3 * generator.standard_normal(time.size)
+            for name, values in histories.items()
+        }
+
+    long = []
+    for response in made.simulated:
+        log = dataclasses.replace(response.log, time=time, channels=stretched(dict(response.log.channels)))
+        models = {
+            name: stretched(dict(getattr(response, name)))
+            for name in ("measured", "declared", "before", "after", "trimmed")
+        }
+        long.append(dataclasses.replace(response, log=log, **models))
+    result = dataclasses.replace(made, simulated=tuple(long))
+    still, zoomed = (len(report_html(result, interactive=interactive)) for interactive in (False, True))
+    assert still < 2_000_000
+    assert zoomed < 12_000_000
+
+
+def decoded(block: dict[str, Any], number: int) -> np.ndarray:
+    held = block["arrays"][number]
+    return np.frombuffer(base64.b64decode(held["bytes"]), dtype=f"<{held['dtype']}")
+
+
+def test_zoomable_figures_hold_the_histories(result: ClosedLoop) -> None:
+    """The traces of q on the validation log, read back from the page, are the log's own."""
+    text = report_html(result)
+    block = json.loads(Page(text).data["figure-data"])
+    flight = next(simulated for simulated in result.simulated if simulated.role == "validation")
+    figure = next(f for f in block["figures"] if any(trace["name"].startswith("q [") for trace in f["data"]))
+    assert figure["timeline"] == flight.log.name
+    traces = {trace["meta"]: trace for trace in figure["data"] if trace["name"].startswith("q [")}
+    for role in ("measured", "declared", "before", "after"):
+        np.testing.assert_array_equal(decoded(block, traces[role]["x"]), flight.log.time)
+        expected = np.degrees(getattr(flight, role)["q"])
+        np.testing.assert_allclose(decoded(block, traces[role]["y"]), expected, rtol=2e-7)
+    row = next(row for row in result.errors if row.role == "validation" and row.channel == "q")
+    strip = {t["meta"]: t for t in figure["data"] if t["yaxis"] == f"y{int(traces['after']['yaxis'][1:]) + 1}"}
+    residual = decoded(block, strip["after"]["y"]).astype(float)
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(np.degrees(row.after or 0.0), rel=1e-5)
+
+
+def test_only_the_pages_own_scripts_may_run(result: ClosedLoop) -> None:
+    text = report_html(result)
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    assert len(scripts) == 2
+    sums = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    page = Page(text)
+    policy = next(a["content"] for a in page.all("meta") if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy is not None
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'none'"
+    assert set(rules["script-src"].split()) == {f"'sha256-{number}'" for number in sums}
+    assert set(rules) == {"default-src", "style-src", "script-src", "img-src"}
+    assert not {"link", "img", "iframe", "object"} & {tag for tag, _ in page.elements}
+
+
+def test_interactive_labels_are_text(result: ClosedLoop) -> None:
+    block = json.loads(Page(report_html(hostile_result())).data["figure-data"])
+    titles = [axis["title"]["text"] for f in block["figures"] for name, axis in f["layout"].items() if "axis" in name]
+    names = [trace["name"] for f in block["figures"] for trace in f["data"]]
+    assert any("&lt;img" in text for text in titles)
+    for text in (*titles, *names):
+        assert "<" not in re.sub(r"</?sub>", "", text)

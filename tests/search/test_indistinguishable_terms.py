@@ -1,0 +1,81 @@
+"""What one coefficient cannot tell from a late vane is listed, as equation error would show it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from problems import LIGHT, NOISE, Problem, with_channels
+from scipy.signal import lsim
+
+from aerosid.estimation.maximum_likelihood import refine
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import BEFORE
+from aerosid.search.attribution import USUAL, Attribution, attribute
+from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, told_of_rivals, with_rivals
+
+LAG = 0.25
+
+QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 * s for c, s in NOISE.items()})
+
+
+def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[CoefficientRival]]:
+    """What is found among terms and sensors' effects, and what one coefficient cannot tell from it."""
+    model, manoeuvre = problem.prepared(log)
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    effects = effect_hypotheses(model, [manoeuvre])
+    hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
+    found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))
+    return found, coefficient_rivals(found, [manoeuvre], hypotheses)
+
+
+def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np.float64]) -> float:
+    """Sum of squares that equation error for C_m leaves, with code of its own."""
+    assert LIGHT.density is not None
+    pressure = 0.5 * LIGHT.density * log["V"] ** 2
+    moment = LIGHT.I_yy * np.gradient(log["q"], log.time) / (pressure * LIGHT.wing_area * LIGHT.mean_chord)
+    # The difference over two intervals is the mean of the moment between: what it is fitted to is averaged alike.
+    columns = [alpha, log["q"] / log["V"], log["delta_e"], *further]
+    averaged = [np.convolve(x, [0.25, 0.5, 0.25], "same") for x in columns]
+    matrix = np.column_stack([np.ones(log.time.size), *averaged])[20:-20]
+    matrix /= np.abs(matrix).max(axis=0)
+    rest = moment[20:-20] - matrix @ np.linalg.lstsq(matrix, moment[20:-20], rcond=None)[0]
+    return float(rest @ rest)
+
+
+def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> None:
+    log = QUIET.fly()
+    true = log["alpha"]
+    _, late, _ = lsim(([1.0 / LAG], [1.0, 1.0 / LAG]), true - true[0], log.time)
+    log = with_channels(log, alpha=true[0] + late)
+    found, rivals = judged(QUIET, log)
+    assert [(f.kind, f.where) for f in found.findings] == [("sensor_lag", "alpha")]
+    (moment,) = [rival for rival in rivals if rival.coefficient == "C_m"]
+    assert (moment.finding.where, moment.finding.term) == ("C_m", "alpha_dot_hat")
+    assert moment.finding.instead_of == "sensor_lag of alpha"
+    # Whose share is what equation error gives, and which the motion as a whole refutes.
+    plain = unexplained(log, log["alpha"])
+    smooth = np.gradient(np.convolve(log["alpha"], np.ones(7) / 7.0, "same"), log.time)
+    won = plain - unexplained(log, true)
+    assert moment.share == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
+    assert moment.finding.gain < -100.0
+    listed = with_rivals(found, rivals).alternatives
+    assert ("C_m", "alpha_dot_hat") in {(other.where, other.term) for other in listed}
+    assert with_rivals(with_rivals(found, rivals), rivals).alternatives == listed
+    (sentence,) = [note for note in told_of_rivals(rivals) if note.startswith("C_m alone")]
+    assert "sensor_lag of alpha" in sentence
+    assert "speak for the effect" in sentence
+
+
+def test_nothing_stands_beside_a_term_nor_beside_a_fault_that_no_term_looks_like() -> None:
+    squares = Problem(undeclared={("C_m", "alpha^2"): -1.7})
+    found, rivals = judged(squares, squares.fly())
+    assert [(f.where, f.term) for f in found.findings] == [("C_m", "alpha^2")]
+    assert not rivals
+    log = QUIET.fly()
+    found, rivals = judged(QUIET, with_channels(log, theta=log["theta"] + 0.02))
+    assert [f.kind for f in found.findings] == ["sensor_bias"]
+    assert not rivals

@@ -1,0 +1,119 @@
+"""What the search begins from another estimate's linearisation ends where a search of its own does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from problems import BOTH_SQUARES, LIGHT, Problem, entry
+
+from aerosid.estimation.evidence import Linearised
+from aerosid.estimation.fit_settings import TRIAL
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.search.attribution import USUAL
+from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.replacement import evident_price
+from aerosid.search.structure_search import StructureSearch
+
+SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
+
+
+@pytest.fixture(scope="module")
+def search() -> tuple[StructureSearch, Refinement]:
+    """A search over everything, and the estimate that holds both squares."""
+    model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
+    before = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    further = (entry("C_Z", "alpha^2"), entry("C_m", "alpha^3"))
+    hypotheses = term_hypotheses((*SQUARES, *further)) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
+    found = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
+    return found, refine(model.extended(SQUARES), [manoeuvre], (*model.entries, *SQUARES))
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_term_struck_out_leaves_what_an_estimate_of_its_own_gives(
+    search: tuple[StructureSearch, Refinement], known: bool
+) -> None:
+    """Also where the linearisation holds the columns of sudden changes, which the estimate's model does not."""
+    found, current = search
+    found.struck.clear()
+    if known:
+        assert len(found.about(current).refinement.model.values) > len(current.model.values)
+    part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
+    reduced = found.without(current, [part])
+    model = current.model.without([SQUARES[0]])
+    wanted = refine(model, found.manoeuvres, model.entries)
+    assert reduced.converged
+    # A wrong structure creeps along a flat valley; what is left of the way must decide nothing.
+    assert reduced.cost == pytest.approx(wanted.cost, abs=USUAL.reach)
+    point = Likelihood(model, found.manoeuvres, model.entries).evaluate(
+        reduced.model.values, reduced.states, (), reduced.variance
+    )
+    assert point is not None
+    assert reduced.cost == pytest.approx(point.cost, abs=1.0)
+    assert found.without(current, [part]) is reduced
+
+
+def test_a_linearisation_with_a_term_is_the_likelihood_of_the_larger_structure(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    (term,) = (entry("C_Z", "alpha^2"),)
+    point = Linearised(current, found.manoeuvres, term_hypotheses((term,))).with_terms([term])
+    model = current.model.extended([term])
+    wanted = Likelihood(model, found.manoeuvres, (*current.free, term)).evaluate(
+        model.values, current.states, (), current.variance
+    )
+    assert wanted is not None
+    assert point.cost == pytest.approx(wanted.cost, rel=1e-12)
+    for name in ("normals", "gradients", "squares", "counts"):
+        np.testing.assert_allclose(getattr(point, name), getattr(wanted, name), rtol=1e-9, atol=1e-9)
+
+
+def test_values_of_another_model_are_refused(search: tuple[StructureSearch, Refinement]) -> None:
+    found, current = search
+    likelihood = Likelihood(found.declared.model, found.manoeuvres, ())
+    with pytest.raises(ValueError, match="values were given for"):
+        likelihood.evaluate(current.model.values, current.states, (), current.variance)
+
+
+def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[StructureSearch, Refinement]) -> None:
+    """The own parameters are simulated anew in each turn; what stands between two hypotheses is never asked."""
+    found, current = search
+    asked = found.open_hypotheses(current)
+    at = found.asking(current, asked)
+    whole = Linearised(at, found.manoeuvres, asked)
+    samples = found.manoeuvres[0].flight.time.size
+    parts = Linearised(at, found.manoeuvres, asked, room=8 * samples * (whole.own.size + 20))
+    effects = [active for hypothesis in asked for active in hypothesis.effects]
+    assert len(effects) > 100  # several turns
+    for one, other in zip(whole.scores(), parts.scores(), strict=True):
+        assert one.hypothesis == other.hypothesis
+        assert other.gain == pytest.approx(one.gain, rel=1e-9, abs=1e-9)
+    np.testing.assert_allclose(parts.normal, whole.normal, rtol=1e-9, atol=1e-9 * np.abs(whole.normal).max())
+    # And with the information between all of them, which no score uses.
+    model = at.model.extended([entry for hypothesis in asked for entry in hypothesis.entries])
+    chords = [chord for hypothesis, _, trial in whole.asked for chord in (hypothesis.by_chord(trial),)]
+    free = (*at.free, *(entry for entry in whole.place))
+    dense = Likelihood(model, found.manoeuvres, free).evaluate(
+        model.values, at.states, at.effects, at.variance, [active for chord in chords for active in chord.effects]
+    )
+    assert dense is not None
+    together = dense.normals.sum(axis=0)
+    np.testing.assert_allclose(whole.normal[whole.own], together[whole.own], rtol=1e-9, atol=1e-6)
+    for _, columns, _ in whole.asked:
+        inside = np.ix_(columns, columns)
+        np.testing.assert_allclose(whole.normal[inside], together[inside], rtol=1e-9)
+    np.testing.assert_allclose(whole.gradient, dense.gradients.sum(axis=0), rtol=1e-9, atol=1e-6)
+
+
+def test_coloured_residuals_buy_no_further_number(search: tuple[StructureSearch, Refinement]) -> None:
+    """A number costs eight: a fall of twenty is worth it where residuals are white, not where four count as one."""
+    found, current = search
+    larger = replace(current, free=(*current.free, entry("C_Z", "alpha^2")), cost=current.cost - 20.0)
+    assert evident_price(found, 1.0, larger) == found.price(larger) < found.price(current)
+    assert evident_price(found, 4.0, larger) > evident_price(found, 4.0, current)
+    # Names of one kind stand in the order of their likelihood, whatever the colour.
+    likelier = replace(current, cost=current.cost - 1.0)
+    assert evident_price(found, 4.0, likelier) < evident_price(found, 4.0, current)

@@ -1,0 +1,42 @@
+"""What stands out and is not proven is told with its number, and only where something is left to explain."""
+
+from __future__ import annotations
+
+import pytest
+from problems import LIGHT, Problem, entry, shaken
+
+from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.identification import BEFORE
+from aerosid.search.attribution import USUAL
+from aerosid.search.hypotheses import term_hypotheses
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.suggested_terms import told_of_unproven, unproven_terms
+
+DRAG = ("C_X", "alpha^2")
+
+
+def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinement]:
+    model, manoeuvre = problem.prepared(log)
+    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
+    return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
+
+
+def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
+    problem = Problem(undeclared={DRAG: 3.6})
+    search, before = searched(problem, shaken(problem.fly(), 5))
+    first, *_ = unproven_terms(search, before)
+    assert (first.finding.where, first.finding.term) == DRAG
+    assert first.finding.value == pytest.approx(3.6, rel=0.2)
+    assert first.ratio == pytest.approx(first.finding.value / first.finding.std_error)
+    (sentence, *_) = told_of_unproven([first])
+    assert "C_X alpha^2" in sentence
+    assert "deviations from zero" in sentence
+    assert not [each for each in unproven_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
+
+
+def test_nothing_is_unproven_where_nothing_is_left() -> None:
+    problem = Problem()
+    search, before = searched(problem, problem.fly())
+    assert unproven_terms(search, before) == ()

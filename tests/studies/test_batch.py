@@ -1,0 +1,203 @@
+"""The loop over a folder: broken logs are named and stop nothing; repeats are put together as they should be."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
+
+from aerosid.errors import LogError, UsageError
+from aerosid.loop.identification import LoopSettings
+from aerosid.studies.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
+from aerosid.studies.batch.one_log import _at_first
+from aerosid.studies.batch.page import drawn_figure, page_html
+from aerosid.studies.batch.table import conditions, measured
+from aerosid.studies.batch.table_texts import table_csv, table_latex, table_markdown
+from aerosid.studies.journal import Row
+from aerosid.studies.workers import Workers
+
+QUICK = LoopSettings(catalogue="terms", paper_chain=False)
+BROKEN = {
+    "empty.csv": b"",
+    "backwards.csv": b"time [s],V [m/s],alpha [rad],q [rad/s]\n" + b"".join(b"%d,90,0,0\n" % (9 - k) for k in range(9)),
+    "no_alpha.csv": b"time [s],V [m/s],q [rad/s],delta_e [rad]\n" + b"".join(b"%d,90,0,0\n" % k for k in range(40)),
+    "garbage.mat": bytes(range(256)) * 4,
+    "still.csv": b"time [s],V [m/s],alpha [rad],q [rad/s],delta_e [rad]\n"
+    + b"".join(b"%d,nan,nan,nan,0\n" % k for k in range(40)),
+}
+
+
+def flight(airspeed: float, seed: int) -> bytes:
+    problem = Problem(undeclared=BOTH_SQUARES, airspeed=airspeed, duration=6.0)
+    return native_csv(problem.fly(seed)).encode()
+
+
+def fill(folder: Path, flights: dict[str, bytes]) -> Path:
+    for name, content in flights.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def batch_of(folder: Path, out: Path, told: list[tuple[int, int]] | None = None) -> Batch:
+    logs = find_logs(folder, None, but_in=out)
+    announce = (lambda items, done: told.append((items, done))) if told is not None else lambda _items, _done: None
+    return run_batch(logs, LIGHT, out, settings=QUICK, reports=False, workers=Workers(1), announce=announce)
+
+
+def test_broken_logs_are_named_and_stop_no_other(tmp_path: Path) -> None:
+    folder = fill(tmp_path / "logs", {"deep/a.csv": flight(90.0, 1), **BROKEN})
+    out = folder / "out"
+    batch = batch_of(folder, out)
+    assert set(batch.rows) == {"deep/a"}
+    assert set(batch.failures) == {Path(name).stem for name in BROKEN}
+    for name, reason in batch.failures.items():
+        assert name in reason
+        assert "unexpected" not in reason
+    files = write_batch(batch, out)
+    assert {path.name for path in files} >= {"derivative_table.csv", "derivative_table.tex", "derivative_table.md"}
+    content = json.loads((out / "batch.json").read_text(encoding="utf-8"))
+    assert [log["log"] for log in content["logs"]] == ["deep/a"]
+    assert len(content["failures"]) == len(BROKEN)
+    rows = list(csv.DictReader(io.StringIO((out / "derivative_table.csv").read_text(encoding="utf-8"))))
+    (pitch,) = [row for row in rows if (row["coefficient"], row["term"]) == ("C_m", "alpha")]
+    assert pitch["manoeuvres"] == "1"
+    assert float(pitch["declared"]) == -0.729
+    assert abs(float(pitch["value"]) + 0.729) < 4.0 * float(pitch["std_error"])
+
+
+@pytest.mark.slow
+def test_what_is_there_is_not_done_again_and_what_was_mended_is(tmp_path: Path) -> None:
+    folder = fill(tmp_path / "logs", {"a.csv": flight(90.0, 1), "empty.csv": b""})
+    batch = batch_of(folder, tmp_path / "out")
+    fill(folder, {"empty.csv": flight(90.0, 3)})
+    told: list[tuple[int, int]] = []
+    again = batch_of(folder, tmp_path / "out", told)
+    assert told == [(2, 1)]
+    assert set(again.rows) == {"a", "empty"}
+    assert again.rows["a"] == batch.rows["a"]
+
+
+@pytest.mark.slow
+def test_each_log_has_its_report_and_two_workers_say_the_same(tmp_path: Path) -> None:
+    folder = fill(tmp_path / "logs", {"a.csv": flight(90.0, 1), "b.csv": flight(110.0, 2)})
+    logs = find_logs(folder, None)
+    for count in (1, 2):
+        out = tmp_path / str(count)
+        write_batch(run_batch(logs, LIGHT, out, settings=QUICK, workers=Workers(count)), out)
+        assert (out / "manoeuvres" / "a" / "result.json").is_file()
+        assert 'href="manoeuvres/b/report.html"' in (out / "batch.html").read_text(encoding="utf-8")
+    for name in ("batch.json", "batch.html", "derivative_table.csv", "manoeuvres.csv"):
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
+
+
+def test_a_list_names_logs_and_a_folder_holds_them(tmp_path: Path) -> None:
+    folder = fill(tmp_path, {"x/a.csv": b"1", "x/a.mat": b"2", "x/notes.md": b"", "b.csv": b"3", "out/c.csv": b"4"})
+    assert [log.name for log in find_logs(folder, None, but_in=folder / "out")] == ["b", "x/a.csv", "x/a.mat"]
+    listed = folder / "logs.txt"
+    listed.write_text("# flights of Tuesday\nb.csv\n\n  x/a.mat   # the second\nmissing.csv\n", encoding="utf-8")
+    assert [log.name for log in find_logs(listed, None)] == ["b", "x/a", "missing"]
+    before = find_logs(listed, None)[0]
+    (folder / "b.channels.toml").write_text("schema = 1\n", encoding="utf-8")
+    assert find_logs(listed, None)[0].key != before.key
+    for content, said in (("", "no log"), ("b.csv\nb.csv\n", "twice")):
+        listed.write_text(content, encoding="utf-8")
+        with pytest.raises(UsageError, match=said):
+            find_logs(listed, None)
+    with pytest.raises(UsageError, match="neither"):
+        find_logs(folder / "nowhere", None)
+    (folder / "bare").mkdir()
+    with pytest.raises(UsageError, match="no log"):
+        find_logs(folder / "bare", None)
+
+
+@pytest.mark.slow
+def test_not_one_usable_log_is_an_error(tmp_path: Path) -> None:
+    folder = fill(tmp_path / "logs", {"empty.csv": b""})
+    with pytest.raises(LogError, match="none of the 1 logs"):
+        batch_of(folder, tmp_path / "out")
+
+
+def row(value: float, std_error: float | None, shown: bool = True, **condition: float) -> Row:
+    entry = {"coefficient": "C_m", "term": "alpha", "declared": -0.7, "value": value, "std_error": std_error}
+    return {
+        "verdict": "explained",
+        "condition": {"V": None, "h": None, "mach": None, "alpha": None} | condition,
+        "effects": [{"kind": "sensor_bias", "where": "V", "term": "", "value": 1.0, "std_error": 0.1}],
+        "derivatives": [{**entry, "std_error_white": 0.1, "shown": shown}],
+    }
+
+
+ROWS = {
+    "slow1": row(-0.70, 0.01, V=90.0, h=1000.0, alpha=0.05),
+    "slow2": row(-0.74, 0.02, V=91.0, h=1100.0, alpha=0.051),
+    "slow3": row(-9.00, 4.00, shown=False, V=90.5, h=1050.0, alpha=0.05),
+    "none": row(-0.70, None, V=90.0, h=1000.0, alpha=0.05),
+    "fast": row(-0.60, 0.01, V=120.0, h=1000.0, alpha=0.02),
+    "high": row(-0.65, 0.01, V=121.0, h=4000.0, alpha=0.021),
+}
+
+
+def test_repeats_are_put_together_and_their_scatter_told() -> None:
+    groups = conditions(ROWS)
+    assert groups == {"slow1": 1, "slow2": 1, "slow3": 1, "none": 1, "fast": 2, "high": 3}
+    slow, fast, high = derivative_table(ROWS)
+    assert (slow.manoeuvres, slow.left_out) == (2, 1)
+    # By hand: weights 1/0.01^2 and 1/0.02^2 are as 4 to 1.
+    assert slow.value == pytest.approx((4.0 * -0.70 + -0.74) / 5.0)
+    assert slow.std_error == pytest.approx(np.sqrt((0.01**2 + 0.02**2) / 2.0))
+    assert slow.scatter == pytest.approx(0.04 / np.sqrt(2.0))
+    assert slow.condition == pytest.approx({"V": 90.5, "h": 1050.0, "mach": None, "alpha": 0.0505})
+    assert (fast.group, fast.value, fast.scatter) == (2, -0.60, None)
+    assert (high.group, high.manoeuvres) == (3, 1)
+    assert derivative_table(dict(reversed(ROWS.items()))) == (slow, fast, high)
+
+
+def test_scatter_over_deviation_is_one_where_deviations_are_true() -> None:
+    rng = np.random.default_rng(4)
+    rows = {str(n): row(-0.7 + 0.02 * rng.standard_normal(), 0.02, V=90.0) for n in range(400)}
+    (found,) = derivative_table(rows)
+    assert found.honest == pytest.approx(1.0, abs=0.12)
+    assert found.value == pytest.approx(-0.7, abs=0.004)
+
+
+def test_tables_hold_the_same_numbers_in_every_format() -> None:
+    table = derivative_table(ROWS)
+    lines = list(csv.DictReader(io.StringIO(table_csv(table))))
+    assert [float(line["value"]) for line in lines] == [entry.value for entry in table]
+    assert lines[1]["scatter"] == ""
+    markdown = table_markdown(table).splitlines()
+    assert markdown[2].startswith("| C_m alpha | −0.7000 | −0.708 ± 0.016 | 0.028 |")
+    assert len({line.count("|") for line in markdown[:5]}) == 1
+    latex = table_latex(table)
+    assert r"$C_{m}$ $\alpha$ & $-$0.7000 & $-$0.708 $\pm$ 0.016 & 0.028" in latex
+    assert latex.count(r"\\") == 4
+
+
+def test_texts_of_files_stay_texts() -> None:
+    hostile = "<img src=x onerror=alert(1)>|&_%$#{}~^\\"
+    rows = {f"{hostile}{name}": {**entry, "verdict": "explained"} for name, entry in ROWS.items()}
+    first = next(iter(rows.values()))
+    first["derivatives"] = [{**first["derivatives"][0], "term": "input_<b>|&"}]
+    logs = tuple(LogFile(name, name, "") for name in rows)
+    batch = Batch(replace(LIGHT, name=hostile), logs, rows, {f"{hostile}!": f"{hostile} is broken"}, reports=True)
+    page = page_html(batch, drawn_figure(batch, "alpha"))
+    assert "<img" not in page
+    assert "<b>|" not in page
+    assert 'href="manoeuvres/<' not in page
+    markdown, latex = table_markdown(batch.table), table_latex(batch.table)
+    assert r"input_<b>\|&" in markdown
+    assert r"input\_<b>|\&" in latex
+    assert len(measured(rows)) == 5
+
+
+def test_the_condition_is_that_before_the_manoeuvre() -> None:
+    problem = Problem(duration=9.0, amplitude=0.09)
+    log = problem.fly()
+    assert _at_first(log, "V") == pytest.approx(100.0, abs=0.2)
+    assert abs(float(log["V"].mean()) - 100.0) > 1.0
+    assert _at_first(log, "mach") is None
