@@ -74,7 +74,7 @@ def choose_band(rates: Sequence[Array], interval: float, ratio: float, depth: fl
     lowest, highest, share = limits
     highest = min(highest, share / interval)
     ends = [_end(rate, interval, ratio, depth) for rate in rates]
-    end = float(np.clip(max(ends), min(lowest, highest), highest))
+    end = float(np.clip(np.median(ends), min(lowest, highest), highest))
     step = max(1, int(0.5 / (interval * end) + 1e-9))
     if step == 1:
         return Band(1, np.ones(1))

@@ -16,16 +16,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, StateEffect
-from aerosid.effects_in_flight import acting_flight
+from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.sensors import as_read
-from aerosid.motion_loop import added_along
-from aerosid.terms import INPUT_COLUMNS, Term
+from aerosid.estimation.motion_loop import added_along
+from aerosid.flight_model.longitudinal import GRAVITY
+from aerosid.flight_model.terms import INPUT_COLUMNS, Term
 
 Array = NDArray[np.float64]
 
@@ -101,8 +102,20 @@ class CoefficientEquations:
             "C_Z": self._mass / self._force,
             "C_m": constants.I_yy / (self._force * constants.mean_chord),
         }
+        thrust = _thrust(model, columns)
+        thrusting = {
+            "C_X": thrust * np.cos(constants.thrust_incidence) / self._mass,
+            "C_Z": -thrust * np.sin(constants.thrust_incidence) / self._mass,
+        }
+        if any("alpha_dot_hat" in term.variables for _, term in (*free, *model.entries)) or ahead_of(model):
+            forces = self._modelled(model, thrusting)
+            self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces, columns)
+        known = self._known_loads(model, columns, thrusting)
+        known["C_m"] = thrust * constants.thrust_z_arm / constants.I_yy
         ahead, below = _shift(model, columns)
-        known = self._known_loads(model, columns, ahead, below)
+        if ahead.any() or below.any():
+            lever = self._mass * (ahead * forces["C_Z"] - below * forces["C_X"])
+            known["C_m"] = known["C_m"] + lever / constants.I_yy
         held = set(free)
         for entry, value in zip(model.entries, model.values, strict=True):
             if entry not in held and value != 0.0:
@@ -143,26 +156,45 @@ class CoefficientEquations:
         return as_read(self._recording, self._effects, channel, series[:, None])[:, 0]
 
     def _known_loads(
-        self, model: AerodynamicModel, columns: Mapping[str, Array], ahead: Array, below: Array
+        self, model: AerodynamicModel, columns: Mapping[str, Array], thrusting: Mapping[str, Array]
     ) -> dict[str, Array]:
-        """Accelerations at the sensors that no free term makes: thrust, lever arms, a moved centre of gravity."""
-        constants, motion, recording = model.constants, self._motion, self._recording
-        thrust = _thrust(model, columns)
+        """Accelerations at the accelerometers that no free term makes: thrust and lever arms."""
+        motion, recording = self._motion, self._recording
         p, r = columns["p"], columns["r"]
         offsets = accelerometer_offsets(recording, self._effects, motion.q, motion.q_dot, p, r)
-        known = {
-            "C_X": thrust * np.cos(constants.thrust_incidence) / self._mass,
-            "C_Z": -thrust * np.sin(constants.thrust_incidence) / self._mass,
-        }
+        known = dict(thrusting)
         for name in known:
             if _channel(name) in recording.channels:
                 known[name] = known[name] + offsets[_channel(name)]
         # Sensors keep their places in the aircraft when the centre of gravity moves.
+        ahead, below = _shift(model, columns)
         known["C_X"] = known["C_X"] + (motion.q**2 + r**2) * ahead - (motion.q_dot + p * r) * below
         known["C_Z"] = known["C_Z"] - (p * r - motion.q_dot) * ahead + (p**2 + motion.q**2) * below
-        lever = self._mass * (ahead * motion.a_z - below * motion.a_x)
-        known["C_m"] = (thrust * constants.thrust_z_arm + lever) / constants.I_yy
         return known
+
+    def _modelled(self, model: AerodynamicModel, thrusting: Mapping[str, Array]) -> dict[str, Array]:
+        """Specific forces along x and z as the model gives them, m/s^2.
+
+        Measured ones hold the same gusts as the moment: a term or a lever with them in it would explain those.
+        """
+        forces = dict(thrusting)
+        for entry, value in zip(model.entries, model.values, strict=True):
+            if value != 0.0 and "alpha_dot_hat" not in entry[1].variables:
+                for name, series in self._accelerations(entry).items():
+                    if name in forces:
+                        forces[name] = forces[name] + value * series
+        return forces
+
+    def _modelled_alpha_dot(
+        self, model: AerodynamicModel, forces: Mapping[str, Array], columns: Mapping[str, Array]
+    ) -> Array:
+        """The rate of alpha by the model's forces, times c/(2 U0)."""
+        motion, constants = self._motion, model.constants
+        climb = motion.theta - motion.alpha
+        normal = forces["C_Z"] * np.cos(motion.alpha) - forces["C_X"] * np.sin(motion.alpha)
+        rate = motion.q + (normal + GRAVITY * np.cos(climb) * np.cos(columns["phi"])) / motion.V
+        rate_speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else motion.V
+        return np.asarray(rate * constants.mean_chord / (2.0 * rate_speed))
 
     def _with_state_effect(self, active: ActiveEffect, model: AerodynamicModel, flight: object) -> Array:
         """The inputs with what an effect of the motion adds; its share of the lift stays with that derivative."""
@@ -208,6 +240,11 @@ def _thrust(model: AerodynamicModel, columns: Mapping[str, Array]) -> Array:
     if place < 0:
         return columns["thrust"]
     return np.asarray(columns["thrust"] + columns[model.columns[len(INPUT_COLUMNS) + place]])
+
+
+def ahead_of(model: AerodynamicModel) -> bool:
+    """Whether the model's centre of gravity may move."""
+    return model.constants.cg_x >= 0 or model.constants.cg_z >= 0
 
 
 def _shift(model: AerodynamicModel, columns: Mapping[str, Array]) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import CONSTANT, Entry
+from aerosid.flight_model.aerodynamics import CONSTANT, Entry
 from aerosid.equation_error.channels import KINEMATIC
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
 from aerosid.equation_error.points import Segment
@@ -28,6 +28,8 @@ class Design:
     Attributes
     ----------
     segments : tuple of (recording, equation)
+    groups : tuple of (equation, float)
+        Segments that share a colour: the same equation at the same interval, s.
     bounds : ndarray, shape (S + 1,)
         Where each segment's rows begin.
     target : ndarray, shape (R,)
@@ -40,6 +42,7 @@ class Design:
     """
 
     segments: tuple[tuple[int, str], ...]
+    groups: tuple[tuple[str, float], ...]
     bounds: NDArray[np.int64]
     target: Array
     columns: Array
@@ -55,6 +58,7 @@ class Design:
         """The design with further columns (R, K)."""
         return Design(
             self.segments,
+            self.groups,
             self.bounds,
             self.target,
             np.column_stack([self.columns, columns]),
@@ -68,7 +72,7 @@ class Design:
 class Weights:
     """What the residuals are like: the colour of each equation, the size of each segment's innovations (S,)."""
 
-    colours: Mapping[str, Colour]
+    colours: Mapping[tuple[str, float], Colour]
     sizes: Array
 
 
@@ -114,6 +118,7 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
     target = np.concatenate([each.target for each in segments])
     return Design(
         tuple((each.recording, each.equation) for each in segments),
+        tuple((each.equation, round(float(each.time[1] - each.time[0]), 6)) for each in segments),
         bounds,
         target,
         columns,
@@ -123,27 +128,21 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
     )
 
 
-def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings, interval: Sequence[float]) -> Weights:
-    """Colour and sizes that residuals (R,) show.
-
-    Parameters
-    ----------
-    interval : sequence of float
-        Of each recording's samples in the band, s.
-    """
-    by_equation: dict[str, list[int]] = {}
-    for s, (_, equation) in enumerate(design.segments):
-        by_equation.setdefault(equation, []).append(s)
+def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings) -> Weights:
+    """Colour and sizes that residuals (R,) show."""
+    by_group: dict[tuple[str, float], list[int]] = {}
+    for s, group in enumerate(design.groups):
+        by_group.setdefault(group, []).append(s)
     sizes = np.ones(len(design.segments))
-    colours: dict[str, Colour] = {}
-    for equation, members in by_equation.items():
+    colours: dict[tuple[str, float], Colour] = {}
+    for (equation, interval), members in by_group.items():
         parts = [residuals[design.rows(s)] for s in members]
         rough = [max(float(np.std(part)), 1e-300) for part in parts]
         longest = np.inf
         if equation not in KINEMATIC:
-            longest = settings.memory / min(interval[design.segments[s][0]] for s in members)
+            longest = settings.memory / interval
         colour = fit_colour(parts, rough, settings.order, longest)
-        colours[equation] = colour
+        colours[equation, interval] = colour
         for s, part in zip(members, parts, strict=True):
             white = colour.whitened(part[:, None])[:, 0]
             sizes[s] = max(float(np.sqrt(np.mean(white**2))), design.floors[s], 1e-12)
@@ -153,9 +152,9 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
     """Rows (R, K) whitened and over their sizes."""
     out = np.empty_like(values)
-    for s, (_, equation) in enumerate(design.segments):
+    for s, group in enumerate(design.groups):
         rows = design.rows(s)
-        out[rows] = weights.colours[equation].whitened(values[rows]) / weights.sizes[s]
+        out[rows] = weights.colours[group].whitened(values[rows]) / weights.sizes[s]
     return out
 
 
@@ -186,32 +185,31 @@ def solve(design: Design, weights: Weights) -> Solution:
 def log_likelihood(design: Design, innovations: Array, weights: Weights) -> float:
     """ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
     total = -0.5 * float(innovations @ innovations)
-    for s, (_, equation) in enumerate(design.segments):
+    for s, group in enumerate(design.groups):
         samples = int(design.bounds[s + 1] - design.bounds[s])
-        total -= samples * float(np.log(weights.sizes[s])) + weights.colours[equation].log_start
+        total -= samples * float(np.log(weights.sizes[s])) + weights.colours[group].log_start
     return total
 
 
-def white_weights(design: Design, settings: EquationErrorSettings) -> Weights:
+def white_weights(design: Design) -> Weights:
     """Weights to begin with: no colour, sizes of the residuals of ordinary least squares by equation."""
     sizes = np.ones(len(design.segments))
     for s in range(len(design.segments)):
         sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
-    return Weights({equation: colour_of(np.ones(1)) for _, equation in design.segments}, sizes)
+    return Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes)
 
 
 def regress(
     design: Design,
     settings: EquationErrorSettings,
-    intervals: Sequence[float],
     start: Weights | None = None,
     rounds: int = 3,
 ) -> Solution:
     """Least squares and the residuals' colour and sizes in turn."""
-    weights = start or white_weights(design, settings)
+    weights = start or white_weights(design)
     solution = solve(design, weights)
     for _ in range(rounds if start else rounds + 3):
-        weights = residual_weights(design, solution.residuals, settings, intervals)
+        weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)
         done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
         solution = found

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import Entry
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.channels import EQUATIONS
 from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, regress, solve
@@ -31,11 +31,6 @@ class Frame:
     recordings: tuple[Recording, ...]
     kinds: tuple[str, ...]
     settings: EquationErrorSettings
-
-    @property
-    def intervals(self) -> list[float]:
-        """Of each recording's samples in the band, s."""
-        return [each.interval * each.band.step for each in self.recordings]
 
     def segments(self, point: Point) -> list[Segment]:
         """The equations at a point: kinematic ones of all recordings, coefficients of those that are fitted."""
@@ -102,7 +97,7 @@ def estimate(
         What the residuals are like to begin with.
     """
     design = design_of(frame.segments(point), frame.settings)
-    solution = regress(design, frame.settings, frame.intervals, weights)
+    solution = regress(design, frame.settings, weights)
     point = _with_terms(point, design, solution.values)
     free = [(i, k) for i, active in enumerate(point.effects) for k in range(len(active.values))]
     if not free:
@@ -114,7 +109,7 @@ def estimate(
         )
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
-        full = regress(wide, frame.settings, frame.intervals, solution.weights)
+        full = regress(wide, frame.settings, solution.weights)
         best = Estimate(frame, point, wide, full)
         linear = len(design.unknowns)
         step = full.values[linear:]
@@ -144,7 +139,7 @@ def _stepped(
     frame: Frame, point: Point, design: Design, full: Solution, free: Sequence[tuple[int, int]], step: Array
 ) -> tuple[Point | None, Design, Solution]:
     """The point after the step, shortened until the likelihood does not fall."""
-    start = regress(design, frame.settings, frame.intervals, full.weights, rounds=1)
+    start = regress(design, frame.settings, full.weights, rounds=1)
     before = start.log_likelihood
     share = 1.0
     for _ in range(HALVINGS):
@@ -153,7 +148,7 @@ def _stepped(
             effects[i] = effects[i].beside(k, share * float(change))
         trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
         fresh = design_of(frame.segments(trial), frame.settings)
-        solved = regress(fresh, frame.settings, frame.intervals, full.weights)
+        solved = regress(fresh, frame.settings, full.weights)
         if solved.log_likelihood > before - CLOSE:
             return _with_terms(trial, fresh, solved.values), fresh, solved
         share *= 0.4

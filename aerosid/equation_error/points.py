@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.aerodynamics import CONSTANT, AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
 from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
-from aerosid.hypotheses import with_columns_of
+from aerosid.estimation.effect_columns import with_columns_of
 
 Array = NDArray[np.float64]
 

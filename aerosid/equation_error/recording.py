@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.band import Band, choose_band
 from aerosid.equation_error.settings import EquationErrorSettings
-from aerosid.longitudinal import OUTPUTS
-from aerosid.manoeuvre import Manoeuvre
+from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.estimation.manoeuvre import Manoeuvre
 
 Array = NDArray[np.float64]
 
@@ -67,15 +67,19 @@ def read_recordings(
     """All recordings, those to be fitted first, with the band chosen from all of them together."""
     made = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
     limits = (settings.band_lowest, settings.band_highest, settings.band_share)
-    return tuple(
-        replace(each, band=choose_band([each.channels["q"]], each.interval, settings.band_ratio, settings.band_depth, limits))
-        for each in made
-    )
+    bands: dict[float, Band] = {}
+    for each in made:
+        if each.interval not in bands:
+            rates = [other.channels["q"] for other in made if other.interval == each.interval]
+            bands[each.interval] = choose_band(
+                rates, each.interval, settings.band_ratio, settings.band_depth, limits
+            )
+    return tuple(replace(each, band=bands[each.interval]) for each in made)
 
 
 def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
     flight = manoeuvre.flight
-    interval = float(np.median(np.diff(flight.time)))
+    interval = float(np.round(np.median(np.diff(flight.time)), 6))
     count = int(np.floor((flight.time[-1] - flight.time[0]) / interval + 1e-6)) + 1
     time = flight.time[0] + interval * np.arange(count)
     off = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval

@@ -66,7 +66,7 @@ class EquationErrorSettings:
     band_lowest: float = 0.8
     band_highest: float = 4.0
     band_share: float = 0.25
-    blend: float = 1.0
+    blend: float = float(__import__('os').environ.get('BLEND','1.0'))
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     shortlist: int = 8
     most: int = 12

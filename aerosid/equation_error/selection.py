@@ -1,0 +1,201 @@
+"""Forward selection, backward elimination and replacement by Schwarz's criterion with a stated false-alarm share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.candidates import (
+    Candidate,
+    effect_candidates,
+    joined,
+    of_sensors,
+    scores,
+    started,
+    term_candidates,
+)
+from aerosid.equation_error.design import regress
+from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.points import Point
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A hypothesis that entered, with its numbers at the estimate's point.
+
+    `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
+    """
+
+    hypothesis: Hypothesis
+    kinematic: bool
+    gain: float
+
+
+@dataclass(frozen=True)
+class Selected:
+    """A structure and its estimate; `chosen` in the order of the point's added effects and terms."""
+
+    estimate: Estimate
+    chosen: tuple[Chosen, ...]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The price of a hypothesis: `asked` of them share the stated odds of a false alarm."""
+
+    asked: int
+    samples: int
+    false_alarm: float
+
+    def price(self, hypothesis: Hypothesis) -> float:
+        """Gain in ln L that it must exceed: Schwarz's criterion at prior odds of false_alarm over all that is asked."""
+        odds = float(np.log(self.asked / self.false_alarm))
+        return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+
+def forward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    kinematic: bool,
+    admitted: Callable[[Estimate, Estimate, Hypothesis], bool] = lambda _before, _after, _hypothesis: True,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again."""
+    refused: set[tuple[str, str, str]] = set()
+    while len(selected.chosen) < frame.settings.most:
+        best = _best(selected, frame, rules, hypotheses, refused, admitted, told)
+        if best is None:
+            return selected
+        found, hypothesis, gain = best
+        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
+        selected = backward(Selected(found, chosen), frame, rules, keep=hypothesis, told=told)
+    return selected
+
+
+def _best(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    refused: set[tuple[str, str, str]],
+    admitted: Callable[[Estimate, Estimate, Hypothesis], bool],
+    told: Callable[[str], None],
+) -> tuple[Estimate, Hypothesis, float] | None:
+    base = selected.estimate
+    taken = {each.hypothesis.label for each in selected.chosen} | refused
+    open_ = [h for h in hypotheses if h.label not in taken]
+    candidates = term_candidates(frame, base, open_) if "C_m" in frame.kinds else []
+    candidates += effect_candidates(frame, base, open_)
+    if not candidates:
+        return None
+    plain = scores(base, candidates)
+    order: list[int] = []
+    seen: dict[tuple[str, str, str], int] = {}
+    for n in np.argsort(-plain):
+        label = candidates[n].hypothesis.label
+        seen[label] = seen.get(label, 0) + 1
+        if seen[label] == 1 and plain[n] > 0.3 * rules.price(candidates[n].hypothesis):
+            order.append(int(n))
+        if len(order) >= 2 * frame.settings.shortlist:
+            break
+    ranked = []
+    for n in order:
+        candidate = candidates[n]
+        names = [("trial", i) for i in range(candidate.columns.shape[1])]
+        solution = regress(base.design.beside(candidate.columns, names), frame.settings, base.solution.weights, 2)
+        gain = solution.log_likelihood - base.log_likelihood - rules.price(candidate.hypothesis)
+        step = solution.values[-candidate.columns.shape[1] :]
+        ranked.append((gain, n, step, solution.weights))
+    ranked.sort(key=lambda row: -row[0])
+    tried: list[tuple[float, Estimate, Hypothesis]] = []
+    for gain, n, step, weights in ranked[: frame.settings.shortlist]:
+        if gain < -4.0 or (tried and gain < tried[0][0] - 12.0):
+            break
+        hypothesis = started(candidates[n], step)
+        found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
+        net = found.log_likelihood - base.log_likelihood - rules.price(hypothesis)
+        tried.append((net, found, hypothesis))
+        tried.sort(key=lambda row: -row[0])
+    for net, found, hypothesis in tried:
+        if net <= 0.0:
+            break
+        if not admitted(base, found, hypothesis):
+            told(f"  not admitted {hypothesis.label}")
+            refused.add(hypothesis.label)
+            continue
+        told(
+            f"  enters {hypothesis.label} net {net:.1f} others "
+            + ", ".join(f"{h.label} {g:.1f}" for g, _, h in tried if h is not hypothesis)
+        )
+        return found, hypothesis, net + rules.price(hypothesis)
+    return None
+
+
+def without(point: Point, chosen: Chosen) -> Point:
+    """The point without a hypothesis: its terms struck out, its effects gone."""
+    hypothesis = chosen.hypothesis
+    gone = {active.name for active in hypothesis.effects}
+    logs = {(active.name, active.log) for active in hypothesis.effects}
+    effects = tuple(
+        active
+        for active in point.effects
+        if not (active.values and active.name in gone and (active.name, active.log) in logs)
+    )
+    dropped = set(hypothesis.entries)
+    free = tuple(entry for entry in point.free if entry not in dropped)
+    return replace(point, model=point.model.without(dropped), free=free, effects=effects)
+
+
+def backward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    keep: Hypothesis | None = None,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure without what no longer pays its price; what kinematics proved is kept where others are judged."""
+    while True:
+        worst: tuple[float, Estimate, Chosen] | None = None
+        for each in selected.chosen:
+            if each.hypothesis is keep or (each.kinematic and "C_m" in frame.kinds):
+                continue
+            lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+            loss = selected.estimate.log_likelihood - lone.log_likelihood - rules.price(each.hypothesis)
+            if loss < 0.0 and (worst is None or loss < worst[0]):
+                worst = loss, lone, each
+        if worst is None:
+            return selected
+        told(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
+        selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
+
+
+def kinematic_gain(frame: Frame, before: Estimate, after: Estimate) -> float:
+    """Gain in ln L of the kinematic equations alone between two estimates."""
+    def share(found: Estimate) -> float:
+        total = 0.0
+        for s, (_, equation) in enumerate(found.design.segments):
+            if equation.startswith("C_"):
+                continue
+            rows = found.design.rows(s)
+            samples = rows.stop - rows.start
+            white = found.solution.weights.colours[found.design.groups[s]].whitened(
+                found.solution.residuals[rows][:, None]
+            )[:, 0] / found.solution.weights.sizes[s]
+            total -= 0.5 * float(white @ white) + samples * float(np.log(found.solution.weights.sizes[s]))
+            total -= found.solution.weights.colours[found.design.groups[s]].log_start
+        return total
+
+    return share(after) - share(before)
+
+
+__all__ = ["ActiveEffect", "Candidate", "Chosen", "Rules", "Selected", "backward", "field", "forward", "of_sensors"]
