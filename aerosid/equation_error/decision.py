@@ -15,7 +15,7 @@ from aerosid.equation_error.channels import EQUATIONS, KINEMATIC
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import read_recordings
-from aerosid.equation_error.selection import Rules, Selected, forward, kinematic_gain
+from aerosid.equation_error.selection import Rules, Selected, forward, kinematic_gain, rules_for, total_price, with_separation
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -36,6 +36,7 @@ def decide(
     free: Sequence[Entry],
     given: Sequence[ActiveEffect],
     hypotheses: Sequence[Hypothesis],
+    coefficients: Sequence[str],
     identification: Sequence[Manoeuvre],
     validation: Sequence[Manoeuvre] = (),
     settings: EquationErrorSettings = EquationErrorSettings(),
@@ -50,13 +51,26 @@ def decide(
     frame = Frame(recordings, KINEMATIC, settings)
     base = estimate(frame, start)
     told(f"kinematics: {len(sensors)} asked, {base.design.target.size} rows")
-    rules = Rules(len(asked), base.design.target.size, settings.false_alarm)
+    rules = rules_for(asked, base.design.target.size, settings.false_alarm, settings.factor_odds)
     first = forward(Selected(base, ()), frame, rules, sensors, kinematic=True, told=told)
     whole = Frame(recordings, EQUATIONS, settings)
     full = estimate(whole, first.estimate.point)
     told(f"coefficients: {len(others)} asked, {full.design.target.size} rows")
-    rules = Rules(len(asked), full.design.target.size, settings.false_alarm)
-    return forward(Selected(full, first.chosen), whole, rules, others, kinematic=False, told=told)
+    rules = rules_for(asked, full.design.target.size, settings.false_alarm, settings.factor_odds)
+    begun = Selected(full, first.chosen)
+    found = forward(begun, whole, rules, others, kinematic=False, coefficients=coefficients, told=told)
+    separated = with_separation(begun, whole, rules, coefficients, told)
+    if separated is not None:
+        told("separation first")
+        separated = forward(separated, whole, rules, others, kinematic=False, coefficients=coefficients, told=told)
+        if worth(separated, rules) > worth(found, rules):
+            found = separated
+    return found
+
+
+def worth(selected: Selected, rules: Rules) -> float:
+    """ln L less the price of all that entered."""
+    return selected.estimate.log_likelihood - total_price(rules, selected.chosen)
 
 
 __all__ = ["Estimate", "StateEffect", "decide", "is_sudden", "kinematic_gain", "np", "replace"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from aerosid.equation_error.candidates import (
 from aerosid.equation_error.design import regress
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
+from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
 
 Array = NDArray[np.float64]
 
@@ -48,16 +49,35 @@ class Selected:
 
 @dataclass(frozen=True)
 class Rules:
-    """The price of a hypothesis: `asked` of them share the stated odds of a false alarm."""
+    """The price of a hypothesis: all that are asked share the stated odds of a false alarm.
 
-    asked: int
+    `shares` by label, their sum one: simple terms take more of it than products of many factors.
+    """
+
+    shares: Mapping[tuple[str, str, str], float]
     samples: int
     false_alarm: float
 
     def price(self, hypothesis: Hypothesis) -> float:
-        """Gain in ln L that it must exceed: Schwarz's criterion at prior odds of false_alarm over all that is asked."""
-        odds = float(np.log(self.asked / self.false_alarm))
+        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
+        share = self.shares.get(hypothesis.label, min(self.shares.values()))
+        odds = -float(np.log(share * self.false_alarm))
         return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+
+def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
+    """The rules by which some hypotheses are judged on so many samples."""
+    weights = {}
+    for hypothesis in hypotheses:
+        factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
+        weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
+    total = sum(weights.values())
+    return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
+
+
+def total_price(rules: Rules, chosen: Sequence[Chosen]) -> float:
+    """What all that entered has to bring together."""
+    return sum(rules.price(each.hypothesis) for each in chosen)
 
 
 def forward(
@@ -67,13 +87,14 @@ def forward(
     hypotheses: Sequence[Hypothesis],
     *,
     kinematic: bool,
+    coefficients: Sequence[str] = (),
     admitted: Callable[[Estimate, Estimate, Hypothesis], bool] = lambda _before, _after, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again."""
     refused: set[tuple[str, str, str]] = set()
     while len(selected.chosen) < frame.settings.most:
-        best = _best(selected, frame, rules, hypotheses, refused, admitted, told)
+        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients)
         if best is None:
             return selected
         found, hypothesis, gain = best
@@ -90,11 +111,15 @@ def _best(
     refused: set[tuple[str, str, str]],
     admitted: Callable[[Estimate, Estimate, Hypothesis], bool],
     told: Callable[[str], None],
+    coefficients: Sequence[str],
 ) -> tuple[Estimate, Hypothesis, float] | None:
     base = selected.estimate
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken]
-    candidates = term_candidates(frame, base, open_) if "C_m" in frame.kinds else []
+    candidates: list[Candidate] = []
+    if "C_m" in frame.kinds:
+        candidates = term_candidates(frame, base, open_)
+        open_ += [h for h in sudden_hypotheses(frame, base, coefficients) if h.label not in taken]
     candidates += effect_candidates(frame, base, open_)
     if not candidates:
         return None
@@ -139,6 +164,26 @@ def _best(
         )
         return found, hypothesis, net + rules.price(hypothesis)
     return None
+
+
+def with_separation(
+    selected: Selected, frame: Frame, rules: Rules, coefficients: Sequence[str], told: Callable[[str], None]
+) -> Selected | None:
+    """The structure with flow separation beside what it has, where that pays its price; else None."""
+    best: tuple[float, Estimate, Hypothesis] | None = None
+    for hypothesis in separation_hypotheses(frame, selected.estimate, coefficients):
+        found = estimate(
+            frame, joined(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
+        )
+        net = found.log_likelihood - selected.estimate.log_likelihood - rules.price(hypothesis)
+        told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
+        if net > 0.0 and (best is None or net > best[0]):
+            best = net, found, hypothesis
+    if best is None:
+        return None
+    net, found, hypothesis = best
+    entered = Chosen(hypothesis, kinematic=False, gain=net + rules.price(hypothesis))
+    return Selected(found, (*selected.chosen, entered))
 
 
 def without(point: Point, chosen: Chosen) -> Point:

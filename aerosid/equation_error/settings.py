@@ -48,6 +48,10 @@ class EquationErrorSettings:
     drifts : mapping of str to float
         Standard deviation of the drift of each kinematic equation from recording to recording, unit/s: rates of gyros
         (0.006 deg/s), of the wind and of vertical air.
+    separation_range : float
+        Span of alpha, rad, from which on flow separation is asked: six degrees.
+    factor_odds : float
+        Prior odds, 1, of a term with one factor more against the simpler one: of equal fits the simpler is named.
     shortlist : int
         Candidates a round that are fitted with the colour estimated anew; the score with a given colour ranks them.
     most : int
@@ -68,6 +72,8 @@ class EquationErrorSettings:
     band_share: float = 0.25
     blend: float = float(__import__('os').environ.get('BLEND','1.0'))
     drifts: Mapping[str, float] = field(default_factory=_drifts)
+    separation_range: float = 0.105
+    factor_odds: float = 0.3
     shortlist: int = 8
     most: int = 12
     alike: float = 4.0
