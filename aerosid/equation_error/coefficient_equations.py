@@ -22,7 +22,6 @@ from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
 from aerosid.equation_error.recording import Recording
-from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.sensors import as_read
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.longitudinal import GRAVITY
@@ -145,7 +144,7 @@ class CoefficientEquations:
     def _measured(self, name: str) -> Array:
         recording, motion = self._recording, self._motion
         if name == "C_m":
-            return derivative(recording.channels["q"], recording.interval)
+            return recording.q_dot
         channel = _channel(name)
         if channel in recording.channels:
             return recording.channels[channel] - _bias(recording, self._effects, channel)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz, solve_triangular, toeplitz
-from scipy.signal import lfilter
+from scipy.linalg import solve_triangular, toeplitz
 
 Array = NDArray[np.float64]
 
@@ -33,7 +32,9 @@ class Colour:
         order = self.start.shape[0]
         if order == 0:
             return values
-        white = lfilter(self.weights, [1.0], values, axis=0)
+        white = values.copy()
+        for lag in range(1, order + 1):
+            white[lag:] += self.weights[lag] * values[:-lag]
         white[:order] = solve_triangular(self.start, values[:order], lower=True)
         return np.asarray(white)
 

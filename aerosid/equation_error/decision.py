@@ -53,7 +53,7 @@ def decide(
     told(f"kinematics: {len(sensors)} asked, {base.design.target.size} rows")
     rules = rules_for(asked, base.design.target.size, settings.false_alarm, settings.factor_odds)
     first = forward(Selected(base, ()), frame, rules, sensors, kinematic=True, told=told)
-    whole = Frame(recordings, EQUATIONS, settings)
+    whole = Frame(recordings, EQUATIONS, settings, all_fitted=settings.joint)
     full = estimate(whole, first.estimate.point)
     told(f"coefficients: {len(others)} asked, {full.design.target.size} rows")
     rules = rules_for(asked, full.design.target.size, settings.false_alarm, settings.factor_odds)

@@ -199,6 +199,14 @@ def white_weights(design: Design) -> Weights:
     return Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes)
 
 
+def uncoloured(design: Design, residuals: Array) -> Solution:
+    """Least squares with each segment's size alone: what a slow effect looks like before the colour takes it in."""
+    sizes = np.array(
+        [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
+    )
+    return solve(design, Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes))
+
+
 def regress(
     design: Design,
     settings: EquationErrorSettings,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.channels import EQUATIONS
 from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, regress, solve
-from aerosid.equation_error.points import Point, Segment, equations_of
+from aerosid.equation_error.points import Equations, Point, Segment
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
 
@@ -26,16 +27,23 @@ CLOSE = 0.05
 
 @dataclass(frozen=True)
 class Frame:
-    """What is compared: some equations of some recordings, with the settings."""
+    """What is compared: some equations of some recordings, with the settings.
+
+    `all_fitted`: whether coefficients are regressed on the validation recordings too.
+    """
 
     recordings: tuple[Recording, ...]
     kinds: tuple[str, ...]
     settings: EquationErrorSettings
+    all_fitted: bool = False
+
+    @cached_property
+    def _equations(self) -> Equations:
+        return Equations(self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted)
 
     def segments(self, point: Point) -> list[Segment]:
-        """The equations at a point: kinematic ones of all recordings, coefficients of those that are fitted."""
-        found = equations_of(point, self.recordings, self.settings.blend, self.kinds)
-        return [s for s in found if s.equation in self.kinds and (self.recordings[s.recording].fitted or not s.columns)]
+        """The equations at a point."""
+        return self._equations.at(point)
 
 
 @dataclass(frozen=True)
@@ -65,17 +73,24 @@ def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Ar
     return np.asarray(fresh.target - fresh.columns @ chosen)
 
 
-def effect_column(frame: Frame, design: Design, values: Array, point: Point, place: int, number: int) -> Array:
-    """What one unit of an effect's number adds to every equation, (R,), by a difference about its value."""
-    active = point.effects[place]
-    parameter = active.effect.parameters[number]
-    sides = [active.beside(number, sign * parameter.step) for sign in (1.0, -1.0)]
-    ends = [replace(point, effects=_put(point.effects, place, side)) for side in sides]
-    distance = sides[0].values[number] - sides[1].values[number]
-    if distance == 0.0:
-        return np.zeros(design.target.size)
-    upper, lower = (residual_of(frame, design, values, end) for end in ends)
-    return np.asarray(-(upper - lower) / distance)
+def effect_columns(
+    frame: Frame, design: Design, values: Array, point: Point, numbers: Sequence[tuple[int, int]]
+) -> Array:
+    """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
+
+    `numbers`: place of the effect and of its number.
+    """
+    here = residual_of(frame, design, values, point)
+    columns = np.zeros((here.size, len(numbers)))
+    for column, (place, number) in enumerate(numbers):
+        active = point.effects[place]
+        parameter = active.effect.parameters[number]
+        side = active.beside(number, parameter.step)
+        if side.values[number] == active.values[number]:  # at its upper limit
+            side = active.beside(number, -parameter.step)
+        moved = residual_of(frame, design, values, replace(point, effects=_put(point.effects, place, side)))
+        columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
+    return columns
 
 
 def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
@@ -104,9 +119,7 @@ def estimate(
         return Estimate(frame, point, design, solution)
     best = None
     for _ in range(steps):
-        columns = np.column_stack(
-            [effect_column(frame, design, solution.values[: len(design.unknowns)], point, i, k) for i, k in free]
-        )
+        columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
         full = regress(wide, frame.settings, solution.weights)
@@ -120,9 +133,7 @@ def estimate(
         point, design, solution = moved, design_new, solved
         if abs(gained) < CLOSE and _small(full, linear, step):
             break
-    columns = np.column_stack(
-        [effect_column(frame, design, solution.values[: len(design.unknowns)], point, i, k) for i, k in free]
-    )
+    columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
     wide = design.beside(columns, [("effect", i, k) for i, k in free])
     full = solve(wide, solution.weights)
     # The likelihood of the point itself, not of the linear step beyond it.
@@ -169,4 +180,4 @@ def _with_terms(point: Point, design: Design, values: Array) -> Point:
     return replace(point, model=point.model.with_values(changed))
 
 
-__all__ = ["EQUATIONS", "Estimate", "Frame", "effect_column", "estimate", "field", "residual_of"]
+__all__ = ["EQUATIONS", "Estimate", "Frame", "effect_columns", "estimate", "residual_of"]

@@ -85,7 +85,7 @@ def reconstruct(
     """
     interval = recording.interval
     q = true["q"]
-    q_dot = derivative(q, interval)
+    q_dot = recording.q_dot if q is recording.channels["q"] else derivative(q, interval)
     phi, p, r, beta = (_input(recording, name) for name in ("phi", "p", "r", "beta"))
     path: dict[str, Array] = {}
     turned = running_integral(q * np.cos(phi) - r * np.sin(phi), interval)
@@ -160,7 +160,8 @@ def _blended(measured: Array, path: Array, samples: float) -> Array:
     if samples < 0.5:
         return measured
     difference = measured - path
-    line = np.polynomial.polynomial.Polynomial.fit(np.arange(path.size), difference, 1)(np.arange(path.size))
+    centred = np.arange(path.size) - 0.5 * (path.size - 1)
+    line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
     return np.asarray(path + line + gaussian_filter1d(difference - line, samples, mode="nearest"))
 
 

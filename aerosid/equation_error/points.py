@@ -8,16 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
-from aerosid.effects import ActiveEffect
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
-from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct
+from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
 from aerosid.estimation.effect_columns import with_columns_of
 
 Array = NDArray[np.float64]
+
+
+KEPT = 24
+"""Motions of each recording that are kept: a Gauss-Newton step over ten sensors' numbers asks for as many."""
 
 
 @dataclass(frozen=True)
@@ -70,23 +75,55 @@ class Segment:
     floor: float
 
 
-def equations_of(
-    point: Point, recordings: Sequence[Recording], blend: float, kinds: Sequence[str] = EQUATIONS
-) -> list[Segment]:
-    """The equations of all recordings at a point; of those that are not fitted the kinematic ones alone."""
-    segments = []
-    for n, recording in enumerate(recordings):
-        true = corrected(recording, point.effects)
-        motion = reconstruct(recording, point.effects, true, blend)
-        rows = recording.time[recording.band.rows(recording.time.size)]
-        time = rows - 0.5 * (rows[0] + rows[-1])
-        if any(kind in kinds for kind in KINEMATIC):
-            for name, values in predicted_records(recording, point.effects, motion).items():
-                target = recording.band(recording.channels[name] - values)
-                segments.append(Segment(n, name, target, {}, time, _floor(recording, name)))
-        if any(kind in kinds for kind in COEFFICIENT):
-            segments.extend(_coefficients(n, point, recording, motion, time))
-    return segments
+class Equations:
+    """The equations of some recordings, at one point after another.
+
+    What depends on the sensors alone is kept from the last few points: most points of a search differ in something
+    else.
+    """
+
+    def __init__(
+        self, recordings: Sequence[Recording], blend: float, kinds: Sequence[str] = EQUATIONS, *, all_fitted: bool = False
+    ) -> None:
+        self._recordings, self._blend = recordings, blend
+        self._kinematic = any(kind in kinds for kind in KINEMATIC)
+        self._coefficient = any(kind in kinds for kind in COEFFICIENT)
+        self._fitted = [recording.fitted or all_fitted for recording in recordings]
+        self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
+
+    def at(self, point: Point) -> list[Segment]:
+        """The equations of all recordings; coefficients on those that are fitted alone."""
+        segments = []
+        for n, recording in enumerate(self._recordings):
+            motion, kinematic = self._motion(n, recording, point.effects)
+            segments.extend(kinematic)
+            if self._coefficient and self._fitted[n]:
+                rows = recording.time[recording.band.rows(recording.time.size)]
+                segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
+        return segments
+
+    def _motion(
+        self, n: int, recording: Recording, effects: Sequence[ActiveEffect]
+    ) -> tuple[Motion, list[Segment]]:
+        key = tuple(
+            (active.name, active.numbers, active.log)
+            for active in effects
+            if isinstance(active.effect, OutputEffect | PositionEffect)
+        )
+        kept = self._kept[n]
+        if key not in kept:
+            if len(kept) >= KEPT:
+                del kept[next(iter(kept))]
+            motion = reconstruct(recording, effects, corrected(recording, effects), self._blend)
+            segments = []
+            if self._kinematic:
+                rows = recording.time[recording.band.rows(recording.time.size)]
+                time = rows - 0.5 * (rows[0] + rows[-1])
+                for name, values in predicted_records(recording, effects, motion).items():
+                    target = recording.band(recording.channels[name] - values)
+                    segments.append(Segment(n, name, target, {}, time, _floor(recording, name)))
+            kept[key] = motion, segments
+        return kept[key]
 
 
 def _coefficients(n, point, recording, motion, time):  # type: ignore[no-untyped-def]
@@ -110,5 +147,3 @@ def _floor(recording: Recording, channel: str) -> float:
     """Standard deviation of the rounding of a recorder, averaged over the samples that the band makes one of."""
     return float(recording.resolution.get(channel, 0.0) / np.sqrt(12.0 * recording.band.step))
 
-
-CONSTANT_TERM = CONSTANT

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.band import Band, choose_band
+from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -45,6 +47,11 @@ class Recording:
     channels: Mapping[str, Array]
     resolution: Mapping[str, float]
     band: Band
+
+    @cached_property
+    def q_dot(self) -> Array:
+        """Derivative of the measured pitch rate, rad/s^2, (N,)."""
+        return derivative(self.channels["q"], self.interval)
 
     @property
     def name(self) -> str:

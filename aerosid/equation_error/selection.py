@@ -19,7 +19,7 @@ from aerosid.equation_error.candidates import (
     started,
     term_candidates,
 )
-from aerosid.equation_error.design import regress
+from aerosid.equation_error.design import regress, uncoloured
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
@@ -116,23 +116,20 @@ def _best(
     base = selected.estimate
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken]
+    uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
     candidates: list[Candidate] = []
     if "C_m" in frame.kinds:
         candidates = term_candidates(frame, base, open_)
-        open_ += [h for h in sudden_hypotheses(frame, base, coefficients) if h.label not in taken]
+        for each in (base, uncoloured_):
+            open_ += [h for h in sudden_hypotheses(frame, each, coefficients) if h.label not in taken]
     candidates += effect_candidates(frame, base, open_)
     if not candidates:
         return None
-    plain = scores(base, candidates)
-    order: list[int] = []
-    seen: dict[tuple[str, str, str], int] = {}
-    for n in np.argsort(-plain):
-        label = candidates[n].hypothesis.label
-        seen[label] = seen.get(label, 0) + 1
-        if seen[label] == 1 and plain[n] > 0.3 * rules.price(candidates[n].hypothesis):
-            order.append(int(n))
-        if len(order) >= 2 * frame.settings.shortlist:
-            break
+    order = list(
+        dict.fromkeys(
+            [*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)]
+        )
+    )
     ranked = []
     for n in order:
         candidate = candidates[n]
@@ -143,8 +140,9 @@ def _best(
         ranked.append((gain, n, step, solution.weights))
     ranked.sort(key=lambda row: -row[0])
     tried: list[tuple[float, Estimate, Hypothesis]] = []
-    for gain, n, step, weights in ranked[: frame.settings.shortlist]:
-        if gain < -4.0 or (tried and gain < tried[0][0] - 12.0):
+    told("   ranked " + ", ".join(f"{candidates[n].hypothesis.label} {gain:.1f}" for gain, n, _, _ in ranked[:6]))
+    for gain, n, step, weights in ranked:
+        if gain < -4.0 or len(tried) == frame.settings.fitted or (tried and gain < tried[0][0] - 6.0):
             break
         hypothesis = started(candidates[n], step)
         found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
@@ -164,6 +162,22 @@ def _best(
         )
         return found, hypothesis, net + rules.price(hypothesis)
     return None
+
+
+def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
+    """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
+    gains = scores(base, candidates)
+    order: list[int] = []
+    seen: set[tuple[str, str, str]] = set()
+    for n in np.argsort(-gains):
+        label = candidates[n].hypothesis.label
+        if label in seen or gains[n] < 0.3 * rules.price(candidates[n].hypothesis):
+            continue
+        seen.add(label)
+        order.append(int(n))
+        if len(order) >= frame.settings.shortlist:
+            break
+    return order
 
 
 def with_separation(

@@ -54,6 +54,8 @@ class EquationErrorSettings:
         Prior odds, 1, of a term with one factor more against the simpler one: of equal fits the simpler is named.
     shortlist : int
         Candidates a round that are fitted with the colour estimated anew; the score with a given colour ranks them.
+    fitted : int
+        Candidates a round whose numbers, and all others, are estimated anew: the likeliest of the shortlist.
     most : int
         Effects that may be named; a flight that lacks more misses something that is no sum of effects.
     alike : float
@@ -75,5 +77,7 @@ class EquationErrorSettings:
     separation_range: float = 0.105
     factor_odds: float = 0.3
     shortlist: int = 8
+    fitted: int = 3
     most: int = 12
+    joint: bool = True
     alike: float = 4.0

@@ -16,7 +16,7 @@ from aerosid.effects.step_change import step_change
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.candidates import joined
 from aerosid.equation_error.design import design_of, regress
-from aerosid.equation_error.estimate import Estimate, Frame, effect_column
+from aerosid.equation_error.estimate import Estimate, Frame, effect_columns
 from aerosid.equation_error.recording import Recording
 
 Array = NDArray[np.float64]
@@ -112,8 +112,8 @@ def _gain(frame: Frame, base: Estimate, hypothesis: Hypothesis) -> tuple[float, 
     place = len(point.effects) - 1
     design = design_of(frame.segments(point), frame.settings)
     values = np.array([_known(base, unknown) for unknown in design.unknowns])
-    columns = [effect_column(frame, design, values, point, place, number) for number in (4, 5)]
-    wide = design.beside(np.column_stack(columns), [("effect", place, 4), ("effect", place, 5)])
+    columns = effect_columns(frame, design, values, point, [(place, 4), (place, 5)])
+    wide = design.beside(columns, [("effect", place, 4), ("effect", place, 5)])
     found = regress(wide, frame.settings, base.solution.weights, 2)
     return found.log_likelihood, found.values[-2:]
 
