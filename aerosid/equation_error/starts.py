@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.cg_shift import sudden_cg_shift
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.hypothesis import Hypothesis
@@ -26,6 +26,9 @@ MAINLY = {"C_X": "C_X", "C_D": "C_X", "C_Z": "C_Z", "C_L": "C_Z", "C_m": "C_m"}
 
 EDGE = 4
 """Samples in the band at either end of a record in which nothing sudden is looked for."""
+
+RISES = (1.0, 3.0)
+"""s; a sudden change is tried at once and over these times: a flap or an engine takes them."""
 
 STAR_SHARES = (0.6, 0.75, 0.9, 1.0)
 """Where separation is tried to begin, shares of the highest angle of attack; and a little beyond it."""
@@ -47,23 +50,28 @@ def sudden_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str])
         if not recording.fitted:
             continue
         for coefficient in coefficients:
-            moment = _likeliest_instant(base, recording, n, MAINLY[coefficient])
-            if moment is None:
-                continue
-            found.append(_at(step_change(coefficient, moment, recording.interval), moment, recording.name))
-            if MAINLY[coefficient] == "C_X":
-                found.append(_at(thrust_change(moment, recording.interval), moment, recording.name))
-            elif coefficient == "C_m":
-                found.append(_at(sudden_cg_shift("x", moment, recording.interval), moment, recording.name))
+            for rise in (recording.interval, *RISES):
+                moment = _likeliest_instant(base, recording, n, MAINLY[coefficient], rise)
+                if moment is None:
+                    continue
+                slow = rise > recording.interval
+                found.append(_at(step_change(coefficient, moment, rise), moment, recording.name, slow=slow))
+                if MAINLY[coefficient] == "C_X":
+                    found.append(_at(thrust_change(moment, rise), moment, recording.name, slow=slow))
+                elif coefficient == "C_m":
+                    found.append(_at(sudden_cg_shift("x", moment, rise), moment, recording.name, slow=slow))
     return found
 
 
-def _at(effect, moment: float, log: str) -> Hypothesis:  # type: ignore[no-untyped-def]
+def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothesis:
+    """A sudden change as a hypothesis; of a slow one the rise was chosen from the flight too, which `time` counts."""
     active = ActiveEffect(effect, (effect.parameters[0].null, moment), log)
-    return Hypothesis(effect.kind, effect.where, effects=(active,))
+    return Hypothesis(effect.kind, effect.where, effects=(active,), time=moment if slow else None)
 
 
-def _likeliest_instant(base: Estimate, recording: Recording, place: int, equation: str) -> float | None:
+def _likeliest_instant(
+    base: Estimate, recording: Recording, place: int, equation: str, rise: float
+) -> float | None:
     """When a jump of one equation's residual would gain most, s."""
     if (place, equation) not in base.design.segments:
         return None
@@ -72,16 +80,16 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
     samples = rows.stop - rows.start
     if samples < 4 * EDGE:
         return None
-    jumps = np.tril(np.ones((samples, samples)))[:, EDGE:-EDGE]
+    at = recording.time[recording.band.rows(recording.time.size)]
+    step = float(at[1] - at[0])
+    jumps = np.clip((at[:, None] - at[None, EDGE:-EDGE]) / max(rise, step) + 0.5, 0.0, 1.0)
     weights = base.solution.weights
     white = weights.colours[base.design.groups[s]].whitened(jumps) / weights.sizes[s]
     along = base.solution.slopes[rows].T @ white
     left = np.sum(white * white, axis=0) - np.sum(along * (base.solution.covariance @ along), axis=0)
     pull = white.T @ base.solution.whitened[rows]
     gain = np.where(left > 1e-9 * np.sum(white * white, axis=0), pull**2 / np.maximum(left, 1e-300), 0.0)
-    at = recording.time[recording.band.rows(recording.time.size)]
-    step = at[1] - at[0]
-    return float(at[EDGE + int(np.argmax(gain))] - 0.5 * step)
+    return float(at[EDGE + int(np.argmax(gain))])
 
 
 def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
