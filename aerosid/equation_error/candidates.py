@@ -46,6 +46,24 @@ def of_sensors(hypothesis: Hypothesis) -> bool:
     )
 
 
+LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
+"""By unit; a channel that is further off is wrong and not biased."""
+
+
+def bounded(hypothesis: Hypothesis) -> Hypothesis:
+    """A sensor's bias with the limits of an instrument in use; everything else as it is."""
+    if hypothesis.kind != "sensor_bias":
+        return hypothesis
+    (active,) = hypothesis.effects
+    assert isinstance(active.effect, OutputEffect)
+    first = active.effect.parameters[0]
+    limit = LARGEST_BIAS.get(first.unit)
+    if limit is None:
+        return hypothesis
+    parameter = replace(first, lowest=-limit, highest=limit)
+    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=(parameter,))),))
+
+
 def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
     """Sensors that sit elsewhere, of the channels that are there."""
     return tuple(

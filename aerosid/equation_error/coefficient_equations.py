@@ -22,7 +22,7 @@ from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
 from aerosid.equation_error.recording import Recording
-from aerosid.equation_error.sensors import as_read
+from aerosid.equation_error.sensors import as_read, bias
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.longitudinal import GRAVITY
 from aerosid.flight_model.terms import INPUT_COLUMNS, Term
@@ -96,10 +96,17 @@ class CoefficientEquations:
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
         constants = model.constants
+        # Residuals are weighed by the airspeed as measured: one that a fault moved would make them look small.
+        reference = self._force * (recording.channels["V"] / motion.V) ** 2
+        self._force_per_unit = {
+            "C_X": self._force / self._mass,
+            "C_Z": self._force / self._mass,
+            "C_m": self._force * constants.mean_chord / constants.I_yy,
+        }
         self._in_units = {
-            "C_X": self._mass / self._force,
-            "C_Z": self._mass / self._force,
-            "C_m": constants.I_yy / (self._force * constants.mean_chord),
+            "C_X": self._mass / reference,
+            "C_Z": self._mass / reference,
+            "C_m": constants.I_yy / (reference * constants.mean_chord),
         }
         thrust = _thrust(model, columns)
         thrusting = {
@@ -123,7 +130,6 @@ class CoefficientEquations:
         self.target = {
             name: (self._measured(name) - self._read(name, series)) * self._in_units[name]
             for name, series in known.items()
-            if name == "C_m" or _channel(name) in recording.channels or True
         }
 
     def column(self, entry: Entry) -> dict[str, Array]:
@@ -138,7 +144,7 @@ class CoefficientEquations:
         if entry in self._slopes:
             series = series + self._slopes[entry]
         return {
-            name: part / self._in_units[name] for name, part in body_axes(entry[0], series, self._motion.alpha).items()
+            name: part * self._force_per_unit[name] for name, part in body_axes(entry[0], series, self._motion.alpha).items()
         }
 
     def _measured(self, name: str) -> Array:
@@ -147,7 +153,7 @@ class CoefficientEquations:
             return recording.q_dot
         channel = _channel(name)
         if channel in recording.channels:
-            return recording.channels[channel] - _bias(recording, self._effects, channel)
+            return recording.channels[channel] - bias(recording, self._effects, channel)
         return motion.a_x if channel == "a_x" else motion.a_z
 
     def _read(self, name: str, series: Array) -> Array:
@@ -221,12 +227,6 @@ def replace_inputs(flight: object, inputs: Array) -> object:
 
 def _channel(name: str) -> str:
     return {"C_X": "a_x", "C_Z": "a_z"}[name]
-
-
-def _bias(recording: Recording, effects: Sequence[ActiveEffect], channel: str) -> float:
-    from aerosid.equation_error.sensors import bias
-
-    return bias(recording, effects, channel)
 
 
 def _force(model: AerodynamicModel, motion: Motion, columns: Mapping[str, Array]) -> Array:

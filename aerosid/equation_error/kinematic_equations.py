@@ -118,6 +118,9 @@ def reconstruct(
         a_x, a_z = accelerations.get("a_x", a_x), accelerations.get("a_z", a_z)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
+        if driven:
+            # The path's own angle of attack: gusts move the vane and not the aircraft.
+            u, w = plane * np.cos(path["alpha"]), plane * np.sin(path["alpha"])
         climb = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
         path["h"] = _aligned(running_integral(climb, interval), h)
     if "theta" not in true:

@@ -19,12 +19,17 @@ from aerosid.equation_error.candidates import (
     started,
     term_candidates,
 )
-from aerosid.equation_error.design import regress, uncoloured
+from aerosid.equation_error.design import regress, solve, uncoloured
+from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
 
 Array = NDArray[np.float64]
+
+
+AGREEMENT = 3.0
+"""Deviations of their difference by which two recordings' numbers of one instrument may differ."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +65,13 @@ class Rules:
 
     def price(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
-        share = self.shares.get(hypothesis.label, min(self.shares.values()))
+        share = self.shares.get(hypothesis.label, max(self.shares.values()))
         odds = -float(np.log(share * self.false_alarm))
         return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+
+RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
+"""Sudden changes that a step of one coefficient says more simply; they take the share of a product of two factors."""
 
 
 def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
@@ -71,6 +80,8 @@ def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float
     for hypothesis in hypotheses:
         factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
         weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
+    for label in RARE:
+        weights.setdefault(label, factor_odds)
     total = sum(weights.values())
     return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
 
@@ -238,23 +249,40 @@ def backward(
         selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
 
 
-def kinematic_gain(frame: Frame, before: Estimate, after: Estimate) -> float:
-    """Gain in ln L of the kinematic equations alone between two estimates."""
-    def share(found: Estimate) -> float:
-        total = 0.0
-        for s, (_, equation) in enumerate(found.design.segments):
-            if equation.startswith("C_"):
-                continue
-            rows = found.design.rows(s)
-            samples = rows.stop - rows.start
-            white = found.solution.weights.colours[found.design.groups[s]].whitened(
-                found.solution.residuals[rows][:, None]
-            )[:, 0] / found.solution.weights.sizes[s]
-            total -= 0.5 * float(white @ white) + samples * float(np.log(found.solution.weights.sizes[s]))
-            total -= found.solution.weights.colours[found.design.groups[s]].log_start
-        return total
-
-    return share(after) - share(before)
+def recordings_agree(
+    _before: Estimate, found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT
+) -> bool:
+    """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
+    places = [
+        p
+        for p, unknown in enumerate(found.design.unknowns)
+        if unknown[0] == "effect" and found.point.effects[int(str(unknown[1]))].name == hypothesis.effects[0].name
+    ]
+    recordings = sorted({recording for recording, _ in found.design.segments})
+    if len(recordings) < 2 or len(places) != 1:
+        return True
+    column = found.design.columns[:, places[0]]
+    split = np.zeros((column.size, len(recordings)))
+    for s, (recording, _) in enumerate(found.design.segments):
+        rows = found.design.rows(s)
+        split[rows, recordings.index(recording)] = column[rows]
+    keep = [p for p in range(len(found.design.unknowns)) if p != places[0]]
+    bare = replace(
+        found.design,
+        columns=found.design.columns[:, keep],
+        unknowns=tuple(found.design.unknowns[p] for p in keep),
+        precisions=found.design.precisions[keep],
+    )
+    wide = bare.beside(split, [("alone", recording) for recording in recordings])
+    solved = solve(wide, found.solution.weights)
+    covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]
+    values = solved.values[-len(recordings) :]
+    for i in range(len(recordings)):
+        for j in range(i):
+            apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+            if abs(values[i] - values[j]) > deviations * float(np.sqrt(max(apart, 1e-300))):
+                return False
+    return True
 
 
 __all__ = ["ActiveEffect", "Candidate", "Chosen", "Rules", "Selected", "backward", "field", "forward", "of_sensors"]

@@ -35,7 +35,7 @@ def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str
         for active in reversed(faults_of(effects, recording, name)):
             effect = active.effect
             assert isinstance(effect, OutputEffect)
-            true = _held(effect.corrected(recording.time, true, active.numbers))
+            true = _held(effect.corrected(recording.time, true, active.numbers), true)
         found[name] = true
     return found
 
@@ -70,9 +70,12 @@ def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str
     return place
 
 
-def _held(values: Array) -> Array:
-    known = np.isfinite(values)
-    if known.all():
+def _held(values: Array, before: Array) -> Array:
+    """The values with bare ends held at the ends of what they were made of, so that they move smoothly with a delay."""
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size == values.size:
         return values
-    places = np.arange(values.size)
-    return np.interp(places, places[known], values[known])
+    held = values.copy()
+    held[: known[0]] = before[0]
+    held[known[-1] + 1 :] = before[-1]
+    return held

@@ -59,8 +59,11 @@ class EquationErrorSettings:
     most : int
         Effects that may be named; a flight that lacks more misses something that is no sum of effects.
     alike : float
-        Share of a chosen effect's gain that another must bring in its place to be listed as its alternative, as a
-        difference of ln L from the chosen one that the price of a number cannot tell: see `alternatives`.
+        Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
+        its place is listed as its alternative: odds of fifty to one.
+    doubt : float
+        Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
+        that recording refuses it.
     """
 
     false_alarm: float = 0.01
@@ -72,12 +75,12 @@ class EquationErrorSettings:
     band_lowest: float = 0.8
     band_highest: float = 4.0
     band_share: float = 0.25
-    blend: float = float(__import__('os').environ.get('BLEND','1.0'))
+    blend: float = 1.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     separation_range: float = 0.105
     factor_odds: float = 0.3
     shortlist: int = 8
     fitted: int = 3
     most: int = 12
-    joint: bool = True
+    doubt: float = 1.0
     alike: float = 4.0
