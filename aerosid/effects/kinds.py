@@ -238,6 +238,8 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
     if isinstance(effect, StateEffect):
         held = replace(effect, parameters=(), given=effect.law_numbers(values), places=())
         return ActiveEffect(held, (), active.log, values)
+    if isinstance(effect, PositionEffect):
+        return ActiveEffect(replace(effect, parameters=()), (), active.log, values)
     fixed = replace(
         effect,
         parameters=(),

@@ -6,6 +6,7 @@ Aircraft System Identification, section 10.2 (sensor position corrections).
 
 from __future__ import annotations
 
+from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import EffectParameter, PositionEffect
 
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
@@ -21,3 +22,17 @@ def sensor_position(channel: str, axis: str) -> PositionEffect:
         axis,
         "Klein & Morelli, Aircraft System Identification, section 10.2",
     )
+
+
+FAMILY = Family(
+    (
+        Kind(
+            "sensor_position",
+            "channel",
+            "the sensor of {where} sits elsewhere than declared",
+            lambda where, _numbers, _interval: sensor_position(where, dict(SHOWN_BY_PITCHING)[where]),
+            (Planted("alpha", {"position": 6.0}),),
+        ),
+    ),
+)
+"""The equation-error regression asks for it by itself."""
