@@ -13,13 +13,16 @@ import aerosid
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.compatibility import Agreement, check_kinematics
+from aerosid.effects import ActiveEffect
+from aerosid.equation_error.decision import decide
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.evidence import coloured_noise
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
-from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.flight_model.longitudinal import OUTPUTS
@@ -57,9 +60,10 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.confirmation import told_of_confirmed
+from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.findings import Finding
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import coefficient_rivals, told_of_rivals, with_rivals
+from aerosid.search.indistinguishable_terms import CoefficientRival, told_of_rivals
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.suggested_terms import told_of_unproven
 
@@ -75,7 +79,9 @@ class LoopSettings:
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
     attribution : AttributionSettings
-        Which evidence lets a term enter.
+        Which evidence lets a term enter where terms alone are asked for.
+    equation_error : EquationErrorSettings
+        Which evidence of the kinematic and coefficient equations lets anything enter.
     catalogue : "all" or "terms"
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
@@ -99,6 +105,7 @@ class LoopSettings:
 
     chain: ChainSettings = field(default_factory=ChainSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    equation_error: EquationErrorSettings = field(default_factory=EquationErrorSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
     linear_analysis: bool = True
@@ -162,26 +169,23 @@ def close_loop(
     progress("re-estimating the declared model")
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     priors = _priors(aircraft) if settings.priors else ()
-    before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
-
-    progress("tracing the residual")
     hypotheses = term_hypotheses(candidates)
+    rivals: list[CoefficientRival] = []
     if settings.catalogue == "all":
+        before = _likeliest(declared, manoeuvres, free, given, priors)
+        progress("tracing the residual")
         hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
-        found = attribute(
-            before,
-            manoeuvres,
-            hypotheses,
-            aircraft.coefficients,
-            settings.attribution,
-            declared,
-            others,
-            moving_air=agreement is not None and agreement.is_gusty,
+        decision = decide(
+            declared, free, given, hypotheses, aircraft.coefficients, manoeuvres, others, settings.equation_error
         )
-        rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-        found = with_rivals(found, rivals)
+        found = attribute_by_equations(decision, manoeuvres, before)
+        explained = [
+            CoefficientRow(one.coefficient, one.recording, one.r2, other.r2) for one, other in decision.shares
+        ]
     else:
-        rivals = []
+        explained = []
+        before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
+        progress("tracing the residual")
         found = attribute(before, manoeuvres, hypotheses, (), replace(settings.attribution, disturbances=False))
 
     seen = None
@@ -192,6 +196,7 @@ def close_loop(
 
     progress("simulating every log")
     simulated, errors, coefficients = _compare(declared, found, aircraft, manoeuvres, others)
+    coefficients = explained or coefficients
 
     gain = _validation_gain(errors)
     effects = tuple(
@@ -245,6 +250,20 @@ def close_loop(
         regressors=seen.regressors if seen else (),
         kinematics=agreement,
     )
+
+
+def _likeliest(
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    priors: Sequence[tuple[Entry, float, float]],
+) -> Refinement | None:
+    """The declared structure re-estimated by simulation; None where the record cannot be simulated from its values."""
+    try:
+        return refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
+    except EstimationError:
+        return None
 
 
 def _structure(
