@@ -14,7 +14,8 @@ from aerosid.equation_error.alternatives import Alternative, alternatives_of
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
 from aerosid.equation_error.channels import EQUATIONS, KINEMATIC
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
+from aerosid.equation_error.gusts import gusts_from_lift
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import Recording, read_recordings
 from aerosid.equation_error.selection import (
@@ -163,11 +164,13 @@ def decide(
     asked = [bounded(h) for h in (*hypotheses, *position_hypotheses(channels)) if askable(h)]
     start = Point(model, tuple(free), tuple(given))
     chosen = _chosen(start, recordings, asked, coefficients, settings, told)
-    fitted = Frame(recordings, EQUATIONS, settings)
-    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True)
+    gusts = gusts_from_lift(chosen.estimate)
+    fitted = Frame(recordings, EQUATIONS, settings, gusts=gusts)
+    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=gusts)
     before = estimate(fitted, start)
     kept, refuted = _standing(chosen, fitted, whole, settings, told)
-    completed = estimate(fitted, kept.estimate.point)
+    point = kept.estimate.point
+    completed = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
     findings = findings_of(completed, kept.chosen)
     rules = rules_for(asked, whole_rows(kept.estimate), settings.false_alarm, settings.factor_odds)
     return EquationErrorDecision(
@@ -199,12 +202,15 @@ def _chosen(
     """Kinematics first, then coefficients on all recordings; with flow separation first where that is worth more."""
     sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
     others = [h for h in asked if not of_sensors(h)]
-    frame = Frame(recordings, KINEMATIC, settings)
+    declared = estimate(Frame(recordings, EQUATIONS, settings, all_fitted=True), start)
+    frame = Frame(recordings, KINEMATIC, settings, gusts=gusts_from_lift(declared))
     base = estimate(frame, start)
     rules = rules_for(asked, whole_rows(base), settings.false_alarm, settings.factor_odds)
     first = forward(Selected(base, ()), frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
-    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True)
+    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=frame.gusts)
     full = estimate(whole, first.estimate.point)
+    whole = replace(whole, gusts=gusts_from_lift(full))
+    full = estimate(whole, full.point)
     rules = rules_for(asked, whole_rows(full), settings.false_alarm, settings.factor_odds)
     begun = Selected(full, first.chosen)
 
@@ -234,9 +240,9 @@ def _standing(
 ) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
     """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
-    weights = None
     while True:
-        completed = estimate(fitted, selected.estimate.point, weights, steps=4)
+        point = selected.estimate.point
+        completed = estimate(fitted, point, weights_on(selected.estimate, fitted, point), steps=4)
         weights = completed.solution.weights
         rows = [row for row in findings_of(completed, selected.chosen) if row.witness == "coefficients"]
         weak = [row for row in rows if row.ratio < settings.deviations]
@@ -245,13 +251,13 @@ def _standing(
             for row in sorted(rows, key=lambda row: row.gain):
                 each = next(c for c in selected.chosen if c.hypothesis is row.hypothesis)
                 bare = estimate(fitted, without(completed.point, each), weights, steps=4)
-                if refused(whole, bare, completed, settings.doubt):
+                if refused(whole, bare, completed, settings.doubt, settings.least_rise):
                     label = row.hypothesis.label
                     refuted.append(label)
                     break
         if label is None:
             return selected, tuple(refuted)
-        told(f"  does not stand: {label}")
+        told(f"  does not stand: {label} {[(r.hypothesis.label, round(r.ratio, 1)) for r in rows]} refuted {refuted}")
         gone = next(each for each in selected.chosen if each.hypothesis.label == label)
         lone = estimate(whole, without(selected.estimate.point, gone), selected.estimate.solution.weights, steps=4)
         selected = Selected(lone, tuple(each for each in selected.chosen if each is not gone))

@@ -110,6 +110,9 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
                 unknown = ("drift", each.equation, each.recording)
                 put(unknown, s, each.time)
                 precision[unknown] = 1.0 / settings.drifts[each.equation]
+        if each.gust.size:
+            for k in range(each.gust.shape[1]):
+                put(("gust", each.recording, k), s, each.gust[:, k])
         for entry, values in each.columns.items():
             put(("one", entry, each.recording) if entry[1] == CONSTANT else ("term", entry), s, values)
     columns = np.zeros((int(bounds[-1]), len(place)))

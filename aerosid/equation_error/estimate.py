@@ -29,17 +29,21 @@ CLOSE = 0.05
 class Frame:
     """What is compared: some equations of some recordings, with the settings.
 
-    `all_fitted`: whether coefficients are regressed on the validation recordings too.
+    `all_fitted`: whether coefficients are regressed on the validation recordings too. `gusts`: what the lift says of
+    the gusts of each recording, in the band, rad.
     """
 
     recordings: tuple[Recording, ...]
     kinds: tuple[str, ...]
     settings: EquationErrorSettings
     all_fitted: bool = False
+    gusts: tuple[Array, ...] = ()
 
     @cached_property
     def _equations(self) -> Equations:
-        return Equations(self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted)
+        return Equations(
+            self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted, gusts=self.gusts
+        )
 
     def segments(self, point: Point) -> list[Segment]:
         """The equations at a point."""
@@ -141,6 +145,14 @@ def estimate(
     return Estimate(frame, point, wide, full)
 
 
+def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
+    """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
+    known = dict(zip(found.design.segments, found.solution.weights.sizes, strict=True))
+    segments = frame.segments(point)
+    sizes = np.array([known[each.recording, each.equation] for each in segments])
+    return Weights(found.solution.weights.colours, sizes)
+
+
 def _small(full: Solution, linear: int, step: Array) -> bool:
     deviation = np.sqrt(np.maximum(np.diag(full.covariance)[linear:], 1e-300))
     return bool(np.all(np.abs(step) < 0.1 * deviation))
@@ -180,4 +192,4 @@ def _with_terms(point: Point, design: Design, values: Array) -> Point:
     return replace(point, model=point.model.with_values(changed))
 
 
-__all__ = ["EQUATIONS", "Estimate", "Frame", "effect_columns", "estimate", "residual_of"]
+__all__ = ["EQUATIONS", "Estimate", "Frame", "effect_columns", "estimate", "residual_of", "weights_on"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,8 @@ class Segment:
         Time from the middle of the record, s; empty where the equation has no drift.
     floor : float
         Least size of a residual that the recorder's resolution allows.
+    gust : ndarray, shape (n, G) or (0,)
+        What the lift says of the gusts that this equation's sensor sees; none where nothing is known of them.
     """
 
     recording: int
@@ -73,6 +75,7 @@ class Segment:
     columns: dict[Entry, Array]
     time: Array
     floor: float
+    gust: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class Equations:
@@ -83,8 +86,15 @@ class Equations:
     """
 
     def __init__(
-        self, recordings: Sequence[Recording], blend: float, kinds: Sequence[str] = EQUATIONS, *, all_fitted: bool = False
+        self,
+        recordings: Sequence[Recording],
+        blend: float,
+        kinds: Sequence[str] = EQUATIONS,
+        *,
+        all_fitted: bool = False,
+        gusts: Sequence[Array] = (),
     ) -> None:
+        self._gusts = gusts
         self._recordings, self._blend = recordings, blend
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
@@ -121,7 +131,8 @@ class Equations:
                 time = rows - 0.5 * (rows[0] + rows[-1])
                 for name, values in predicted_records(recording, effects, motion).items():
                     target = recording.band(recording.channels[name] - values)
-                    segments.append(Segment(n, name, target, {}, time, _floor(recording, name)))
+                    gust = self._gusts[n] if name == "alpha" and self._gusts else np.zeros(0)
+                    segments.append(Segment(n, name, target, {}, time, _floor(recording, name), gust))
             kept[key] = motion, segments
         return kept[key]
 

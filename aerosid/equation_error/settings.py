@@ -64,6 +64,8 @@ class EquationErrorSettings:
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
+    least_rise : float
+        Share of those squares, 1, by which they must rise too: less is what other numbers' adjustment does.
     """
 
     false_alarm: float = 0.01
@@ -83,4 +85,5 @@ class EquationErrorSettings:
     fitted: int = 3
     most: int = 12
     doubt: float = 1.0
+    least_rise: float = 0.03
     alike: float = 4.0

@@ -78,14 +78,18 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
     return tuple(rows)
 
 
-def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float) -> bool:
-    """Whether an unseen recording's coefficient is predicted worse with an effect, beyond `doubt` deviations."""
+def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, least: float) -> bool:
+    """Whether an unseen recording's coefficient is predicted worse with an effect.
+
+    By more than `doubt` deviations of the mean of the squares, and by more than the share `least` of what is left.
+    """
     before, after = left_over(frame, without), left_over(frame, found)
     for key, (_, left) in after.items():
         if frame.recordings[key[0]].fitted:
             continue
         worse = left**2 - before[key][1] ** 2
-        if float(worse.mean()) > doubt * _deviation_of_mean(worse):
+        rise = float(worse.mean())
+        if rise > doubt * _deviation_of_mean(worse) and rise > least * float(np.mean(before[key][1] ** 2)):
             return True
     return False
 
