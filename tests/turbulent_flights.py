@@ -66,7 +66,14 @@ def aircraft_of(body: Body, off: float, generator: np.random.Generator) -> Aircr
 
 
 def flown(
-    name: str, body: Body, seed: int, *, air: float, wrong: Wrong = NOTHING, seconds: float = 30.0, interval: float = 0.04
+    name: str,
+    body: Body,
+    seed: int,
+    *,
+    air: float,
+    wrong: Wrong = NOTHING,
+    seconds: float = 30.0,
+    interval: float = 0.04,
 ) -> FlightLog:
     """The log of a manoeuvre of random steps in turbulence of `air` m/s."""
     generator = np.random.default_rng(seed)

@@ -47,9 +47,7 @@ def alternatives_of(selected: Selected, asked: Sequence[Hypothesis], rules: Rule
     return tuple(rows)
 
 
-def in_place_of(
-    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules
-) -> list[Alternative]:
+def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules) -> list[Alternative]:
     """What could stand in place of one, the likeliest first."""
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)

@@ -56,7 +56,9 @@ class Band:
         return np.asarray(filtered[skip : skip + kept])
 
 
-def choose_band(rates: Sequence[Array], interval: float, ratio: float, depth: float, limits: tuple[float, float, float]) -> Band:
+def choose_band(
+    rates: Sequence[Array], interval: float, ratio: float, depth: float, limits: tuple[float, float, float]
+) -> Band:
     """The band up to which the pitch rate's power stands above its floor.
 
     Parameters

@@ -135,8 +135,7 @@ class CoefficientEquations:
     def column(self, entry: Entry) -> dict[str, Array]:
         """What one unit of an entry adds to each equation that it touches, (N,)."""
         return {
-            name: self._read(name, series) * self._in_units[name]
-            for name, series in self._accelerations(entry).items()
+            name: self._read(name, series) * self._in_units[name] for name, series in self._accelerations(entry).items()
         }
 
     def _accelerations(self, entry: Entry) -> dict[str, Array]:
@@ -144,7 +143,8 @@ class CoefficientEquations:
         if entry in self._slopes:
             series = series + self._slopes[entry]
         return {
-            name: part * self._force_per_unit[name] for name, part in body_axes(entry[0], series, self._motion.alpha).items()
+            name: part * self._force_per_unit[name]
+            for name, part in body_axes(entry[0], series, self._motion.alpha).items()
         }
 
     def _measured(self, name: str) -> Array:

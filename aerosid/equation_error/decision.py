@@ -15,7 +15,7 @@ from aerosid.equation_error.candidates import bounded, of_sensors, position_hypo
 from aerosid.equation_error.channels import EQUATIONS, KINEMATIC
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.gusts import gusts_from_lift
+from aerosid.equation_error.gusts import gust_share, gusts_from_lift
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import Recording, read_recordings
 from aerosid.equation_error.selection import (
@@ -122,6 +122,10 @@ class EquationErrorDecision:
     refuted: tuple[tuple[str, str, str], ...]
 
 
+FOLLOWED = frozenset({("sensor_scale", "alpha"), ("sensor_scale", "a_z"), ("sensor_scale", "V")})
+"""Faults that a flight in strong gusts cannot show: the aircraft follows each gust with a motion in proportion to it."""
+
+
 def askable(hypothesis: Hypothesis) -> bool:
     """Whether the equations can judge a hypothesis as it stands; sudden changes are looked for by the engine itself."""
     if hypothesis.time is not None:
@@ -200,9 +204,11 @@ def _chosen(
     told: Callable[[str], None],
 ) -> Selected:
     """Kinematics first, then coefficients on all recordings; with flow separation first where that is worth more."""
-    sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
     others = [h for h in asked if not of_sensors(h)]
     declared = estimate(Frame(recordings, EQUATIONS, settings, all_fitted=True), start)
+    sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
+    if gust_share(declared) > settings.gust_share:
+        sensors = [h for h in sensors if (h.kind, h.where) not in FOLLOWED]
     frame = Frame(recordings, KINEMATIC, settings, gusts=gusts_from_lift(declared))
     base = estimate(frame, start)
     rules = rules_for(asked, whole_rows(base), settings.false_alarm, settings.factor_odds)

@@ -41,9 +41,7 @@ class Frame:
 
     @cached_property
     def _equations(self) -> Equations:
-        return Equations(
-            self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted, gusts=self.gusts
-        )
+        return Equations(self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted, gusts=self.gusts)
 
     def segments(self, point: Point) -> list[Segment]:
         """The equations at a point."""

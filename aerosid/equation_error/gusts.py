@@ -56,6 +56,18 @@ def gusts_from_lift(found: Estimate) -> tuple[Array, ...]:
     return tuple(seen)
 
 
+def gust_share(found: Estimate) -> float:
+    """Standard deviation of the gusts over that of alpha, the greatest of all recordings; 0 in calm air."""
+    seen = turbulence_of(found)
+    if seen is None:
+        return 0.0
+    shares = [
+        seen.sigma / float(np.mean(recording.channels["V"])) / max(float(np.std(recording.channels["alpha"])), 1e-9)
+        for recording in found.frame.recordings
+    ]
+    return max(shares)
+
+
 def turbulence_of(found: Estimate) -> Turbulence | None:
     """The turbulence that alpha's kinematic equation and C_Z show together; None where they do not agree on any.
 

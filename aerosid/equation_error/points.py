@@ -112,9 +112,7 @@ class Equations:
                 segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
         return segments
 
-    def _motion(
-        self, n: int, recording: Recording, effects: Sequence[ActiveEffect]
-    ) -> tuple[Motion, list[Segment]]:
+    def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
         key = tuple(
             (active.name, active.numbers, active.log)
             for active in effects
@@ -157,4 +155,3 @@ def _coefficients(n, point, recording, motion, time):  # type: ignore[no-untyped
 def _floor(recording: Recording, channel: str) -> float:
     """Standard deviation of the rounding of a recorder, averaged over the samples that the band makes one of."""
     return float(recording.resolution.get(channel, 0.0) / np.sqrt(12.0 * recording.band.step))
-

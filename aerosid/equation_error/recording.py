@@ -78,9 +78,7 @@ def read_recordings(
     for each in made:
         if each.interval not in bands:
             rates = [other.channels["q"] for other in made if other.interval == each.interval]
-            bands[each.interval] = choose_band(
-                rates, each.interval, settings.band_ratio, settings.band_depth, limits
-            )
+            bands[each.interval] = choose_band(rates, each.interval, settings.band_ratio, settings.band_depth, limits)
     return tuple(replace(each, band=bands[each.interval]) for each in made)
 
 

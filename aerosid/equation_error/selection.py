@@ -137,9 +137,7 @@ def _best(
     if not candidates:
         return None
     order = list(
-        dict.fromkeys(
-            [*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)]
-        )
+        dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
     )
     ranked = []
     for n in order:
@@ -249,9 +247,7 @@ def backward(
         selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
 
 
-def recordings_agree(
-    _before: Estimate, found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT
-) -> bool:
+def recordings_agree(_before: Estimate, found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT) -> bool:
     """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
     places = [
         p

@@ -21,9 +21,7 @@ def faults_of(effects: Sequence[ActiveEffect], recording: Recording, channel: st
     return [
         active
         for active in effects
-        if isinstance(active.effect, OutputEffect)
-        and active.effect.where == channel
-        and active.acts_on(recording.name)
+        if isinstance(active.effect, OutputEffect) and active.effect.where == channel and active.acts_on(recording.name)
     ]
 
 

@@ -69,9 +69,7 @@ def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothes
     return Hypothesis(effect.kind, effect.where, effects=(active,), time=moment if slow else None)
 
 
-def _likeliest_instant(
-    base: Estimate, recording: Recording, place: int, equation: str, rise: float
-) -> float | None:
+def _likeliest_instant(base: Estimate, recording: Recording, place: int, equation: str, rise: float) -> float | None:
     """When a jump of one equation's residual would gain most, s."""
     if (place, equation) not in base.design.segments:
         return None

@@ -179,9 +179,7 @@ def close_loop(
             declared, free, given, hypotheses, aircraft.coefficients, manoeuvres, others, settings.equation_error
         )
         found = attribute_by_equations(decision, manoeuvres, before)
-        explained = [
-            CoefficientRow(one.coefficient, one.recording, one.r2, other.r2) for one, other in decision.shares
-        ]
+        explained = [CoefficientRow(one.coefficient, one.recording, one.r2, other.r2) for one, other in decision.shares]
     else:
         explained = []
         before = refine(declared, manoeuvres, free, effects=given, priors=priors, settings=BEFORE)
