@@ -136,17 +136,20 @@ def _simulated(
     body: Body, terms: Mapping[tuple[str, str], float], asked: Array, gust: Array, delay: float
 ) -> dict[str, Array]:
     alpha, elevator, thrust = level(body, {key: v for key, v in terms.items() if key not in body.terms})
-    acting = elevator + np.roll(asked, int(round(delay / STEP)))
+    acting = elevator + np.roll(asked, round(delay / STEP))
     x = np.array([body.airspeed * math.cos(alpha), body.airspeed * math.sin(alpha), 0.0, alpha, 1500.0])
     rows = np.zeros((asked.size, 7))
 
-    def rates(x: Array, k: int) -> tuple[Array, tuple[float, ...]]:
+    driving = np.vstack([acting, gust])
+
+    def rates(x: Array, inputs: Array) -> tuple[Array, tuple[float, ...]]:
         u, w, q, theta = (float(v) for v in x[:4])
-        air_u, air_w = u - gust[0, k], w - gust[1, k]
+        elevator_now, gust_u, gust_w = (float(v) for v in inputs)
+        air_u, air_w = u - gust_u, w - gust_w
         speed = math.hypot(air_u, air_w)
         angle = math.atan2(air_w, air_u)
         hat = q * body.mean_chord / (2.0 * body.airspeed)
-        c = _coefficients(terms, angle, hat, float(acting[k]), speed / body.airspeed - 1.0)
+        c = _coefficients(terms, angle, hat, elevator_now, speed / body.airspeed - 1.0)
         force = 0.5 * body.density * speed**2 * body.wing_area
         a_x, a_z = (force * c[0] + thrust) / body.mass, force * c[1] / body.mass
         q_dot = force * body.mean_chord * c[2] / body.I_yy
@@ -162,10 +165,12 @@ def _simulated(
         return rate, (speed, angle, q, theta, a_x, a_z, float(x[4]))
 
     for k in range(asked.size):
-        k1, rows[k] = rates(x, k)
-        k2, _ = rates(x + 0.5 * STEP * k1, k)
-        k3, _ = rates(x + 0.5 * STEP * k2, k)
-        k4, _ = rates(x + STEP * k3, k)
+        here, there = driving[:, k], driving[:, min(k + 1, asked.size - 1)]
+        middle = 0.5 * (here + there)
+        k1, rows[k] = rates(x, here)
+        k2, _ = rates(x + 0.5 * STEP * k1, middle)
+        k3, _ = rates(x + 0.5 * STEP * k2, middle)
+        k4, _ = rates(x + STEP * k3, there)
         x = x + STEP / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     outputs = dict(zip(("V", "alpha", "q", "theta", "a_x", "a_z", "h"), rows.T, strict=True))
     return outputs | {"delta_e": elevator + asked}
@@ -174,7 +179,7 @@ def _simulated(
 def _recorded(
     name: str, outputs: Mapping[str, Array], wrong: Wrong, interval: float, generator: np.random.Generator
 ) -> FlightLog:
-    stride = int(round(interval / STEP))
+    stride = round(interval / STEP)
     omega = 2.0 * math.pi * BANDWIDTH * STEP
     # Second order, damping .7, by the bilinear transformation.
     gain = omega**2 / (4.0 + 2.8 * omega + omega**2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from aerosid.equation_error.candidates import (
 from aerosid.equation_error.design import regress
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
-from aerosid.equation_error.selection import Chosen, Rules, Selected, without
+from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told, without
 
 
 @dataclass(frozen=True)
@@ -37,22 +37,51 @@ class Alternative:
     gain: float
     behind: float
     instead_of: Hypothesis
+    estimate: Estimate = field(repr=False, compare=False)
 
 
-def alternatives_of(selected: Selected, asked: Sequence[Hypothesis], rules: Rules) -> tuple[Alternative, ...]:
+def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
     """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first."""
     rows: list[Alternative] = []
     for each in selected.chosen:
-        rows.extend(in_place_of(selected, each, asked, rules))
+        rows.extend(in_place_of(selected, each, asked))
     return tuple(rows)
 
 
-def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules) -> list[Alternative]:
+def replaced(selected: Selected, asked: Sequence[Hypothesis], rules: Rules, rounds: int = 2) -> Selected:
+    """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
+    for _ in range(rounds):
+        for each in selected.chosen:
+            rows = [
+                (rules.price(each.hypothesis) - rules.price(row.hypothesis) - row.behind, row)
+                for row in in_place_of(selected, each, asked)
+            ]
+            better, row = max(rows, key=lambda pair: pair[0], default=(0.0, None))
+            if row is not None and better > CLEARLY:
+                others = tuple(other for other in selected.chosen if other is not each)
+                entered = Chosen(row.hypothesis, each.kinematic, row.gain)
+                selected = Selected(row.estimate, (*others, entered))
+                break
+        else:
+            return selected
+    return selected
+
+
+CLEARLY = 1.0
+"""Gain in ln L, prices counted, from which another hypothesis takes a chosen one's place."""
+
+
+def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     """What could stand in place of one, the likeliest first."""
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
     taken = {other.hypothesis.label for other in selected.chosen}
-    open_ = [h for h in asked if h.label not in taken and of_sensors(h) == of_sensors(each.hypothesis)]
+    rest = [other for other in selected.chosen if other is not each]
+    open_ = [
+        h
+        for h in asked
+        if h.label not in taken and of_sensors(h) == of_sensors(each.hypothesis) and not is_told(h, rest)
+    ]
     candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
     gains = scores(bare, candidates)
     worth = selected.estimate.log_likelihood - bare.log_likelihood
@@ -92,4 +121,4 @@ def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: floa
         unknown, value = ("effect", place, 0), active.values[0]
     known = unknown in found.design.unknowns
     error = float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")
-    return Alternative(hypothesis, active, value, error, gain, behind, chosen)
+    return Alternative(hypothesis, active, value, error, gain, behind, chosen, found)

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
-from aerosid.effects.family import at_null
 from aerosid.equation_error.design import design_of, whiten
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
-from aerosid.flight_model.aerodynamics import CONSTANT, Entry
+from aerosid.flight_model.aerodynamics import Entry
 
 Array = NDArray[np.float64]
 
@@ -165,18 +165,3 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
         pull = part.T @ innovations
         gains[n] = 0.5 * float(pull @ np.linalg.solve(left, pull))
     return gains
-
-
-__all__ = [
-    "CONSTANT",
-    "Candidate",
-    "InputEffect",
-    "StateEffect",
-    "effect_candidates",
-    "joined",
-    "of_sensors",
-    "position_hypotheses",
-    "scores",
-    "started",
-    "term_candidates",
-]

@@ -11,19 +11,17 @@ C_Z = -C_L cos alpha - C_D sin alpha. Klein & Morelli, Aircraft System Identific
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, StateEffect
-from aerosid.estimation.effects_in_flight import acting_flight
-from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import as_read, bias
+from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.motion_loop import added_along
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.longitudinal import GRAVITY
 from aerosid.flight_model.terms import INPUT_COLUMNS, Term
 
@@ -249,7 +247,8 @@ def ahead_of(model: AerodynamicModel) -> bool:
 def _shift(model: AerodynamicModel, columns: Mapping[str, Array]) -> tuple[Array, Array]:
     """How far the centre of gravity lies ahead of and below the declared one, m, (N,) each."""
     zero = np.zeros_like(columns["rho"])
-    found = []
-    for place in (model.constants.cg_x, model.constants.cg_z):
-        found.append(zero if place < 0 else columns[model.columns[len(INPUT_COLUMNS) + place]])
-    return found[0], found[1]
+    ahead, below = (
+        zero if place < 0 else columns[model.columns[len(INPUT_COLUMNS) + place]]
+        for place in (model.constants.cg_x, model.constants.cg_z)
+    )
+    return ahead, below

@@ -2,7 +2,7 @@
 
 The likelihood of a segment of n residuals e of size s and whitened by an autoregression of order p, stationary from the
 first sample on, is  ln L = -n ln s - ln|L_p| - |w|^2/(2 s^2),  w the whitened residuals, L_p the Cholesky factor of the
-first p samples' covariance for s = 1. Kay, Modern Spectral Estimation, chapters 6 and 7 (Burg's method, the likelihood).
+first p samples' covariance for s = 1. Kay, Modern Spectral Estimation, chapters 6 and 7 (Burg's method, likelihood).
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ WHITE = np.ones(1)
 @dataclass(frozen=True)
 class Colour:
     """An autoregression: `weights` (p + 1,) of the whitening filter, the first 1; `start` (p, p) Cholesky factor of
-    the first p samples' covariance where the innovations have unit variance."""
+    the first p samples' covariance where the innovations have unit variance.
+    """
 
     weights: Array
     start: Array

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.alternatives import Alternative, alternatives_of
+from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
 from aerosid.equation_error.channels import EQUATIONS, KINEMATIC
 from aerosid.equation_error.deviations import corrected_covariance
@@ -35,6 +35,9 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 Array = NDArray[np.float64]
+
+USUAL = EquationErrorSettings()
+"""The settings of a loop unless told otherwise."""
 
 TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
 """Coefficients in which a term of alphadot says no more than a_z = V (alphadot - q), whatever the aerodynamics."""
@@ -123,7 +126,7 @@ class EquationErrorDecision:
 
 
 FOLLOWED = frozenset({("sensor_scale", "alpha"), ("sensor_scale", "a_z"), ("sensor_scale", "V")})
-"""Faults that a flight in strong gusts cannot show: the aircraft follows each gust with a motion in proportion to it."""
+"""Faults that a flight in strong gusts cannot show: the aircraft follows each gust in proportion to it."""
 
 
 def askable(hypothesis: Hypothesis) -> bool:
@@ -141,7 +144,7 @@ def decide(
     coefficients: Sequence[str],
     identification: Sequence[Manoeuvre],
     validation: Sequence[Manoeuvre] = (),
-    settings: EquationErrorSettings = EquationErrorSettings(),
+    settings: EquationErrorSettings = USUAL,
     told: Callable[[str], None] = lambda _text: None,
 ) -> EquationErrorDecision:
     """What the declared model lacks.
@@ -176,10 +179,9 @@ def decide(
     point = kept.estimate.point
     completed = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
     findings = findings_of(completed, kept.chosen)
-    rules = rules_for(asked, whole_rows(kept.estimate), settings.false_alarm, settings.factor_odds)
     return EquationErrorDecision(
         findings=findings,
-        alternatives=alternatives_of(kept, asked, rules),
+        alternatives=alternatives_of(kept, asked),
         before=before,
         completed=completed,
         covariance=corrected_covariance(completed.design, completed.solution),
@@ -213,6 +215,7 @@ def _chosen(
     base = estimate(frame, start)
     rules = rules_for(asked, whole_rows(base), settings.false_alarm, settings.factor_odds)
     first = forward(Selected(base, ()), frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
+    first = replaced(first, sensors, rules)
     whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=frame.gusts)
     full = estimate(whole, first.estimate.point)
     whole = replace(whole, gusts=gusts_from_lift(full))
@@ -221,7 +224,8 @@ def _chosen(
     begun = Selected(full, first.chosen)
 
     def searched(selected: Selected) -> Selected:
-        return forward(selected, whole, rules, others, kinematic=False, coefficients=coefficients, told=told)
+        found = forward(selected, whole, rules, others, kinematic=False, coefficients=coefficients, told=told)
+        return replaced(found, (*sensors, *others), rules)
 
     found = searched(begun)
     separated = with_separation(begun, whole, rules, coefficients, told)
@@ -233,7 +237,7 @@ def _chosen(
 
 
 def worth(selected: Selected, rules: Rules) -> float:
-    """ln L less the price of all that entered."""
+    """Ln L less the price of all that entered."""
     return selected.estimate.log_likelihood - total_price(rules, selected.chosen)
 
 
@@ -292,6 +296,3 @@ def findings_of(found: Estimate, chosen: Sequence[Chosen]) -> tuple[EvidenceFind
                 )
                 break
     return tuple(sorted(rows, key=lambda row: (row.witness != "kinematics", -row.gain)))
-
-
-__all__ = ["EquationErrorDecision", "EvidenceFinding", "decide", "findings_of", "replace"]

@@ -8,13 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import CONSTANT, Entry
 from aerosid.equation_error.channels import KINEMATIC
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
 from aerosid.equation_error.points import Segment
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import CONSTANT
 
 Array = NDArray[np.float64]
+
+HEIGHT = "h"
+"""Integrated twice from the accelerometers: what is left of their zeros bends it."""
 
 Unknown = tuple[object, ...]
 """What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording) or
@@ -110,6 +113,10 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
                 unknown = ("drift", each.equation, each.recording)
                 put(unknown, s, each.time)
                 precision[unknown] = 1.0 / settings.drifts[each.equation]
+        if each.equation == HEIGHT:
+            unknown = ("bend", each.equation, each.recording)
+            put(unknown, s, 0.5 * each.time**2)
+            precision[unknown] = 1.0 / settings.height_bend
         if each.gust.size:
             for k in range(each.gust.shape[1]):
                 put(("gust", each.recording, k), s, each.gust[:, k])
@@ -186,7 +193,7 @@ def solve(design: Design, weights: Weights) -> Solution:
 
 
 def log_likelihood(design: Design, innovations: Array, weights: Weights) -> float:
-    """ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
+    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
     total = -0.5 * float(innovations @ innovations)
     for s, group in enumerate(design.groups):
         samples = int(design.bounds[s + 1] - design.bounds[s])

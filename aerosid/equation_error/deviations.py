@@ -19,7 +19,7 @@ LAGS = 6
 """Samples in the band over which scores may be correlated."""
 
 
-def corrected_covariance(design: Design, solution: Solution, parameters: int | None = None) -> Array:
+def corrected_covariance(design: Design, solution: Solution) -> Array:
     """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares."""
     scores = solution.slopes * solution.whitened[:, None]
     meat = np.zeros((scores.shape[1], scores.shape[1]))

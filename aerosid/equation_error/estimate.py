@@ -1,4 +1,4 @@
-"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts, with coloured residuals."""
+"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts beside them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import Entry
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.channels import EQUATIONS
 from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, regress, solve
 from aerosid.equation_error.points import Equations, Point, Segment
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import Entry
 
 Array = NDArray[np.float64]
 
@@ -70,7 +69,7 @@ class Estimate:
 def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Array:
     """Residuals (R,) at a point with the linear unknowns' values (P,), as ordered in the design."""
     fresh = design_of(frame.segments(point), frame.settings)
-    known = {unknown: value for unknown, value in zip(design.unknowns, values, strict=True)}
+    known = dict(zip(design.unknowns, values, strict=True))
     chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
     return np.asarray(fresh.target - fresh.columns @ chosen)
 
@@ -101,9 +100,7 @@ def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> t
     return tuple(changed)
 
 
-def estimate(
-    frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS, values: Array | None = None
-) -> Estimate:
+def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
     """The likeliest numbers of a structure.
 
     Parameters
@@ -119,13 +116,11 @@ def estimate(
     free = [(i, k) for i, active in enumerate(point.effects) for k in range(len(active.values))]
     if not free:
         return Estimate(frame, point, design, solution)
-    best = None
     for _ in range(steps):
         columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
         full = regress(wide, frame.settings, solution.weights)
-        best = Estimate(frame, point, wide, full)
         linear = len(design.unknowns)
         step = full.values[linear:]
         moved, design_new, solved = _stepped(frame, point, design, full, free, step)
@@ -188,6 +183,3 @@ def _with_terms(point: Point, design: Design, values: Array) -> Point:
     for entry, found in constants.items():
         changed[point.model.index(entry)] = float(np.mean(found))
     return replace(point, model=point.model.with_values(changed))
-
-
-__all__ = ["EQUATIONS", "Estimate", "Frame", "effect_columns", "estimate", "residual_of", "weights_on"]

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
@@ -17,6 +16,7 @@ from aerosid.equation_error.kinematic_equations import Motion, predicted_records
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
 from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""One recording as the equations take it: bridged channels at a constant interval, and the band they are compared in."""
+"""One recording as the equations take it: bridged channels at a constant interval, in the band of the motion."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from aerosid.equation_error.band import Band, choose_band
 from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.settings import EquationErrorSettings
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.longitudinal import OUTPUTS
 
 Array = NDArray[np.float64]
 

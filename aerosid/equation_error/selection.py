@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     Candidate,
     effect_candidates,
     joined,
-    of_sensors,
     scores,
     started,
     term_candidates,
@@ -126,7 +124,7 @@ def _best(
 ) -> tuple[Estimate, Hypothesis, float] | None:
     base = selected.estimate
     taken = {each.hypothesis.label for each in selected.chosen} | refused
-    open_ = [h for h in hypotheses if h.label not in taken]
+    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
     uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
     candidates: list[Candidate] = []
     if "C_m" in frame.kinds:
@@ -171,6 +169,22 @@ def _best(
         )
         return found, hypothesis, net + rules.price(hypothesis)
     return None
+
+
+TIMINGS = (
+    frozenset({"sensor_delay", "sensor_lag", "sensor_position"}),
+    frozenset({"control_delay", "control_lag"}),
+)
+"""Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
+
+
+def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
+    """Whether a chosen hypothesis says already when the same channel answers."""
+    return any(
+        each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
+        for each in chosen
+        for kinds in TIMINGS
+    )
 
 
 def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
@@ -279,6 +293,3 @@ def recordings_agree(_before: Estimate, found: Estimate, hypothesis: Hypothesis,
             if abs(values[i] - values[j]) > deviations * float(np.sqrt(max(apart, 1e-300))):
                 return False
     return True
-
-
-__all__ = ["ActiveEffect", "Candidate", "Chosen", "Rules", "Selected", "backward", "field", "forward", "of_sensors"]

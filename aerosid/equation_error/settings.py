@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from collections.abc import Mapping
-
-from aerosid.equation_error.channels import KINEMATIC
+from dataclasses import dataclass, field
 
 
 def _drifts() -> Mapping[str, float]:
@@ -52,6 +50,9 @@ class EquationErrorSettings:
         Span of alpha, rad, from which on flow separation is asked: six degrees.
     factor_odds : float
         Prior odds, 1, of a term with one factor more against the simpler one: of equal fits the simpler is named.
+    height_bend : float
+        Standard deviation of the constant vertical acceleration, m/s^2, that accelerometers' zeros leave in the height:
+        the drift of alpha over a usual airspeed.
     shortlist : int
         Candidates a round that are fitted with the colour estimated anew; the score with a given colour ranks them.
     fitted : int
@@ -84,6 +85,7 @@ class EquationErrorSettings:
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     separation_range: float = 0.105
     factor_odds: float = 0.3
+    height_bend: float = 0.02
     shortlist: int = 8
     fitted: int = 3
     most: int = 12

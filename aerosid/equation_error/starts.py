@@ -1,4 +1,4 @@
-"""Hypotheses whose inner numbers are searched for before they are asked: instants of sudden changes, flow separation."""
+"""Hypotheses whose inner numbers are searched for before they are asked: sudden changes, flow separation."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[s
 
 
 def _gain(frame: Frame, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
-    """ln L with separation at its start values, its shares of the other coefficients regressed with the terms."""
+    """Ln L with separation at its start values, its shares of the other coefficients regressed with the terms."""
     point = joined(base.point, hypothesis)
     place = len(point.effects) - 1
     design = design_of(frame.segments(point), frame.settings)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,6 +100,3 @@ def _deviation_of_mean(values: Array) -> float:
     for lag in range(1, min(LAGS, values.size - 1) + 1):
         total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * float(centred[lag:] @ centred[:-lag])
     return float(np.sqrt(max(total, 0.0))) / values.size
-
-
-__all__ = ["Sequence", "Share", "left_over", "refused", "shares_of"]
