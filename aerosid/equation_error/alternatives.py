@@ -101,7 +101,7 @@ def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -
         if worth - (trial.log_likelihood - bare.log_likelihood) > 4.0 * settings.alike + 0.3 * worth:
             continue
         step = trial.values[-candidate.columns.shape[1] :]
-        hypothesis = started(candidate, step)
+        hypothesis = started(candidate, step.tolist())
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - (found.log_likelihood - bare.log_likelihood)
         if behind < settings.alike + 0.03 * worth:

@@ -29,10 +29,10 @@ class Band:
     step: int
     weights: Array
 
-    def rows(self, samples: int) -> Array:
+    def rows(self, samples: int) -> NDArray[np.int64]:
         """Places of the samples that are kept, of a record of so many."""
         first = CUT_AT_ENDS * self.step if self.step > 1 else 0
-        return np.arange(first, samples - first, self.step)
+        return np.arange(first, samples - first, self.step, dtype=np.int64)
 
     def __call__(self, values: Array) -> Array:
         """The series (N,) or (N, K) in the band, fewer samples.

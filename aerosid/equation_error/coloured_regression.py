@@ -50,7 +50,7 @@ def colour_of(weights: Array) -> Colour:
     order = weights.size - 1
     if order == 0:
         return Colour(weights, np.zeros((0, 0)))
-    return Colour(weights, np.linalg.cholesky(toeplitz(_autocovariance(weights))))
+    return Colour(weights, np.asarray(np.linalg.cholesky(toeplitz(_autocovariance(weights))), dtype=np.float64))
 
 
 def _autocovariance(weights: Array) -> Array:

@@ -176,6 +176,11 @@ def decide(
     whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=gusts)
     before = estimate(fitted, start)
     kept, refuted = _standing(chosen, fitted, whole, settings, told)
+    rules = rules_for(asked, whole_rows(kept.estimate), settings.false_alarm, settings.factor_odds)
+    changed = replaced(kept, asked, rules)
+    if changed is not kept:
+        kept, more = _standing(changed, fitted, whole, settings, told)
+        refuted = (*refuted, *more)
     point = kept.estimate.point
     completed = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
     findings = findings_of(completed, kept.chosen)

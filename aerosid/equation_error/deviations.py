@@ -36,8 +36,8 @@ def corrected_covariance(design: Design, solution: Solution) -> Array:
             meat += (1.0 - lag / (LAGS + 1.0)) * (part + part.T)
     bread = solution.covariance
     sandwich = bread @ meat @ bread
-    rows = design.target.size
-    freedom = rows / max(rows - scores.shape[1], 1)
+    samples = design.target.size
+    freedom = samples / max(samples - scores.shape[1], 1)
     variance = freedom * np.maximum(np.diag(bread), np.diag(sandwich))
     scale = np.sqrt(variance / np.maximum(np.diag(bread), 1e-300))
     return np.asarray(bread * np.outer(scale, scale))

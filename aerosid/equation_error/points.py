@@ -135,7 +135,8 @@ class Equations:
         return kept[key]
 
 
-def _coefficients(n, point, recording, motion, time):  # type: ignore[no-untyped-def]
+def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
+    """The coefficient equations of one recording in the band, with the columns of the free terms."""
     equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
     names = [name for name in COEFFICIENT if name in equations.target]
     stacked = [equations.target[name] for name in names]
@@ -146,9 +147,9 @@ def _coefficients(n, point, recording, motion, time):  # type: ignore[no-untyped
             stacked.append(series)
     banded = recording.band(np.column_stack(stacked))
     found = {name: Segment(n, name, banded[:, i], {}, time, 0.0) for i, name in enumerate(names)}
-    for i, (name, entry) in enumerate(keys):
-        if entry is not None:
-            found[name].columns[entry] = banded[:, i]
+    for i, (name, key) in enumerate(keys):
+        if key is not None:
+            found[name].columns[key] = banded[:, i]
     return list(found.values())
 
 

@@ -65,7 +65,7 @@ class Recording:
 
     def position(self, channel: str) -> Array:
         """Declared position of a sensor from the centre of gravity, m, (3,)."""
-        return self.manoeuvre.flight.positions[OUTPUTS.index(channel)]
+        return np.asarray(self.manoeuvre.flight.positions[OUTPUTS.index(channel)], dtype=np.float64)
 
 
 def read_recordings(

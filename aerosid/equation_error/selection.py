@@ -151,7 +151,7 @@ def _best(
     for gain, n, step, weights in ranked:
         if gain < -4.0 or len(tried) == frame.settings.fitted or (tried and gain < tried[0][0] - 6.0):
             break
-        hypothesis = started(candidates[n], step)
+        hypothesis = started(candidates[n], step.tolist())
         found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
         net = found.log_likelihood - base.log_likelihood - rules.price(hypothesis)
         tried.append((net, found, hypothesis))

@@ -16,6 +16,7 @@ from scipy.special import ndtr
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden, moment
+from aerosid.equation_error.alternatives import Alternative
 from aerosid.equation_error.decision import EquationErrorDecision, EvidenceFinding
 from aerosid.equation_error.estimate import Estimate
 from aerosid.equation_error.gusts import turbulence_of
@@ -165,7 +166,8 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
     """A finding with the numbers of the estimate that stands."""
     kind, where, term = row.hypothesis.label
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
-    values, errors, ratio = (row.value,), row.std_errors, row.ratio
+    values: tuple[float, ...] = (row.value,)
+    errors, ratio = row.std_errors, row.ratio
     active = row.active
     if entry is not None:
         place = stands.refinement.free.index(entry)
@@ -205,7 +207,7 @@ def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[t
     )
 
 
-def _alternative(row, asked: int) -> Finding:  # type: ignore[no-untyped-def]
+def _alternative(row: Alternative, asked: int) -> Finding:
     """An alternative as the result lists it."""
     hypothesis: Hypothesis = row.hypothesis
     kind, where, term = hypothesis.label

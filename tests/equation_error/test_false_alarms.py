@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from equations_decided import decided
 from scipy.stats import binom
-from test_decision import decided
 from turbulent_flights import BODIES, aircraft_of, flown
 
 pytestmark = pytest.mark.slow
