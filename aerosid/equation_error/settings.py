@@ -69,7 +69,7 @@ class EquationErrorSettings:
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
     least_rise : float
-        Share of those squares, 1, by which they must rise too: less is what other numbers' adjustment does.
+        Fall of R^2, 1, that goes with it at least: less is what the uncertainty of the effect's numbers does.
     """
 
     false_alarm: float = 0.01
@@ -91,5 +91,5 @@ class EquationErrorSettings:
     most: int = 12
     gust_share: float = 0.15
     doubt: float = 1.0
-    least_rise: float = 0.03
+    least_rise: float = 0.002
     alike: float = 4.0

@@ -80,15 +80,15 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
 def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, least: float) -> bool:
     """Whether an unseen recording's coefficient is predicted worse with an effect.
 
-    By more than `doubt` deviations of the mean of the squares, and by more than the share `least` of what is left.
+    By more than `doubt` deviations of the mean of the squares, and in R^2 by more than `least`.
     """
     before, after = left_over(frame, without), left_over(frame, found)
-    for key, (_, left) in after.items():
+    for key, (measured, left) in after.items():
         if frame.recordings[key[0]].fitted:
             continue
         worse = left**2 - before[key][1] ** 2
         rise = float(worse.mean())
-        if rise > doubt * _deviation_of_mean(worse) and rise > least * float(np.mean(before[key][1] ** 2)):
+        if rise > doubt * _deviation_of_mean(worse) and rise > least * float(np.mean(measured**2)):
             return True
     return False
 
