@@ -5,7 +5,7 @@ READY := .venv/.ready
 # Threads of small matrix products only wait for each other where tests run on every core.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: install demo test test-slow lint benchmark clean
+.PHONY: install demo wheel test test-slow lint benchmark clean
 
 install: $(READY)
 
@@ -13,11 +13,18 @@ $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "aerosid needs Python 3.11 or newer: make PYTHON=/path/to/python3.11" >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	-$(BIN)/aerosid warm-up
 	@touch $@
 
 demo: $(READY)
 	$(BIN)/aerosid close-loop flight_data/light_transport_doublet.csv --aircraft aircraft_models/light_transport.toml \
 		--validate flight_data/light_transport_3211.csv --out reports/demo
+
+# A wheel with its compiled kernels: nothing is compiled at first use on the same Python, numba and processor.
+wheel: $(READY)
+	rm -rf build/kernels
+	AEROSID_CACHE_DIR=build/kernels $(BIN)/aerosid warm-up
+	AEROSID_WHEEL_KERNELS=build/kernels $(BIN)/python -m build --wheel
 
 test: $(READY)
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow"

@@ -10,16 +10,20 @@ Nothing is imported before it is used: `import aerosid` costs no more than Pytho
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in `typing`, whose import would take as long as all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from aerosid.aircraft import Aircraft, load_aircraft, save_aircraft
     from aerosid.aircraft.bundled import bundled_folder
     from aerosid.logs.flight_log import FlightLog
-    from aerosid.logs.formats import read_log
-    from aerosid.loop.identification import LoopSettings, close_loop
-    from aerosid.loop.result import ClosedLoop, Verdict
+    from aerosid.logs.formats import read_log, read_recording, read_segments
+    from aerosid.logs.recording import Recording
+    from aerosid.loop.closed_loop import close_loop
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.loop.verdict import Verdict
+    from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
 
 __version__ = "0.1.0"
@@ -28,12 +32,17 @@ _HOMES = {
     "Aircraft": "aerosid.aircraft",
     "ClosedLoop": "aerosid.loop.result",
     "FlightLog": "aerosid.logs.flight_log",
-    "LoopSettings": "aerosid.loop.identification",
-    "Verdict": "aerosid.loop.result",
+    "FlightSegmentation": "aerosid.manoeuvres",
+    "LoopSettings": "aerosid.loop.settings",
+    "Recording": "aerosid.logs.recording",
+    "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
-    "close_loop": "aerosid.loop.identification",
+    "close_loop": "aerosid.loop.closed_loop",
+    "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
+    "read_recording": "aerosid.logs.formats",
+    "read_segments": "aerosid.logs.formats",
     "save_aircraft": "aerosid.aircraft",
     "write_report": "aerosid.reporting",
 }
@@ -43,12 +52,17 @@ __all__ = [
     "Aircraft",
     "ClosedLoop",
     "FlightLog",
+    "FlightSegmentation",
     "LoopSettings",
+    "Recording",
     "Verdict",
     "bundled_folder",
     "close_loop",
+    "find_manoeuvres",
     "load_aircraft",
     "read_log",
+    "read_recording",
+    "read_segments",
     "save_aircraft",
     "write_report",
 ]
@@ -58,6 +72,8 @@ def __getattr__(name: str) -> Any:
     """A public name, imported from its home; AttributeError for any other."""
     if name not in _HOMES:
         raise AttributeError(f"module 'aerosid' has no attribute {name!r}")
+    import importlib
+
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

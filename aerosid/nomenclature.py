@@ -70,6 +70,8 @@ _GLOSSARY = (
     Channel("h_agl", "height above the ground", "m", "up", "other"),
     Channel("thrust", "thrust", "N", "forward", "input"),
     Channel("mass", "mass", "kg", "always", "input"),
+    Channel("fuel_used", "fuel used", "kg", "always", "other"),
+    Channel("fuel_flow", "fuel flow", "kg/s", "always", "other"),
     Channel("mach", "Mach number", "1", "always", "other"),
 )
 

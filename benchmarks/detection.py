@@ -29,8 +29,9 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 
 Array = NDArray[np.float64]
 SAMPLES = 470

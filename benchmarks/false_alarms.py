@@ -27,7 +27,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import AerosidError
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 
 NOISE = {

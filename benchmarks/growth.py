@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.reporting.figures.chart import Line, Points
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.figures.numbered import Figure, FigureBook

@@ -27,7 +27,7 @@ from aerosid.cli.main import main as command_line
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_writing import native_csv
-from aerosid.loop.identification import close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.continuous import estimate_continuous
 from aerosid.model_error.paper_chain import ChainSettings, feed

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL, coupled_of
 from aerosid.flight_model.flight import Flight
-from aerosid.model_error.aircraft_error import STATE_COUNT, initial_riccati, measured_states
+from aerosid.model_error.aircraft_error import initial_riccati, measured_states
 
 SOURCE = Path(__file__).with_name("recursion.c")
 FLAGS = ("-O3", "-std=c11")
@@ -45,15 +46,15 @@ class PlainC:
         variance : (4,) measurement variance of V, alpha, q, theta, SI squared.
         density : (4,) diagonal of Q2^-1.
         """
-        measured, weights = measured_states(flight, variance)
+        fed, states = measured_states(flight, variance), len(coupled_of(LONGITUDINAL))
         start = initial_state(flight)
         table, samples = model.table, flight.time.size
         numbers = [
-            flight.time, flight.inputs, measured, weights, density, start, initial_riccati(start, variance),
+            flight.time, flight.inputs, fed.states, fed.weights, density, start, initial_riccati(start, variance),
             np.array(model.constants[:7], dtype=np.float64),
         ]  # fmt: skip
         whole = [table.coefficient, table.first, table.variable, table.shape, table.power]
-        results = [np.empty((samples, STATE_COUNT)), np.empty((samples, STATE_COUNT)), np.empty((samples, 4, 4))]
+        results = [np.empty((samples, states)), np.empty((samples, states)), np.empty((samples, states, states))]
         arrays = [np.ascontiguousarray(values, dtype=np.float64) for values in numbers]
         lists = [np.ascontiguousarray(values, dtype=np.int64) for values in whole]
         tail = [np.ascontiguousarray(values, dtype=np.float64) for values in (table.offset, model.values)]

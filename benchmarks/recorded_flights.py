@@ -20,8 +20,9 @@ from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import ClosedLoop, Effect
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.result import ClosedLoop
 
 FITTED = 0.6
 """Share of a single record that is fitted."""

@@ -26,8 +26,9 @@ import numpy as np
 from aerosid.aircraft import load_aircraft
 from aerosid.errors import AerosidError
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 from benchmarks.planted_flights import (
     NOISE,
     VARIABLES,

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from aerosid.aerodynamics import declared_model
 from aerosid.aircraft import load_aircraft
-from aerosid.log_writing import native_csv
-from aerosid.simulation import doublet, fly, three_two_one_one, trim
-from aerosid.terms import parse_term
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.flight_model.terms import parse_term
+from aerosid.logs.log_writing import native_csv
 
 HERE = Path(__file__).parent
 UNDECLARED = {("C_X", parse_term("alpha^2")): 3.6089, ("C_m", parse_term("alpha^2")): -1.715}

@@ -9,7 +9,8 @@ import numpy as np
 from problems_report import closed_loop
 
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.result import ClosedLoop, ErrorRow
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.screening import ScreeningRow
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}

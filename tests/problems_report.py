@@ -7,22 +7,15 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.logs.flight_log import ChannelSource, FlightLog
-from aerosid.loop.goodness import fit_rows
-from aerosid.loop.result import (
-    ClosedLoop,
-    CorrelationMatrix,
-    DerivativeRow,
-    Effect,
-    ErrorRow,
-    Evidence,
-    InnovationRow,
-    LinearRow,
-    ModeRow,
-    Parameter,
-    PrefilterNote,
-    Simulated,
-    Verdict,
-)
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.goodness import CorrelationMatrix, InnovationRow, fit_rows
+from aerosid.loop.linear_analysis import LinearRow, ModeRow
+from aerosid.loop.model_error_pictures import PrefilterNote
+from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.model_error.screening import RegressorPicture, ScreeningRow

@@ -5,10 +5,16 @@ aircraft or into one sentence on what is wrong, `completion` writes what was fou
 `plausibility` warns of unusual numbers.
 """
 
-from aerosid.aircraft.completion import save_aircraft
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
 from aerosid.aircraft.plausibility import warnings_about
 from aerosid.aircraft.reading import bundled_aircraft, load_aircraft
+
+if TYPE_CHECKING:
+    from aerosid.aircraft.completion import save_aircraft
 
 __all__ = [
     "Aircraft",
@@ -19,3 +25,12 @@ __all__ = [
     "save_aircraft",
     "warnings_about",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`save_aircraft`, imported when it is asked for: it needs another reader of TOML, which keeps comments."""
+    if name != "save_aircraft":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from aerosid.aircraft.completion import save_aircraft
+
+    return save_aircraft

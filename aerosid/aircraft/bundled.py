@@ -1,4 +1,4 @@
-"""Finds the aircraft, sample flights and channel maps that travel with aerosid."""
+"""Folders of the bundled aircraft, sample flights and channel maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was found, written into the text of the given aircraft file with its comments and layout kept."""
+"""Writing of findings into the text of an aircraft file, its comments and layout kept."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import Constants
+from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.terms import Term, input_columns
 
 
@@ -27,7 +27,7 @@ def declared_model(
         Terms that may be added later: their input channels get a column now.
     """
     entries = tuple((derivative.coefficient, derivative.term) for derivative in aircraft.derivatives)
-    columns = input_columns([*(term for _, term in entries), *further_terms])
+    columns = input_columns([*(term for _, term in entries), *further_terms], aircraft.axes)
     constants = Constants(
         wing_area=aircraft.wing_area,
         mean_chord=aircraft.mean_chord,
@@ -36,5 +36,10 @@ def declared_model(
         thrust_z_arm=aircraft.thrust_z_arm,
         airspeed_of_rates=aircraft.airspeed or 0.0,
         airspeed_of_V_hat=aircraft.airspeed or reference_airspeed,
+        span=aircraft.span or 0.0,
+        I_xx=aircraft.I_xx or 0.0,
+        I_zz=aircraft.I_zz or 0.0,
+        I_xz=aircraft.I_xz or 0.0,
     )
-    return AerodynamicModel(entries, np.array([d.value for d in aircraft.derivatives]), columns, constants)
+    values = np.array([d.value for d in aircraft.derivatives])
+    return AerodynamicModel(entries, values, columns, constants, aircraft.axes)

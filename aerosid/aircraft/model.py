@@ -1,10 +1,15 @@
-"""What an aircraft is to the rest of aerosid: geometry, mass, thrust and the declared aerodynamic model."""
+"""The declared aircraft: geometry, mass, thrust and aerodynamic model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.errors import AircraftError
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, Axes, loads_of
 from aerosid.flight_model.terms import Term
 
 
@@ -15,7 +20,7 @@ class Derivative:
     Attributes
     ----------
     coefficient
-        C_X, C_Z, C_m, C_L or C_D.
+        C_X, C_Z, C_m, C_L, C_D, C_Y, C_l or C_n.
     term
         What the value is multiplied with.
     value
@@ -68,6 +73,40 @@ class DeclaredEffect:
 
 
 @dataclass(frozen=True)
+class FuelTable:
+    """How mass, inertia and centre of gravity follow the fuel used, linear between the entries and level beyond.
+
+    Attributes
+    ----------
+    used
+        Fuel used, kg, increasing.
+    mass
+        kg at each; empty: the aircraft's mass less the fuel used.
+    I_yy
+        kg m^2 at each; empty: the aircraft's.
+    x_cg
+        m by which the centre of gravity lies ahead of the declared one at each; empty: it stays there.
+    """
+
+    used: tuple[float, ...]
+    mass: tuple[float, ...] = ()
+    I_yy: tuple[float, ...] = ()
+    x_cg: tuple[float, ...] = ()
+
+    def mass_at(self, used: NDArray[np.float64], full: float) -> NDArray[np.float64]:
+        """Mass, kg, with this fuel used, kg; `full` that of the aircraft file, with none used."""
+        return np.interp(used, self.used, self.mass) if self.mass else full - used
+
+    def inertia_at(self, used: NDArray[np.float64], declared: float) -> NDArray[np.float64]:
+        """I_yy, kg m^2, with this fuel used, kg."""
+        return np.interp(used, self.used, self.I_yy) if self.I_yy else np.full(used.shape, declared)
+
+    def centre_at(self, used: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the centre of gravity lies ahead of the declared one, m, with this fuel used, kg."""
+        return np.interp(used, self.used, self.x_cg) if self.x_cg else np.zeros(used.shape)
+
+
+@dataclass(frozen=True)
 class Aircraft:
     """The aircraft file as read, SI and radians.
 
@@ -93,6 +132,8 @@ class Aircraft:
         Angle of the thrust line, rad, positive where thrust pushes up: F_z = -T sin(incidence).
     thrust_z_arm
         Thrust line below the centre of gravity, m: pitching moment = T z_arm.
+    axes
+        The case of the equations of motion that the declared coefficients make.
     derivatives
         The declared model by coefficient, terms in the order of the file.
     candidates
@@ -104,6 +145,17 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    length
+        From nose to tail, m, None where the file does not say: no sensor lies further from the centre of gravity.
+    fuel
+        How mass, inertia and centre of gravity follow the fuel used, None where the file does not say.
+    noise, resolution
+        Of recorded channels, SI, where the file gives them: they win over what is estimated from a log, and a log's
+        channel map wins over them.
+    span
+        Whole span, m, the length of p_hat, r_hat, C_l and C_n; None where the file does not say.
+    I_xx, I_zz, I_xz
+        kg m^2, I_xz the integral of x z dm; None where the file does not say.
     flight_phase, aircraft_class
         Category and class after MIL-F-8785C for the flying qualities, None where the file does not say.
     """
@@ -128,12 +180,41 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    length: float | None = None
+    fuel: FuelTable | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    span: float | None = None
+    I_xx: float | None = None
+    I_zz: float | None = None
+    I_xz: float | None = None
+    axes: Axes = LONGITUDINAL
 
     @property
-    def coefficients(self) -> tuple[str, str, str]:
-        """The three coefficients of this model: C_X, C_Z, C_m, or C_D, C_L, C_m."""
-        lift_and_drag = any(entry.coefficient in ("C_L", "C_D") for entry in self.derivatives)
-        return ("C_D", "C_L", "C_m") if lift_and_drag else ("C_X", "C_Z", "C_m")
+    def coefficients(self) -> tuple[str, ...]:
+        """The coefficients of this model, in body axes or with C_D and C_L in place of C_X and C_Z."""
+        lift_and_drag = any(entry.coefficient in self.axes.wind_axes for entry in self.derivatives)
+        symmetric = ("C_D", "C_L", "C_m") if lift_and_drag else LONGITUDINAL.coefficients
+        return tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(self.axes))
+
+    def require_longitudinal(self, doing: str) -> None:
+        """Refuse a model with lateral coefficients where only the longitudinal ones are handled.
+
+        Parameters
+        ----------
+        doing : str
+            What was asked for, as it stands in the sentence.
+
+        Raises
+        ------
+        AircraftError
+            Where the model holds C_Y, C_l or C_n.
+        """
+        if self.axes is not LONGITUDINAL:
+            raise AircraftError(
+                f"{self.path}: derivatives holds {', '.join(LATERAL.coefficients)}, but {doing} handles longitudinal "
+                "models alone; remove these tables, or estimate with aerosid.estimation.maximum_likelihood.refine"
+            )
 
     def completed(
         self,

@@ -1,4 +1,4 @@
-"""Warnings about numbers that are legal in an aircraft file and yet unlike an aircraft."""
+"""Plausibility of an aircraft file: legal numbers that are unlike an aircraft."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ _SIGNS: tuple[tuple[str, str, int, str], ...] = (
         "positive elevator is trailing edge down; a recorder of the other sign needs sign = -1 in the map",
     ),
     ("C_m", "alpha", -1, "the aircraft is statically unstable; is the centre of gravity right?"),
+    ("C_Z", "delta_e", -1, "C_Z is positive down, and an elevator trailing edge down adds lift"),
+    ("C_L", "delta_e", 1, "an elevator trailing edge down adds lift"),
     ("C_Z", "alpha", -1, "C_Z is positive down, so lift makes it fall with alpha"),
     ("C_L", "alpha", 1, "lift grows with alpha"),
     ("C_D", "1", 1, "drag is positive"),

@@ -1,30 +1,36 @@
-"""From an aircraft file to an `Aircraft`, or to one sentence about what is wrong in it."""
+"""Reading of aircraft files."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
-from aerosid.aircraft.schema import (
-    CandidatesTable,
-    DerivativesTable,
-    EffectTable,
-    LimitsTable,
-    meant,
-    read_tables,
-    shown,
-)
+from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
-from aerosid.flight_model.terms import COEFFICIENTS, Term, parse_term
+from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
+from aerosid.flight_model.terms import VARIABLES, Term, parse_term
 from aerosid.nomenclature import CHANNELS
 
+if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
+    from aerosid.aircraft.schema import (
+        AircraftFile,
+        CandidatesTable,
+        DerivativesTable,
+        EffectTable,
+        FuelUsedTable,
+        LimitsTable,
+    )
+
 _LARGEST_FILE = 1_000_000
+_MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
 
 
 def load_aircraft(path: str | Path) -> Aircraft:
@@ -78,15 +84,20 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    from aerosid.aircraft.schema import read_tables
+
     tables = read_tables(document, path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
+    axes = _axes(coefficients)
+    _check_lateral(path, tables, axes, derivatives)
     return Aircraft(
         name=tables.aircraft.name,
         source=tables.aircraft.source,
         wing_area=tables.reference.wing_area,
         mean_chord=tables.reference.mean_chord,
         airspeed=tables.reference.airspeed,
+        length=tables.reference.length,
         mass=tables.mass.mass,
         I_yy=tables.mass.I_yy,
         density=None if tables.air is None else tables.air.density,
@@ -104,7 +115,42 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         flight_phase=tables.flying_qualities.category,
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
+        fuel=_read_fuel(path, tables.fuel),
+        noise=dict(tables.noise),
+        resolution=dict(tables.resolution),
+        span=tables.reference.span,
+        I_xx=tables.mass.I_xx,
+        I_zz=tables.mass.I_zz,
+        I_xz=tables.mass.I_xz,
+        axes=axes,
     )
+
+
+def _axes(coefficients: Sequence[str]) -> Axes:
+    """The case of the equations of motion that the declared coefficients make."""
+    if not set(coefficients) & set(LATERAL.coefficients):
+        return LONGITUDINAL
+    return SIX if set(coefficients) & set(loads_of(LONGITUDINAL)) else LATERAL
+
+
+def _check_lateral(path: str, tables: AircraftFile, axes: Axes, derivatives: Sequence[Derivative]) -> None:
+    """Span and inertia are there where rolling and yawing motion needs them."""
+    named = {name for derivative in derivatives for name in derivative.term.variables}
+    if tables.reference.span is None and (named & {"p_hat", "r_hat"} or axes is not LONGITUDINAL):
+        raise AircraftError(
+            f"{path}: the key reference.span [m] is missing, expected the whole span where a model has C_l or C_n, or "
+            "a term names p_hat or r_hat; add it"
+        )
+    for name in ("I_xx", "I_zz"):
+        if axes is not LONGITUDINAL and getattr(tables.mass, name) is None:
+            raise AircraftError(
+                f"{path}: the key mass.{name} [kg m^2] is missing, expected it where a model has C_l or C_n; add it"
+            )
+    i_xx, i_zz, i_xz = (getattr(tables.mass, name) or 0.0 for name in ("I_xx", "I_zz", "I_xz"))
+    if axes is not LONGITUDINAL and i_xz**2 >= i_xx * i_zz:
+        raise AircraftError(
+            f"{path}: mass.I_xz is {i_xz:g}, expected I_xz^2 below I_xx I_zz, as of any body; correct it"
+        )
 
 
 def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, float]]:
@@ -119,6 +165,22 @@ def _read_limits(path: str, table: LimitsTable) -> Mapping[str, tuple[float, flo
             raise AircraftError(f"{path}: limits.{name} is [{low:g}, {high:g}], expected the lower number first")
         limits[name] = (low, high)
     return limits
+
+
+def _read_fuel(path: str, table: FuelUsedTable | None) -> FuelTable | None:
+    """The fuel table, its columns of one length and its fuel used increasing."""
+    if table is None:
+        return None
+    if any(later <= earlier for earlier, later in pairwise(table.used)):
+        raise AircraftError(f"{path}: fuel.used does not increase throughout, expected kg in rising order; sort it")
+    for name in ("mass", "I_yy", "x_cg"):
+        column = getattr(table, name)
+        if column and len(column) != len(table.used):
+            raise AircraftError(
+                f"{path}: fuel.{name} holds {len(column)} numbers and fuel.used {len(table.used)}, expected one for "
+                "each; complete it"
+            )
+    return FuelTable(tuple(table.used), tuple(table.mass), tuple(table.I_yy), tuple(table.x_cg))
 
 
 def _find(path: str | Path) -> Path:
@@ -156,7 +218,9 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
                 f"{path}: derivatives holds both {body} and {wind}, expected one of them, since {wind} stands in place "
                 f"of {body}; remove one"
             )
-    wanted = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else ("C_X", "C_Z", "C_m")
+    symmetric = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else LONGITUDINAL.coefficients
+    axes = _axes(tuple(given))
+    wanted = tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(axes))
     for name in wanted:
         if name not in given:
             pair = ", C_L and C_D standing together in place of C_Z and C_X" if wanted[0] == "C_D" else ""
@@ -190,6 +254,7 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
             term = parse_term(text)
         except AircraftError as error:
             raise AircraftError(f"{path}: {key}: {error}") from None
+        _refuse_misspelt(path, key, text, term)
         if term in spelling:
             raise AircraftError(
                 f'{path}: {key} holds the term {term} twice, as "{spelling[term]}" and "{text}", expected it once; '
@@ -198,6 +263,30 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
         terms[text] = term
         spelling[term] = text
     return terms
+
+
+def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
+    """Refuse a term that names no channel known here and all but one that is: it would only be missed in the log.
+
+    Raises
+    ------
+    AircraftError
+        With the known name that is nearest.
+    """
+    known = {*VARIABLES, *CHANNELS, "C_T"}
+    plain = {name.replace("_", "").lower(): name for name in known}
+    for name in sorted(term.variables - known):
+        bare = name.replace("_", "").lower()
+        near = plain.get(bare)
+        # A second vane is alpha2, a tab delta_e_tab: channels of their own.
+        if near is None and name.isalpha():
+            close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT)
+            near = plain[close[0]] if close else None
+        if near is not None:
+            raise AircraftError(
+                f'{path}: {key} holds the term "{text}", which names {name}; expected a channel or a variable of '
+                f"terms; did you mean {near}?"
+            )
 
 
 def _read_candidates(
@@ -222,6 +311,8 @@ def _read_candidates(
 
 def _read_effect(path: str, number: int, table: EffectTable, coefficients: Sequence[str]) -> DeclaredEffect:
     """One declared effect; `number` counts from 1 as a reader of the file does."""
+    from aerosid.aircraft.schema import meant, shown
+
     key = f"{path}: effects[{number}]"
     if table.kind == "aero_term":
         raise AircraftError(f"{key}.kind is aero_term, which is a term; write it as an entry of [derivatives.C_...]")

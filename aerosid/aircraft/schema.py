@@ -1,4 +1,4 @@
-"""The tables and keys that an aircraft file may hold, and sentences for a file that breaks them."""
+"""Schema of the aircraft file, and sentences for a file that breaks it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,22 @@ from aerosid.errors import AircraftError
 _UNITS = {
     "reference.wing_area": "m^2",
     "reference.mean_chord": "m",
+    "reference.span": "m",
     "reference.airspeed": "m/s",
+    "reference.length": "m",
     "mass.mass": "kg",
+    "mass.I_xx": "kg m^2",
     "mass.I_yy": "kg m^2",
+    "mass.I_zz": "kg m^2",
+    "mass.I_xz": "kg m^2",
     "air.density": "kg/m^3",
     "thrust.force": "N",
     "thrust.incidence": "rad",
     "thrust.z_arm": "m",
+    "fuel.used": "kg",
+    "fuel.mass": "kg",
+    "fuel.I_yy": "kg m^2",
+    "fuel.x_cg": "m",
     "limits.alpha": "rad",
     "limits.V": "m/s",
     "limits.theta": "rad",
@@ -39,6 +48,9 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
+_Small = Annotated[float, Field(gt=0.0, le=1e12)]
+
+
 class _AircraftTable(_Table):
     name: _Name
     source: Annotated[str, Field(max_length=5000)] = ""
@@ -47,12 +59,17 @@ class _AircraftTable(_Table):
 class _ReferenceTable(_Table):
     wing_area: _Positive
     mean_chord: _Positive
+    span: _Positive | None = None
     airspeed: _Positive | None = None
+    length: _Positive | None = None
 
 
 class _MassTable(_Table):
     mass: _Positive
+    I_xx: _Positive | None = None
     I_yy: _Positive
+    I_zz: _Positive | None = None
+    I_xz: _Number | None = None
 
 
 class _AirTable(_Table):
@@ -84,6 +101,15 @@ class LimitsTable(_Table):
     delta_e_rate: _Positive | None = None
 
 
+class FuelUsedTable(_Table):
+    """[fuel]: columns of equal length by fuel used."""
+
+    used: Annotated[list[Annotated[float, Field(ge=0.0, le=1e12)]], Field(min_length=2, max_length=1000)]
+    mass: list[_Positive] = []
+    I_yy: list[_Positive] = []
+    x_cg: list[Annotated[float, Field(ge=-100.0, le=100.0)]] = []
+
+
 class _DerivativeTable(_Table):
     value: _Number
     sigma: _Sigma | None = None
@@ -98,6 +124,9 @@ class DerivativesTable(_Table):
     C_m: dict[str, _DerivativeTable] | None = None
     C_L: dict[str, _DerivativeTable] | None = None
     C_D: dict[str, _DerivativeTable] | None = None
+    C_Y: dict[str, _DerivativeTable] | None = None
+    C_l: dict[str, _DerivativeTable] | None = None
+    C_n: dict[str, _DerivativeTable] | None = None
 
 
 class CandidatesTable(_Table):
@@ -108,6 +137,9 @@ class CandidatesTable(_Table):
     C_m: list[str] = []
     C_L: list[str] = []
     C_D: list[str] = []
+    C_Y: list[str] = []
+    C_l: list[str] = []
+    C_n: list[str] = []
 
 
 class _ParameterTable(_Table):
@@ -144,6 +176,9 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    fuel: FuelUsedTable | None = None
+    noise: dict[_Name, _Small] = {}
+    resolution: dict[_Name, _Small] = {}
 
 
 def read_tables(document: Mapping[str, Any], path: str) -> AircraftFile:
@@ -226,6 +261,7 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,

@@ -14,13 +14,16 @@ def batch_command(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="DIR|LIST", help="A folder of logs, or a text file with one path a line.", show_default=False
+            metavar="DIR|LIST|SEGMENTS",
+            help="A folder of logs, a text file with one path or LOG@FROM:TO a line, or a segment file.",
+            show_default=False,
         ),
     ],
     aircraft: Annotated[
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     channels: ChannelsOption = None,
+    find: Annotated[bool, typer.Option("--find", help="Take the elevator manoeuvres found in each log.")] = False,
     catalogue: Annotated[str, typer.Option(help="What may be named: all, or aerodynamic terms.")] = "all",
     against: Annotated[
         Optional[str],
@@ -40,9 +43,10 @@ def batch_command(
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.errors import UsageError
     from aerosid.file_set import require_folder
-    from aerosid.loop.identification import LoopSettings
+    from aerosid.loop.settings import LoopSettings
     from aerosid.studies.batch import find_logs, run_batch, write_batch
     from aerosid.studies.batch.console import print_batch
+    from aerosid.studies.batch.logs import find_manoeuvres_of
     from aerosid.studies.batch.one_log import CONDITION
     from aerosid.studies.workers import Workers
 
@@ -53,6 +57,8 @@ def batch_command(
     declared = load_aircraft(aircraft)
     logs = find_logs(source, channels, but_in=out)
     require_folder(out)
+    if find:
+        logs = find_manoeuvres_of(logs, channels)
     settings = LoopSettings(catalogue="terms" if catalogue == "terms" else "all", seed=seed)
     with progress_bar("logs") as (announce, tick):
         batch = run_batch(

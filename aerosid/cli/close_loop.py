@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
-from aerosid.loop.next_flight.flight_limits import read_limit
-from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
+
+if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
+    from aerosid.aircraft import Aircraft
+    from aerosid.loop.closed_loop import Told
+    from aerosid.loop.provenance import Provenance
+    from aerosid.loop.result import ClosedLoop
+    from aerosid.loop.settings import LoopSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
 _STAGES = 7
+_OUT = "--out"
+
+_ONCE = (
+    "Compiling the numerical kernels: once for this user, Python and processor "
+    "(`aerosid warm-up` does it ahead, on all cores)."
+)
+
+FEWEST = 10
+"""Samples of a log without which nothing is estimated."""
 
 
 def loop_settings(
@@ -38,8 +52,13 @@ def loop_settings(
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
+    density = _density(error_density)
+    from aerosid.loop.next_flight.flight_limits import read_limit
+    from aerosid.loop.settings import LoopSettings
+    from aerosid.model_error.paper_chain import ChainSettings
+
     return LoopSettings(
-        chain=ChainSettings(filtering=prefilter, error_density=_density(error_density)),
+        chain=ChainSettings(filtering=prefilter, error_density=density),
         priors=priors,
         seed=seed,
         flight_phase=flight_phase,
@@ -47,6 +66,38 @@ def loop_settings(
         next_flight=next_flight,
         limits=dict(read_limit(text) for text in limits),
     )
+
+
+def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remarks: str) -> Provenance:
+    """What the title block says of the call: day, changed settings, command line, analyst and remarks.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Those after `aerosid`. Where files go is left out: the same inputs give the same bytes anywhere.
+    settings : LoopSettings
+        As the words set them.
+    analyst, remarks : str
+        As given; empty where not.
+
+    Raises
+    ------
+    UsageError
+        Where SOURCE_DATE_EPOCH is no whole number of seconds.
+    """
+    from aerosid.loop.provenance import Provenance, today, unusual_settings
+
+    return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
+
+
+def command_line(words: Sequence[str]) -> str:
+    """The words after `aerosid` as a shell takes them, without where files go."""
+    kept, skipped = ["aerosid"], False
+    for word in words:
+        if not skipped and word != _OUT and not word.startswith(f"{_OUT}="):
+            kept.append(word)
+        skipped = word == _OUT and not skipped
+    return shlex.join(kept)
 
 
 def _density(text: str | None) -> tuple[float, float, float, float] | None:
@@ -61,43 +112,156 @@ def _density(text: str | None) -> tuple[float, float, float, float] | None:
     return numbers[0], numbers[1], numbers[2], numbers[3]
 
 
-def read_logs(
-    paths: Sequence[Path], channels: Path | None, start: float | None = None, stop: float | None = None
-) -> list[FlightLog]:
-    """The logs, cut to start..stop s of their own time where given.
+@dataclass(frozen=True)
+class RoledLogs:
+    """What a call is about: logs to identify from, and logs that are only predicted."""
+
+    identification: tuple[FlightLog, ...]
+    validation: tuple[FlightLog, ...]
+
+
+def read_roles(
+    logs: Sequence[str],
+    validate: Sequence[str],
+    channels: Path | None,
+    start: float | None = None,
+    stop: float | None = None,
+    *,
+    find: bool = False,
+) -> RoledLogs:
+    """The logs of a call by their role.
+
+    Parameters
+    ----------
+    logs, validate : sequence of str
+        Recordings, spans of them as LOG@FROM:TO, and segment files.
+    channels : Path, optional
+        The channel map.
+    start, stop : float, optional
+        s, the identification logs' own time; not beside spans.
+    find : bool
+        Take the longitudinal manoeuvres that are found in each identification log in its place.
+
+    Raises
+    ------
+    UsageError
+        Where --from or --to stands beside a span.
+    LogError
+        Where a log cannot be used, or holds no manoeuvre to be found.
+    """
+    held: dict[Path, FlightLog] = {}
+    roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
+    for usual, spans in ((ROLES[0], spans_between(logs, start, stop)), (ROLES[1], expand(validate))):
+        for span in spans:
+            role = (usual == ROLES[0] and span.role) or usual
+            log = read_span(span, channels, held, across_holes=find and role == ROLES[0])
+            if find and role == ROLES[0]:
+                roled[role] += _found(log)
+            else:
+                roled[role].append(require_samples(log, FEWEST))
+    if not roled[ROLES[0]]:
+        raise UsageError(
+            "no log is left to identify from: every segment is for validation; give one for identification."
+        )
+    return RoledLogs(tuple(roled[ROLES[0]]), tuple(roled[ROLES[1]]))
+
+
+def spans_between(words: Sequence[str], start: float | None, stop: float | None) -> tuple[Span, ...]:
+    """The spans of a command line's words, whole recordings cut to --from and --to where given.
+
+    Raises
+    ------
+    UsageError
+        Where --from or --to stands beside a span, or a span or segment file is wrong.
+    """
+    spans = expand(words)
+    if start is None and stop is None:
+        return spans
+    named = next((span for span in spans if not span.whole), None)
+    if named is not None:
+        raise UsageError(f"{named}: it names its span already; leave --from and --to away.")
+    # The log keeps its name, as long as its span is not part of what it is called on the command line.
+    return tuple(
+        replace(span, start=start, stop=stop, name=span.name or Path(span.path.name.removesuffix(".gz")).stem)
+        for span in spans
+    )
+
+
+def _found(log: FlightLog) -> tuple[FlightLog, ...]:
+    from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts
+
+    found = find_manoeuvres(log)
+    cuts = longitudinal_cuts(log, found)
+    if not cuts:
+        kinds = ", ".join(sorted({entry.kind for entry in found})) or "nothing"
+        raise LogError(
+            f"{log.path or log.name}: no elevator manoeuvre was found in it (found: {kinds}); see what `aerosid find` "
+            "lists with --rejected, and give a span as LOG@FROM:TO."
+        )
+    return cuts
+
+
+def refuse_unusable(roled: RoledLogs) -> None:
+    """Stop before a whole flight is taken for one manoeuvre, or degrees for radians.
 
     Raises
     ------
     LogError
-        Where a log cannot be used, or the cut leaves fewer than ten samples.
+        With the spans that look useful, or the channel and its unit.
     """
-    logs = []
-    for path in paths:
-        log = read_log(path, channels)
-        if start is not None or stop is not None:
-            log = log.between(log.time[0] if start is None else start, log.time[-1] if stop is None else stop)
-        if log.time.size < 10:
-            raise LogError(f"{path}: {log.time.size} samples are too few to estimate anything; give at least 10.")
-        logs.append(log)
-    return logs
+    from aerosid.logs.quality import degrees_findings
+    from aerosid.manoeuvres import whole_flight_sentence
+
+    for log in (*roled.identification, *roled.validation):
+        wrong = degrees_findings(log)
+        if wrong:
+            raise LogError(f"{log.path or log.name}: {wrong[0]}")
+        if (sentence := whole_flight_sentence(log)) is not None:
+            raise LogError(sentence)
 
 
 def with_progress(
-    identification: Sequence[FlightLog], aircraft: Aircraft, validation: Sequence[FlightLog], settings: LoopSettings
+    identification: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog],
+    settings: LoopSettings,
+    judged: Told,
 ) -> ClosedLoop:
-    """The loop, with a progress bar on the terminal; silent where stderr is none."""
+    """The loop, with a progress bar on the terminal; silent where stderr is none.
+
+    The bar also names each kernel that is compiled, under a line that says why this takes so long and happens once.
+    """
+    from aerosid.loop.closed_loop import close_loop
+
     if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings)
+        return close_loop(identification, aircraft, validation, settings, judged=judged)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from aerosid.compiled.kernel_cache import compilation_announced
+
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    compiled: list[str] = []
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=_STAGES)
-        return close_loop(
-            identification,
-            aircraft,
-            validation,
-            settings,
-            progress=lambda stage: bar.update(task, description=stage, advance=1),
-        )
+
+        def shown(result: ClosedLoop) -> None:
+            bar.stop()
+            judged(result)
+            bar.start()
+
+        def compiling(kernel: str) -> None:
+            if not compiled:
+                bar.console.print(_ONCE, soft_wrap=True)
+            compiled.append(kernel)
+            bar.update(task, description=f"compiling {kernel}")
+
+        with compilation_announced(compiling):
+            return close_loop(
+                identification,
+                aircraft,
+                validation,
+                settings,
+                progress=lambda stage: bar.update(task, description=stage, advance=1),
+                judged=shown,
+            )

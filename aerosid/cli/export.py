@@ -96,6 +96,7 @@ def export_command(
     from aerosid.reporting.export import ExportOptions, export
 
     loaded = load_aircraft(aircraft)
+    loaded.require_longitudinal("export")
     options = ExportOptions(
         into=into,
         aero_reference=_pair("--aerorp", aerorp),

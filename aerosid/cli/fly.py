@@ -58,15 +58,15 @@ def fly_command(
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.")] = 0,
 ) -> None:
     """Flies an aircraft with JSBSim: a log, the declared aircraft file, and the truth to compare with."""
-    from aerosid.studies.jsbsim.command import companions, flight_plan, write_flight
+    from aerosid.studies.jsbsim.command import companions, elevator, flight_plan, write_flight
     from aerosid.studies.jsbsim.flight import fly_jsbsim
     from aerosid.studies.jsbsim.process import require_jsbsim
 
     require_jsbsim()
     companions(out)
     plan = flight_plan(
-        aircraft, shape=shape, amplitude=amplitude, unit=unit, duration=duration, interval=interval, airspeed=airspeed,
-        altitude=altitude, noise=noise, effects=effect or [], seed=seed,
+        aircraft, elevator(shape, amplitude, unit, duration, interval), airspeed=airspeed, altitude=altitude,
+        noise=noise, effects=effect or [], seed=seed,
     )  # fmt: skip
     files = write_flight(fly_jsbsim(plan), plan, out)
     console().print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)

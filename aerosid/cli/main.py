@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -12,11 +13,15 @@ import typer
 
 from aerosid import __version__
 from aerosid.cli.batch import batch_command
+from aerosid.cli.channels import channels_command
+from aerosid.cli.check import check_command
 from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
+from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
-from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
 from aerosid.cli.study import study_command
+from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
 
 app = typer.Typer(
@@ -30,8 +35,6 @@ app = typer.Typer(
     "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke "
     "down.",
 )
-
-LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recorded manoeuvres.", show_default=False)]
 
 _DEBUG = "--debug"
 
@@ -51,7 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
-        result = app([word for word in words if word != _DEBUG], standalone_mode=False)
+        told = [word for word in words if word != _DEBUG]
+        result = app(told, standalone_mode=False, obj=told)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -99,47 +103,36 @@ def _global_options(
     """Global options; `main` acts on --debug itself."""
 
 
-@app.command()
-def check(logs: LogsArgument, channels: ChannelsOption = None) -> None:
-    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
-    from aerosid.compatibility import check_kinematics
-    from aerosid.logs.formats import read_log
-    from aerosid.logs.quality import check_log
-    from aerosid.reporting.quality_tables import print_kinematics, print_quality
-
-    output = console()
-    for path in logs:
-        log = read_log(path, channels)
-        quality = check_log(log)
-        print_quality(quality, output)
-        agreement = check_kinematics([log])
-        if agreement is not None:
-            print_kinematics(agreement, output)
+app.command("check")(check_command)
+app.command("find")(find_command)
 
 
 @app.command("close-loop")
 def close_loop_command(
+    context: typer.Context,
     logs: LogsArgument,
     aircraft: Annotated[
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     validate: Annotated[
-        Optional[list[Path]],
-        typer.Option("--validate", metavar="LOG", help="A log that is only predicted; repeatable.", show_default=False),
+        Optional[list[str]],
+        typer.Option(
+            "--validate",
+            metavar="LOG",
+            help="A log, or LOG@FROM:TO, that is only predicted; repeatable.",
+            show_default=False,
+        ),
     ] = None,
     channels: ChannelsOption = None,
     out: Annotated[
         Optional[Path],
         typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
     ] = None,
-    start: Annotated[
-        Optional[float],
-        typer.Option("--from", metavar="S", help="Begin, in the identification log's own time.", show_default=False),
-    ] = None,
-    stop: Annotated[
-        Optional[float],
-        typer.Option("--to", metavar="S", help="End, in the identification log's own time.", show_default=False),
-    ] = None,
+    start: FromOption = None,
+    stop: ToOption = None,
+    find: Annotated[
+        bool, typer.Option("--find", help="Identify from the elevator manoeuvres that are found in each log.")
+    ] = False,
     prefilter: Annotated[
         str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",
@@ -184,27 +177,39 @@ def close_loop_command(
             show_default=False,
         ),
     ] = None,
+    analyst: Annotated[
+        str, typer.Option("--analyst", metavar="NAME", help="Who signs, for the title block.", show_default=False)
+    ] = "",
+    remarks: Annotated[
+        str, typer.Option("--remarks", metavar="TEXT", help="Remarks for the title block.", show_default=False)
+    ] = "",
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
-    from aerosid.aircraft import load_aircraft
-    from aerosid.cli.close_loop import loop_settings, read_logs, with_progress
-    from aerosid.loop.result import Verdict
-    from aerosid.reporting import print_summary, write_report
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_unusable, with_progress
 
+    roled = read_roles(logs, validate or [], channels, start, stop, find=find)
+    from aerosid.aircraft import load_aircraft
+
+    declared = load_aircraft(aircraft)
+    refuse_unusable(roled)
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
     )
-    declared = load_aircraft(aircraft)
-    identification = read_logs(logs, channels, start, stop)
-    validation = read_logs(validate or [], channels)
-    directory = out or Path("reports") / identification[0].name
-    result = with_progress(identification, declared, validation, settings)
-    files = write_report(result, directory, interactive=not static)
+    made = provenance(context.obj or (), settings, analyst, remarks)
+    from aerosid.loop.verdict import Verdict
+    from aerosid.reporting import print_next_flight, print_summary, write_report
+
+    directory = out or Path("reports") / roled.identification[0].name
     output = console()
-    print_summary(result, output)
+    result = with_progress(
+        roled.identification, declared, roled.validation, settings, judged=lambda known: print_summary(known, output)
+    )
+    result = replace(result, provenance=made)
+    print_next_flight(result, output)
+    files = write_report(result, directory, interactive=not static)
     output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 
@@ -232,6 +237,8 @@ app.command("fly")(fly_command)
 app.command("export")(export_command)
 app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
+app.command("channels")(channels_command)
+app.command("warm-up")(warm_up_command)
 
 
 @app.command()

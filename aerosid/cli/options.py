@@ -16,6 +16,21 @@ ChannelsOption = Annotated[
     Path | None,
     typer.Option("--channels", metavar="FILE", help="Channel map for all logs of the call.", show_default=False),
 ]
+LogsArgument = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="LOG...",
+        help="Recorded manoeuvres, spans of recordings as LOG@FROM:TO in s, or segment files (TOML or CSV).",
+        show_default=False,
+    ),
+]
+FromOption = Annotated[
+    float | None,
+    typer.Option("--from", metavar="S", help="Begin, in the log's own time.", show_default=False),
+]
+ToOption = Annotated[
+    float | None, typer.Option("--to", metavar="S", help="End, in the log's own time.", show_default=False)
+]
 WorkersOption = Annotated[
     int | None, typer.Option("--workers", help="Processes; by default one for each core.", show_default=False)
 ]

@@ -1,4 +1,4 @@
-"""Kinematic consistency: what a_x, a_z, q, theta, V, alpha and h say about each other without any aerodynamics.
+"""Data compatibility check: a_x, a_z, q, theta, V, alpha and h against each other, without aerodynamics.
 
 `consistency` gives the answer; `contradiction` sees what cannot belong together, `search` looks for faults of
 instruments, `estimate` fits them, `likelihood` whitens what is left, `flight_path` integrates the motion, `faults` is

@@ -1,4 +1,7 @@
-"""Do the instruments agree with each other? What kinematics alone say of a log, and of several of one installation."""
+"""Data compatibility of one recording or several: faults, agreement, verdict.
+
+What kinematics alone say of a log, and of several of one installation.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,10 @@ from aerosid.compatibility.estimate import Fit
 from aerosid.compatibility.fault_search import DEFAULT, Named, Searched, SearchSettings, search
 from aerosid.compatibility.likelihood import simulate, whiten
 from aerosid.compatibility.recording import MOST_SAMPLES, Recording, lacking, read_recording
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number, with_deviation
 from aerosid.signals.fit_statistics import whiteness
 
 COLOURED = 1e-4
@@ -221,7 +225,7 @@ def _channels(recordings: Sequence[Recording], found: Searched) -> tuple[Channel
     rows = []
     for n, recording in enumerate(recordings):
         for name in recording.outputs:
-            i = OUTPUTS.index(name)
+            i = LONGITUDINAL.outputs.index(name)
             before, after = (float(np.sqrt(np.nanmean(part[n][:, i] ** 2))) for part in raw)
             noise = recording.noise[name]
             rows.append(
@@ -244,7 +248,7 @@ def _whiteness(recordings: Sequence[Recording], at: Fit) -> dict[tuple[int, str]
     stretches = simulate(recordings, at.structure, at.states)
     for part in whiten(recordings, stretches, at.structure.gust, at.variance):
         for name in recordings[part.recording].outputs:
-            residual = part.residual[:, OUTPUTS.index(name)]
+            residual = part.residual[:, LONGITUDINAL.outputs.index(name)]
             said = whiteness(residual[np.isfinite(residual)])
             if said is not None and said.p_value < COLOURED:
                 white[part.recording, name] = False
@@ -266,7 +270,10 @@ def _sentence(
         if others:
             said += f" (or {', or '.join(describe(other) for other in others)}: these flights cannot tell)"
         parts.append(said)
-    parts += [f"the air moves along body {gust.axis} with {gust.sigma:.2g} m/s" for gust in air]
+    parts += [
+        f"turbulence, sigma_{gust.axis} = {number(gust.sigma, 2)} m/s, scale length {number(gust.length, 2)} m"
+        for gust in air
+    ]
     return f"From kinematics alone: {'; '.join(parts)}."
 
 
@@ -275,4 +282,4 @@ def describe(finding: InstrumentFinding) -> str:
     unit = "" if finding.unit == "1" else f" {finding.unit}"
     kind = finding.kind.removeprefix("sensor_").replace("_", " ")
     axis = f" along {finding.axis}" if finding.axis else ""
-    return f"{kind} of {finding.where}{axis} {finding.value:.3g} ± {finding.std_error:.1g}{unit}"
+    return f"{kind} of {finding.where}{axis} {with_deviation(finding.value, finding.std_error)}{unit}"

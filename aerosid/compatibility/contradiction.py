@@ -1,4 +1,4 @@
-"""Do the channels belong together at all: a sign, a unit, a clock or a whole channel that no instrument's fault mends.
+"""Gross contradictions: a sign, a unit, a clock or a whole channel that no instrument fault mends.
 
 Over windows of a few seconds small biases and drifts matter little, and whether the integrated motion is the measured
 one shows in its shape. Where it is not, signs, units and clocks of one channel are tried; a channel without which the
@@ -19,7 +19,7 @@ from aerosid.compatibility.faults import Fault, catalogue
 from aerosid.compatibility.flight_path import DRIVING
 from aerosid.compatibility.likelihood import Structure, simulate
 from aerosid.compatibility.recording import SEEN, Recording, compacted
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
@@ -175,7 +175,7 @@ def _misfits(
     compared = windows.compared.copy()
     for name in SEEN:
         if name not in outputs:
-            compared[:, OUTPUTS.index(name)] = False
+            compared[:, LONGITUDINAL.outputs.index(name)] = False
     windows = replace(windows, compared=compared)
     # Biases of what drives the path; those of what sees it go into the initial states but for their difference.
     held = {(fault.kind, fault.channel) for fault in faults}
@@ -192,7 +192,7 @@ def _misfits(
         parts = list(simulate([windows], at.structure, at.states))
     result = {}
     for name in windows.outputs:
-        i = OUTPUTS.index(name)
+        i = LONGITUDINAL.outputs.index(name)
         squares, spread, count = 0.0, 0.0, 0
         for stretch, part in zip(windows.stretches, parts, strict=True):
             held_here = part.held[:, i]
@@ -309,7 +309,7 @@ def _remedies(windows: Recording, channels: Sequence[str]) -> Iterator[tuple[str
 def _channel(recording: Recording, name: str) -> Array:
     if name in DRIVING:
         return recording.inputs[:, DRIVING.index(name)]
-    return recording.measured[:, OUTPUTS.index(name)]
+    return recording.measured[:, LONGITUDINAL.outputs.index(name)]
 
 
 def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
@@ -320,5 +320,5 @@ def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
         inputs[:, DRIVING.index(name)] = values
         return replace(recording, inputs=inputs, noise=noise)
     measured = recording.measured.copy()
-    measured[:, OUTPUTS.index(name)] = values
+    measured[:, LONGITUDINAL.outputs.index(name)] = values
     return replace(recording, measured=measured, noise=noise)

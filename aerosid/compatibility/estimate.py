@@ -1,4 +1,4 @@
-"""Fit instrument faults and gusts by maximum likelihood, score those that are not in, and say how sure they are."""
+"""Maximum-likelihood estimates of instrument faults and gusts from kinematics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.compatibility.faults import Fault
 from aerosid.compatibility.likelihood import STATE_PLACES, STATES, Gust, Structure, simulate, whiten
 from aerosid.compatibility.recording import Recording, first_states, spread
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.signals.factor_search import search_in_factors
 from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
@@ -135,20 +135,20 @@ def first_states_of(recordings: Sequence[Recording]) -> tuple[Array, ...]:
 
 def starting_variance(recordings: Sequence[Recording]) -> Array:
     """Noise variances of the logs; 1 for outputs that are not there."""
-    variance = np.ones(OUTPUT_COUNT)
+    variance = np.ones(len(LONGITUDINAL.outputs))
     for recording in recordings:
         for name in recording.outputs:
-            held = np.concatenate([r.measured[np.isfinite(r.measured[:, OUTPUTS.index(name)]), OUTPUTS.index(name)]
-                                   for r in recordings])  # fmt: skip
-            least = 1e-6 * float(np.std(held)) + 1e-12
-            variance[OUTPUTS.index(name)] = max(spread(recordings, name), least) ** 2
+            place = LONGITUDINAL.outputs.index(name)
+            samples = np.concatenate([other.measured[:, place] for other in recordings])
+            least = 1e-6 * float(np.std(samples[np.isfinite(samples)])) + 1e-12
+            variance[place] = max(spread(recordings, name), least) ** 2
     return variance
 
 
 def _evaluate(
     recordings: Sequence[Recording], structure: Structure, states: Sequence[Array], variance: Array
 ) -> _Point:
-    squares, counts, cost = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT), 0.0
+    squares, counts, cost = np.zeros(len(LONGITUDINAL.outputs)), np.zeros(len(LONGITUDINAL.outputs)), 0.0
     blocks = []
     stretches = simulate(recordings, structure, states)
     for part in whiten(recordings, stretches, structure.gust, variance):
@@ -341,7 +341,7 @@ def deviations(recordings: Sequence[Recording], at: Fit, *, quick: bool = False)
             by_state = flat[:, :STATES]
             taken = _solve(by_state.T @ by_state, by_state.T @ flat[:, STATES:], 0.0)
             wide = columns[:, :, STATES:] - columns[:, :, :STATES] @ taken
-        for i in range(OUTPUT_COUNT):
+        for i in range(len(LONGITUDINAL.outputs)):
             held = np.isfinite(part.residual[:, i])
             if held.sum() > 2:
                 groups.append((wide[held, i, :], part.residual[held, i], 1.0))

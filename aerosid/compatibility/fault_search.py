@@ -1,4 +1,4 @@
-"""Find which instruments are wrong: score every fault, enter the certain ones, and say which cannot be told apart."""
+"""Selection of instrument faults by score tests, with those that cannot be told apart."""
 
 from __future__ import annotations
 

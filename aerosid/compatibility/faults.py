@@ -1,4 +1,4 @@
-"""What may be wrong with an instrument, and how it acts: inverted on what drives the path, forward on what sees it."""
+"""The catalogue of instrument faults in the kinematic equations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING
 from aerosid.compatibility.recording import Recording, spread
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.delay_and_lag import delayed, lagged
 from aerosid.signals.sensor_dynamics import AT_ONCE, SensorDynamics, lagging, late, scaled
@@ -59,8 +59,8 @@ class Fault:
 
     @property
     def place(self) -> int:
-        """The channel's place among the driving inputs, or among OUTPUTS."""
-        return DRIVING.index(self.channel) if self.drives else OUTPUTS.index(self.channel)
+        """The channel's place among the driving inputs, or among the outputs."""
+        return DRIVING.index(self.channel) if self.drives else LONGITUDINAL.outputs.index(self.channel)
 
 
 LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0, "m": 0.0}

@@ -1,4 +1,4 @@
-"""Integrate the flight path from measured accelerations and rates, with its derivatives: kinematics, no aerodynamics.
+"""Flight-path reconstruction: integration of measured accelerations and rates, with sensitivities.
 
 States are u, w, q, theta, h in the places of `longitudinal.STATES`; the pitch rate is a measured input here and its
 place stays empty.
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
-from aerosid.flight_model.longitudinal import GRAVITY
+from aerosid.flight_model.constants import GRAVITY
 
 DRIVING = ("a_x", "a_z", "q")
 """The measured inputs that drive the path, specific force at the centre of gravity [m/s^2] and pitch rate [rad/s]."""

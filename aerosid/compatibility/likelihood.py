@@ -1,4 +1,4 @@
-"""The likelihood of a set of instrument faults and gusts, from kinematics alone, with its derivatives.
+"""Likelihood of instrument faults and gusts from kinematics, with its derivatives.
 
 The path is integrated from the recorded accelerations and rates; their noise is process noise with a known path and is
 accounted for by whitening, and so is air that moves. Parameters are the faults' numbers and, for every stretch, its
@@ -16,13 +16,16 @@ from numpy.typing import NDArray
 from aerosid.compatibility.faults import Fault, dynamics, recorded, seen, true_inputs, vane_position
 from aerosid.compatibility.flight_path import DRIVING, trace_path
 from aerosid.compatibility.recording import Recording
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.layout import layout_of
 from aerosid.signals.sensor_dynamics import SensorStates, sensor_states
 from aerosid.signals.trace import Trace
 from aerosid.signals.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
 Array = NDArray[np.float64]
-V, ALPHA, THETA, H = (OUTPUTS.index(name) for name in ("V", "alpha", "theta", "h"))
+_SIZES = layout_of(LONGITUDINAL).sizes
+
+V, ALPHA, THETA, H = (LONGITUDINAL.outputs.index(name) for name in ("V", "alpha", "theta", "h"))
 STATE_PLACES = np.array([0, 1, 3, 4])
 """u, w, theta, h: the pitch rate drives the path and is no state of it."""
 
@@ -140,7 +143,7 @@ def _simulate_stretch(
     path = trace_path(time, here, state, np.ascontiguousarray(directions[stretch]))
     arms = vane_position(recording, structure.faults, structure.values)
     outputs, by_state, by_input = see(path.states, here, *arms)
-    block = np.zeros((time.size, OUTPUT_COUNT, 1 + STATES + len(structure.faults) + len(tested)))
+    block = np.zeros((time.size, len(LONGITUDINAL.outputs), 1 + STATES + len(structure.faults) + len(tested)))
     block[:, :, 1 : 1 + STATES] = by_state @ path.columns[:, :, STATE_PLACES]
     moved = by_state @ path.columns[:, :, 5:] + by_input[:, :, :3] @ directions[stretch]
     for column, place in enumerate(drivers):
@@ -149,10 +152,13 @@ def _simulate_stretch(
     _enter_sensors(block, outputs, time, structure, tested)
     held = recording.compared[stretch]
     block[:, :, 0] = np.where(held, recording.measured[stretch] - outputs, 0.0)
-    trace = Trace(outputs, path.columns, path.transition, _wide(path.start), _wide(path.end), by_state, by_input)
+    trace = Trace(
+        outputs, path.columns, path.transition, _wide(path.start), _wide(path.end), by_state, by_input, _SIZES
+    )
     sensors = sensor_states(
         ((fault.place, dynamics(fault, value)) for fault, value in seen(structure.faults, structure.values)),
         float(np.median(np.diff(time))),
+        len(LONGITUDINAL.outputs),
     )
     return Stretch(number, time, block, held, trace, sensors)
 
@@ -169,11 +175,14 @@ def see(states: Array, inputs: Array, x_arm: float, z_arm: float) -> tuple[Array
     plane, cos_beta = np.hypot(u, w), np.cos(beta)
     vane_u, vane_w = u + q * z_arm, w - q * x_arm
     square = vane_u**2 + vane_w**2
-    outputs = np.zeros((samples, OUTPUT_COUNT))
+    outputs = np.zeros((samples, len(LONGITUDINAL.outputs)))
     outputs[:, V] = plane / cos_beta
     outputs[:, ALPHA] = np.arctan2(vane_w, vane_u)
     outputs[:, THETA], outputs[:, H] = states[:, 3], states[:, 4]
-    by_state, by_input = np.zeros((samples, OUTPUT_COUNT, 5)), np.zeros((samples, OUTPUT_COUNT, 5))
+    by_state, by_input = (
+        np.zeros((samples, len(LONGITUDINAL.outputs), 5)),
+        np.zeros((samples, len(LONGITUDINAL.outputs), 5)),
+    )
     by_state[:, V, 0], by_state[:, V, 1] = u / plane / cos_beta, w / plane / cos_beta
     by_state[:, ALPHA, 0], by_state[:, ALPHA, 1] = -vane_w / square, vane_u / square
     by_state[:, THETA, 3] = by_state[:, H, 4] = 1.0

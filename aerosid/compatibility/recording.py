@@ -1,4 +1,4 @@
-"""What a log says about the flight path: the channels that drive it and see it, in stretches without gaps."""
+"""A log as the kinematic equations take it: driving and observed channels, in stretches without gaps."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
-from aerosid.signals.noise import estimate_noise
 
 NEEDED = ("a_x", "a_z", "q", "V", "alpha")
 """Without these channels the path cannot be followed; theta and h add to it."""
@@ -54,7 +54,7 @@ class Recording:
     inputs : ndarray, shape (N, 7)
         a_x, a_z, q, p, r, phi, beta as recorded, short gaps bridged; zeros where a lateral channel is absent.
     measured : ndarray, shape (N, 8)
-        The channels of `SEEN` in the places of OUTPUTS; NaN elsewhere and where missing.
+        The channels of `SEEN` in the places of the longitudinal outputs; NaN elsewhere and where missing.
     stretches : tuple of slice
         Where the record is whole.
     compared : ndarray, shape (N, 8), bool
@@ -77,7 +77,7 @@ class Recording:
     @property
     def outputs(self) -> tuple[str, ...]:
         """The channels that see the path and are there."""
-        return tuple(name for name in SEEN if self.compared[:, OUTPUTS.index(name)].any())
+        return tuple(name for name in SEEN if self.compared[:, LONGITUDINAL.outputs.index(name)].any())
 
     @property
     def compared_samples(self) -> int:
@@ -103,10 +103,10 @@ def read_recording(log: FlightLog) -> Recording | None:
     driving = [np.array(log[name]) for name in ("a_x", "a_z", "q")]
     lateral = [np.array(log[name]) if name in log else np.zeros(time.size) for name in LATERAL]
     inputs = np.column_stack([*driving, *lateral])
-    measured = np.full((time.size, OUTPUT_COUNT), np.nan)
+    measured = np.full((time.size, len(LONGITUDINAL.outputs)), np.nan)
     for name in SEEN:
         if name in log and np.isfinite(log[name]).sum() >= 20:
-            measured[:, OUTPUTS.index(name)] = log[name]
+            measured[:, LONGITUDINAL.outputs.index(name)] = log[name]
     stretches = _whole_stretches(time, inputs, measured)
     if not stretches:
         return None
@@ -120,7 +120,7 @@ def read_recording(log: FlightLog) -> Recording | None:
         margin = min(MARGIN, 0.05 * float(inside[-1] - inside[0]))
         kept = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
         compared[stretch] = np.isfinite(measured[stretch]) & kept[:, None]
-    noise = {name: estimate_noise(time, log[name]) for name in (*NEEDED, "theta", "h") if name in log}
+    noise = {name: channel_noise(log, name).deviation for name in (*NEEDED, "theta", "h") if name in log}
     return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)))
 
 
@@ -178,7 +178,8 @@ def first_states(recording: Recording) -> tuple[Array, ...]:
 
 def _first_state(recording: Recording, stretch: slice) -> Array:
     speed, alpha, theta, height = (
-        _first_mean(recording.measured[stretch, OUTPUTS.index(name)]) for name in ("V", "alpha", "theta", "h")
+        _first_mean(recording.measured[stretch, LONGITUDINAL.outputs.index(name)])
+        for name in ("V", "alpha", "theta", "h")
     )
     a_x, q, beta = (float(np.mean(recording.inputs[stretch][:5, j])) for j in (0, 2, 6))
     alpha += q * recording.positions.get("alpha", (0.0, 0.0, 0.0))[0] / speed

@@ -1,4 +1,4 @@
-"""Aerodynamic terms that are asked for on every flight that can show them.
+"""The library of aerodynamic terms: powers, products, splines, Mach number, rates.
 
 Powers of alpha and their products with the slower variables are the polynomial library of stepwise regression (Klein &
 Morelli, Aircraft System Identification, section 5.4). Splines pos(alpha - c)^n are that book's section 5.4.3: their

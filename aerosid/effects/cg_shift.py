@@ -1,4 +1,4 @@
-"""A centre of gravity that lies elsewhere than declared, or moves in flight: a load slides, a tank empties.
+"""Centre-of-gravity shift: it lies elsewhere than declared, or moves in flight.
 
 Forces keep their lines of action. About a centre of gravity that lies x ahead of and z below the declared one, the
 moment gains x F_z - z F_x, with F all forces but the weight: C_m gains (x C_Z - z C_X)/c, thrust its share, so that a

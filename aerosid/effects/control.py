@@ -1,4 +1,4 @@
-"""Effects of the control system: the surface that acts is not the one that was recorded, or acts later."""
+"""Control-system effects: lag, delay, rate limit and dead band between recorded and acting surface."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def control_lag(channel: str) -> InputEffect:
         "control_lag",
         channel,
         (_lateness("time_constant"),),
-        lambda time, values, p: lagged(time, values[:, None], p[0])[:, 0],
+        lambda time, values, p: lagged(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0],
         lambda p, interval: _lag_noise(p[0], interval),
         "MIL-F-8785C equivalent systems: actuator as a first-order lag",
     )
@@ -65,7 +65,7 @@ def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffe
                 null=fastest,
             ),
         ),
-        lambda time, values, p: rate_limited(time, values, p[0]),
+        lambda time, values, p: rate_limited(time, np.ascontiguousarray(values), p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "rate saturation of an actuator",
     )

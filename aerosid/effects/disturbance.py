@@ -1,4 +1,7 @@
-"""Disturbances that no channel shows: gusts, and forces that no model holds. They act as noise with a memory."""
+"""Disturbances without a channel: gusts and unmodelled forces as noise with a correlation time.
+
+They act as noise with a memory.
+"""
 
 from __future__ import annotations
 
@@ -63,10 +66,11 @@ FAMILY = Family(
         Kind(
             "gust",
             "nothing",
-            "the air moved (gust)",
+            "vertical turbulence (standard deviation of the vertical wind)",
             lambda _where, _numbers, _interval: gust(),
             (Planted("", {"sigma": 0.8, "length": 180.0}),),
             negative=False,
+            noun="vertical turbulence",
         ),
     ),
 )

@@ -1,4 +1,4 @@
-"""What a file of the catalogue says about its effects: how they are named, when they are asked for, how one is made."""
+"""Families of effects: their names, when they are offered, how one is made."""
 
 from __future__ import annotations
 
@@ -91,6 +91,8 @@ class Kind:
         Whether it is near enough to linear in its numbers for the score test to rank it rightly when it is large.
     optional : tuple of str
         Numbers that it may do without.
+    noun : str
+        What a sentence calls it, with its article; empty: `a` and its name in words.
     rarity : float
         What it must bring in -2 ln L beyond a commoner effect that does the same.
     """
@@ -103,7 +105,13 @@ class Kind:
     negative: bool = True
     follows_its_score: bool = True
     optional: tuple[str, ...] = ()
+    noun: str = ""
     rarity: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """What a sentence calls it: `a control lag`."""
+        return self.noun or f"a {self.name.replace('_', ' ')}"
 
     @property
     def leading(self) -> str:

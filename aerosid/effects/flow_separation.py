@@ -1,4 +1,4 @@
-"""Flow separation with memory: lift breaks down late and comes back late, drag and pitching moment follow.
+"""Flow separation with memory: lift breaks down late and returns late, with drag and pitching moment.
 
 The flow separates at the point X of the chord, 1 attached to 0 separated at the leading edge:
 

@@ -1,4 +1,4 @@
-"""Ground effect: near the ground the trailing vortices are cut short, lift grows, induced drag and downwash fall.
+"""Ground effect on lift, drag and pitching moment by height over span.
 
     C_Z, C_L, C_D:  C = C_free (1 + gain sigma(h/b))        C_X, C_m:  C = C_free + gain sigma(h/b)
     sigma(h/b) = exp(-2.48 (2 h/b)^0.768)

@@ -1,4 +1,4 @@
-"""What an effect is to the estimator: where it enters, its parameters, and how it changes inputs or outputs."""
+"""Kinds of effect to the estimator: on inputs, on outputs, as noise, from the motion itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recorded channels that the declared model does not use: stabiliser trim, flap, thrust, sideslip, whatever is logged.
+"""Recorded channels that the declared model does not use, as candidate terms.
 
 Each is offered as a term, linear in C_X, C_Z and C_m; thrust as C_T = thrust/(q_bar S), an error of the engine model
 along x and of its moment arm in C_m. Channels of names that are not in the glossary are offered too, unless they follow

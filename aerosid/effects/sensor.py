@@ -1,4 +1,4 @@
-"""Effects of a sensor: it reads late, slowly, with a bias or a wrong scale."""
+"""Sensor faults: bias, scale, delay, lag."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def sensor_lag(channel: str) -> OutputEffect:
         "sensor_lag",
         channel,
         (EffectParameter("time_constant", "s", trials=(0.03, 0.1, 0.3), lowest=0.0, highest=5.0, step=1e-4),),
-        lambda time, values, p: lagged(time, values, p[0]),
+        lambda time, values, p: lagged(time, np.ascontiguousarray(values), p[0]),
         lambda _p: 0.0,
         lambda time, record, p: record + p[0] * np.gradient(record, time),
         lambda p: lagging(p[0]),

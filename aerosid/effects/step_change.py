@@ -1,4 +1,4 @@
-"""A sudden change of a coefficient: flap, gear, speed brake, ice breaking off."""
+"""Sudden change of a coefficient: flap, gear, speed brake, ice shedding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sudden changes: something jumps once, at a moment that nobody wrote down."""
+"""Sudden changes at an unknown moment: the grid of moments and its refinement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thrust that is not the recorded one: an engine model that is off by a factor, or thrust that changes unrecorded.
+"""Thrust errors: a wrong factor of the engine model, or a change that no channel records.
 
 Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and where C_T stands
 in a term. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.

@@ -22,8 +22,8 @@ from aerosid.equation_error.sensors import as_read, bias
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.longitudinal import GRAVITY
-from aerosid.flight_model.terms import INPUT_COLUMNS, Term
+from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.terms import Term
 
 Array = NDArray[np.float64]
 
@@ -236,7 +236,7 @@ def _thrust(model: AerodynamicModel, columns: Mapping[str, Array]) -> Array:
     place = model.constants.thrust_change
     if place < 0:
         return columns["thrust"]
-    return np.asarray(columns["thrust"] + columns[model.columns[len(INPUT_COLUMNS) + place]])
+    return np.asarray(columns["thrust"] + columns[model.extra_columns[place]])
 
 
 def ahead_of(model: AerodynamicModel) -> bool:
@@ -248,7 +248,7 @@ def _shift(model: AerodynamicModel, columns: Mapping[str, Array]) -> tuple[Array
     """How far the centre of gravity lies ahead of and below the declared one, m, (N,) each."""
     zero = np.zeros_like(columns["rho"])
     ahead, below = (
-        zero if place < 0 else columns[model.columns[len(INPUT_COLUMNS) + place]]
+        zero if place < 0 else columns[model.extra_columns[place]]
         for place in (model.constants.cg_x, model.constants.cg_z)
     )
     return ahead, below

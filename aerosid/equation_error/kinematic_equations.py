@@ -21,7 +21,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.running_integral import derivative, running_integral
 from aerosid.equation_error.sensors import as_read, bias, position
-from aerosid.flight_model.longitudinal import GRAVITY
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.terms import INPUT_COLUMNS
 
 Array = NDArray[np.float64]

@@ -13,7 +13,6 @@ from aerosid.equation_error.band import Band, choose_band
 from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 Array = NDArray[np.float64]
 
@@ -65,7 +64,7 @@ class Recording:
 
     def position(self, channel: str) -> Array:
         """Declared position of a sensor from the centre of gravity, m, (3,)."""
-        return np.asarray(self.manoeuvre.flight.positions[OUTPUTS.index(channel)], dtype=np.float64)
+        return np.asarray(self.manoeuvre.flight.positions[self.manoeuvre.axes.outputs.index(channel)], dtype=np.float64)
 
 
 def read_recordings(
@@ -92,13 +91,13 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
         time = flight.time
     channels = {}
     for name in manoeuvre.outputs:
-        values = flight.measured[:, OUTPUTS.index(name)]
+        values = flight.measured[:, manoeuvre.axes.outputs.index(name)]
         held = np.isfinite(values)
         channels[name] = np.interp(time, flight.time[held], values[held])
     inputs = flight.inputs
     if off:
         inputs = np.column_stack([np.interp(time, flight.time, column) for column in flight.inputs.T])
-    measured = np.column_stack([channels.get(name, np.full(time.size, np.nan)) for name in OUTPUTS])
+    measured = np.column_stack([channels.get(name, np.full(time.size, np.nan)) for name in manoeuvre.axes.outputs])
     regular = replace(manoeuvre, flight=flight._replace(time=time, inputs=inputs, measured=measured))
     resolution = {name: _step(values) for name, values in channels.items()}
     return Recording(regular, fitted, interval, channels, resolution, Band(1, np.ones(1)))

@@ -1,4 +1,4 @@
-"""Where the linearised likelihood is greatest, parameters and the outputs' noise variances together.
+"""Newton step of the linearised likelihood, noise variances concentrated out.
 
 A search asks this dozens of times for each simulated flight; the matrices are small, and what array calls cost beside
 them is most of the time. So the rounds are compiled.

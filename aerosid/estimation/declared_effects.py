@@ -1,4 +1,4 @@
-"""The effects that an aircraft file declares, ready to act: part of the declared model, with their numbers held."""
+"""The aircraft file's own effects, acting with their numbers held."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect, froz
 from aerosid.effects.sudden import is_sudden
 from aerosid.errors import AircraftError
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 
 def declared_effects(
@@ -36,15 +35,16 @@ def declared_effects(
         Where an effect lacks a number, or acts on a channel that the flight model does not hold.
     """
     found: list[ActiveEffect] = []
+    outputs = manoeuvres[0].axes.outputs
     for number, effect in enumerate(aircraft.effects, start=1):
         key = f"{aircraft.path}: effects[{number}] ({effect.kind})"
         numbers = _numbers(effect, key)
         interval = float(np.median(np.diff(manoeuvres[0].flight.time)))
         made = KINDS[effect.kind].made(effect.where, numbers, interval)
-        if isinstance(made, OutputEffect) and made.where not in OUTPUTS:
+        if isinstance(made, OutputEffect) and made.where not in outputs:
             raise AircraftError(
                 f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
-                f"{', '.join(OUTPUTS)}; correct the channel map for it instead"
+                f"{', '.join(outputs)}; correct the channel map for it instead"
             )
         if isinstance(made, InputEffect) and not made.column and made.where not in controls:
             raise AircraftError(

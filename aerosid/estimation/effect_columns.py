@@ -12,7 +12,8 @@ from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
 from aerosid.effects.thrust import THRUST_COLUMN
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.terms import COEFFICIENTS
+from aerosid.flight_model.axes import loads_of
+from aerosid.flight_model.constants import Constants
 
 FILLED = {
     GUST_COLUMN: "gust",
@@ -30,8 +31,8 @@ def with_gust(model: AerodynamicModel) -> AerodynamicModel:
 
 def _with_filled(model: AerodynamicModel, column: str) -> AerodynamicModel:
     extended = model.with_columns([column])
-    place = {FILLED[column]: extended.columns.index(column) - 8}
-    return replace(extended, constants=extended.constants._replace(**place))
+    constants = extended.constants._asdict() | {FILLED[column]: extended.extra_place(column)}
+    return replace(extended, constants=Constants(**constants))
 
 
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:
@@ -49,7 +50,7 @@ def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) ->
     for column in FILLED:
         if column in wanted:
             model = _with_filled(model, column)
-    return with_offsets(model, [name for name in COEFFICIENTS if offset_column(name) in wanted])
+    return with_offsets(model, [name for name in loads_of(model.axes) if offset_column(name) in wanted])
 
 
 def _columns(effect: Effect) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What effects do to a flight: the inputs that act, and what the sensors record."""
+"""Application of effects to a flight: acting inputs and recorded outputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from aerosid.effects.kinds import PositionEffect
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.signals.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
 
 
@@ -28,14 +27,14 @@ def acting_flight(
     Columns of the model that no channel gives are zero: an effect fills them.
     """
     flight = manoeuvre.flight
-    samples, extra = flight.time.size, len(model.columns) - 8
+    samples, extra = flight.time.size, len(model.extra_columns)
     inputs, variance, memory = flight.inputs, flight.input_variance, np.zeros(extra)
-    held = manoeuvre.columns
+    held, leading = manoeuvre.columns, len(model.columns) - extra
     if model.columns != held:
         inputs = np.zeros((samples, len(model.columns)))
         inputs[:, : len(held)] = flight.inputs
         variance = np.zeros(extra)
-        variance[: len(held) - 8] = flight.input_variance
+        variance[: flight.input_variance.size] = flight.input_variance
     acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
     if acting:
         inputs, variance = inputs.copy(), variance.copy()
@@ -46,22 +45,23 @@ def acting_flight(
             place = model.columns.index(effect.where_acts)
             inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
             factor, remembered = effect.noise(active.values, interval)
-            variance[place - 8] *= factor
-            memory[place - 8] = max(memory[place - 8], remembered)
+            variance[place - leading] *= factor
+            memory[place - leading] = max(memory[place - leading], remembered)
     for active in effects:
         if isinstance(active.effect, NoiseEffect):
             variance = variance.copy()
             interval = float(np.median(np.diff(flight.time)))
-            airspeed = float(np.nanmean(flight.measured[:, 0]))
+            airspeed = float(np.nanmean(manoeuvre.measured("V")))
             numbers = active.effect.noise(active.values, interval, airspeed)
             for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
                 place = model.columns.index(column)
-                variance[place - 8], memory[place - 8] = spread, remembered
+                variance[place - leading], memory[place - leading] = spread, remembered
     positions = flight.positions
     for active in effects:
         if isinstance(active.effect, PositionEffect):
             positions = positions.copy()
-            positions[OUTPUTS.index(active.effect.where), "xyz".index(active.effect.axis)] += active.numbers[0]
+            row = manoeuvre.axes.outputs.index(active.effect.where)
+            positions[row, "xyz".index(active.effect.axis)] += active.numbers[0]
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance, positions=positions), memory
 
 
@@ -82,7 +82,7 @@ def transformed(
 def simulated_states(
     model: AerodynamicModel, flight: Flight, values: NDArray[np.float64], state: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The states (N, 5) of a flight whose inputs are given.
+    """The states (N, n) of a flight whose inputs are given.
 
     Raises
     ------
@@ -96,10 +96,10 @@ def simulated_states(
 
 
 def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
-    """Let the sensors' effects act on simulated outputs (N, 8), in place."""
+    """Let the sensors' effects act on simulated outputs (N, m), in place."""
     for active in effects:
         if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
-            i = OUTPUTS.index(active.effect.where)
+            i = manoeuvre.row(active.effect.where)
             given = np.ascontiguousarray(outputs[:, i : i + 1])
             outputs[:, i] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
 
@@ -107,13 +107,10 @@ def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequen
 def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
     """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
     acting = [
-        (OUTPUTS.index(active.effect.where), active.effect.dynamics(active.values))
+        (manoeuvre.row(active.effect.where), active.effect.dynamics(active.values))
         for active in effects
         if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name)
     ]
     if not acting:
-        return _DIRECT
-    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))))
-
-
-_DIRECT = no_sensor_states()
+        return no_sensor_states(len(manoeuvre.axes.outputs))
+    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))), len(manoeuvre.axes.outputs))

@@ -1,4 +1,4 @@
-"""Bounds that count what a model still lacks: the same structure estimated against forces of any shape."""
+"""Filter-error estimate beside unmodelled forces: bounds that count what the model lacks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import Deviations, deviations
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
@@ -44,7 +44,7 @@ def filter_error(
         The estimate in open loop, what it lacks left in its residuals.
     forces : ActiveEffect
         Those forces, with the statistics where their search begins.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise of the outputs beside them, SI squared.
     """
     try:

@@ -25,6 +25,10 @@ class RefinementSettings:
         Whether the statistics of disturbances are estimated too, or kept.
     hold_states : bool
         Whether the initial states keep their start values.
+    hold_variance : bool
+        Whether the outputs' noise variances keep their start values.
+    filtering : bool
+        Whether the noise of measured inputs is accounted for; otherwise plain output error.
     """
 
     steps: int = 60
@@ -34,6 +38,8 @@ class RefinementSettings:
     cost_tolerance: float = 1e-3
     disturbances: bool = True
     hold_states: bool = False
+    hold_variance: bool = False
+    filtering: bool = True
 
 
 USUAL = RefinementSettings()
@@ -47,3 +53,9 @@ TRIAL = RefinementSettings(
 
 BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, variance_tolerance=0.01, cost_tolerance=0.1)
 """As a trial, with the size of the disturbance estimated too."""
+
+WRONG_STRUCTURE = RefinementSettings(cost_tolerance=0.05)
+"""A wrong structure creeps along a flat valley for long; a twentieth of -2 ln L moves none of its errors."""
+
+NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)
+"""From a start that another flight gave: what a wrong structure still creeps is nothing beside what it lacks."""

@@ -1,4 +1,4 @@
-"""Find the noise that makes a flight most likely beside a disturbance: its statistics and the outputs' noise together.
+"""Maximum-likelihood noise statistics: disturbances and output noise together.
 
 Without a disturbance the outputs' variances follow from their residuals. Beside one they do not: what the outputs'
 noise need not explain the disturbance does, and each has its share only where both are sought at once.

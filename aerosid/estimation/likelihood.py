@@ -1,6 +1,6 @@
-"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives, stretch by stretch.
+"""The likelihood of a model with effects on a set of manoeuvres, with its derivatives.
 
-Parameters are, in this order: the free terms, five initial states of each manoeuvre, the parameters of the effects.
+Parameters are, in this order: the free terms, the initial state of each manoeuvre, the parameters of the effects.
 Outputs are simulated open loop; the noise of the measured inputs is accounted for by whitening. An aircraft that runs
 away in open loop is held to the data by the filter form instead (`aerosid.estimation.prediction`).
 """
@@ -27,8 +27,8 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import MotionLoop, added_along, motion_loop
 from aerosid.estimation.prediction import no_directions, predict_stretch, start_carry
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
 from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
 from aerosid.signals.column_products import column_products
 from aerosid.signals.sensor_dynamics import SensorStates
@@ -44,13 +44,16 @@ from aerosid.signals.whitening import (
 STRETCH = 20_000
 """Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
 
+WHOLE = 5
+"""Stretches up to which a record stays whole where what it shows depends on what went before."""
+
 
 @dataclass(frozen=True)
 class Whitened:
     """Residuals and sensitivities of one stretch of one manoeuvre, in units of their standard deviation.
 
-    `log` its index; `residual` (n, 8), NaN where nothing was measured; `columns` (n, 8, M) with respect to all
-    parameters of the estimate; `predicted` (n, 8) in SI; `log_sum` the sum of the logarithms of the innovations'
+    `log` its index; `residual` (N, m), NaN where nothing was measured; `columns` (N, m, M) with respect to all
+    parameters of the estimate; `predicted` (N, m) in SI; `log_sum` the sum of the logarithms of the innovations'
     variances.
     """
 
@@ -114,6 +117,7 @@ class Likelihood:
     ) -> None:
         self.model = model
         self.manoeuvres = manoeuvres
+        self.state_count, self.output_count = len(model.axes.integrated), len(model.axes.outputs)
         self.free = model.indices(free)
         self.filtering = filtering
         self.held_to_data = 0.0
@@ -133,17 +137,19 @@ class Likelihood:
 
     def parameter_count(self, effects: Sequence[ActiveEffect]) -> int:
         """Number of parameters M."""
-        return self.free.size + 5 * len(self.manoeuvres) + sum(active.slopes for active in effects)
+        return self.free.size + self.state_count * len(self.manoeuvres) + sum(active.slopes for active in effects)
 
     def input_noise(self, flight: Flight, memory: NDArray[np.float64]) -> InputNoise:
         """The noise of the inputs that counts: none in plain output error."""
         return InputNoise(flight.input_variance if self.filtering else np.zeros_like(memory), memory)
 
     def active(self, effects: Sequence[ActiveEffect]) -> NDArray[np.bool_]:
-        """Which parameters the data can move, (M,): altitude acts on nothing where it is not measured."""
+        """Which parameters the data can move, (M,): altitude and heading act on nothing where not measured."""
         active = np.ones(self.parameter_count(effects), dtype=bool)
         for n, manoeuvre in enumerate(self.manoeuvres):
-            active[self.free.size + 5 * n + 4] = "h" in manoeuvre.outputs
+            for place, name in enumerate(self.model.axes.integrated):
+                if name in UNCOUPLED and name not in manoeuvre.outputs:
+                    active[self.free.size + self.state_count * n + place] = False
         return active
 
     def stretches(
@@ -228,7 +234,7 @@ class Likelihood:
         flight, memory = acting_flight(self.model, manoeuvre, effects)
         noise = self.input_noise(flight, memory)
         sensors = recording_sensors(manoeuvre, effects)
-        own = self.free.size + 5
+        own = self.free.size + self.state_count
         width = 1 + own + sum(active.slopes for active in (*effects, *tested))
         loop: MotionLoop | None = None
         if any(isinstance(active.effect, StateEffect) for active in effects):
@@ -240,12 +246,12 @@ class Likelihood:
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
-        reach = samples if whole or (remembers and samples <= 5 * STRETCH) else STRETCH
+        reach = samples if whole or (remembers and samples <= WHOLE * STRETCH) else STRETCH
         carry = make_trace_carry(state, self.free.size, moves.shape[2])
         held = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)
-            trace = make_trace(stop - begin, extra, width)
+            trace = make_trace(stop - begin, extra, width, self.model.axes)
             arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
             traced = flight if loop is None else loop.traced_flight
             if not trace_stretch(begin, stop, carry, traced, *arguments):
@@ -268,10 +274,10 @@ class Likelihood:
         tested: Sequence[ActiveEffect],
     ) -> NDArray[np.float64]:
         """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
-        time = manoeuvre.flight.time
+        time, extra = manoeuvre.flight.time, len(self.model.extra_columns)
         moves = []
         for active, n in _parameters(effects, InputEffect):
-            move = np.zeros((time.size, len(self.model.columns) - 8))
+            move = np.zeros((time.size, extra))
             if active.acts_on(manoeuvre.name):
                 sides = (
                     active.beside(n, active.effect.parameters[n].step),
@@ -281,13 +287,15 @@ class Likelihood:
                     acting_flight(self.model, manoeuvre, [side if other is active else other for other in effects])[0]
                     for side in sides
                 )
-                move = (upper.inputs - lower.inputs)[:, 8:] / (sides[0].values[n] - sides[1].values[n])
+                move = (upper.inputs - lower.inputs)[:, upper.inputs.shape[1] - extra :] / (
+                    sides[0].values[n] - sides[1].values[n]
+                )
             moves.append(move)
         states: NDArray[np.float64] | None = None
         if any(isinstance(active.effect, StateEffect) for active in tested):
             states = simulated_states(self.model, flight, values, state)
         for active, n in _parameters(tested, InputEffect, StateEffect):
-            move = np.zeros((time.size, len(self.model.columns) - 8))
+            move = np.zeros((time.size, extra))
             effect = active.effect
             step = effect.parameters[n].step
             sides = active.beside(n, step), active.beside(n, -step)
@@ -296,14 +304,14 @@ class Likelihood:
                 # At no strength the effect moves the motion that it sees only through the inputs that it fills.
                 more, less = (added_along(side, self.model, flight, values, states, manoeuvre.ground) for side in sides)
                 for column in effect.columns:
-                    move[:, self.model.columns.index(column) - 8] = (more[column] - less[column]) / width
+                    move[:, self.model.extra_place(column)] = (more[column] - less[column]) / width
             elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
                 upper_side, lower_side = (
                     transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
                 )
-                move[:, self.model.columns.index(effect.where_acts) - 8] = (upper_side - lower_side) / width
+                move[:, self.model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
             moves.append(move)
-        return np.stack(moves, axis=2) if moves else np.zeros((time.size, len(self.model.columns) - 8, 0))
+        return np.stack(moves, axis=2) if moves else np.zeros((time.size, extra, 0))
 
     def _sense(
         self,
@@ -315,14 +323,14 @@ class Likelihood:
         tested: Sequence[ActiveEffect],
     ) -> None:
         """Let acting output effects change outputs and columns in place, and put their own columns into `block`."""
-        places = [1 + self.free.size + 5]
+        places = [1 + self.free.size + self.state_count]
         for active in (*effects, *tested):
             places.append(places[-1] + active.slopes)
         for n, active in enumerate((*effects, *tested)):
             effect = active.effect
             if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
                 continue
-            i = OUTPUTS.index(effect.where)
+            i = manoeuvre.row(effect.where)
             given = outputs[:, i : i + 1]
             slopes = []
             for parameter in range(len(effect.parameters)):
@@ -351,19 +359,19 @@ class Likelihood:
             flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
         else:
             flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
-        samples, extra, free = flight.time.size, flight.input_variance.size, self.free.size
-        directions = no_directions(samples, extra)
+        samples, free = flight.time.size, self.free.size
+        directions = no_directions(flight)
         carry = start_carry(state, flight, free, directions)
         parameters = sum(active.slopes for active in (*effects, *tested))
         for begin in range(0, samples, STRETCH):
             stop = min(begin + STRETCH, samples)
-            predicted, white = np.empty((stop - begin, OUTPUT_COUNT)), np.empty((stop - begin, OUTPUT_COUNT))
-            columns = np.zeros((stop - begin, OUTPUT_COUNT, free + 5))
+            predicted, white = (np.empty((stop - begin, self.output_count)) for _ in range(2))
+            columns = np.zeros((stop - begin, self.output_count, free + self.state_count))
             arguments = (values, self.free, self.model.table, self.model.constants, variance, directions)
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError
-            still = np.zeros((stop - begin, OUTPUT_COUNT, parameters))
+            still = np.zeros((stop - begin, self.output_count, parameters))
             block = np.concatenate([np.nan_to_num(white)[:, :, None], columns, still], axis=2)
             yield _Block(log, np.isfinite(white), block, predicted, float(log_sum))
 
@@ -372,16 +380,17 @@ class Likelihood:
         logs = len(self.manoeuvres)
         if logs == 1:
             return columns
-        count = columns.shape[2] + 5 * (logs - 1)
+        count = columns.shape[2] + self.state_count * (logs - 1)
         wide = np.zeros((*columns.shape[:2], count))
         wide[:, :, self._places(log, count)] = columns
         return wide
 
     def _places(self, log: int, count: int) -> NDArray[np.int64]:
         """The places of one manoeuvre's own columns among the `count` joint parameters."""
-        first, last = self.free.size + 5 * log, self.free.size + 5 * len(self.manoeuvres)
+        size = self.state_count
+        first, last = self.free.size + size * log, self.free.size + size * len(self.manoeuvres)
         places = np.arange(count)
-        return np.concatenate([places[: self.free.size], places[first : first + 5], places[last:]])
+        return np.concatenate([places[: self.free.size], places[first : first + size], places[last:]])
 
     def evaluate(
         self,
@@ -398,8 +407,9 @@ class Likelihood:
         that are asked one group at a time: between two of them the information is left zero.
         """
         count = self.parameter_count((*effects, *tested))
-        normals, gradients = np.zeros((OUTPUT_COUNT, count, count)), np.zeros((OUTPUT_COUNT, count))
-        squares, counts = np.zeros(OUTPUT_COUNT), np.zeros(OUTPUT_COUNT)
+        outputs = self.output_count
+        normals, gradients = np.zeros((outputs, count, count)), np.zeros((outputs, count))
+        squares, counts = np.zeros(outputs), np.zeros(outputs)
         cost = 0.0
         try:
             for part in self._whitened(values, states, effects, variance, tested):
@@ -447,11 +457,11 @@ class Likelihood:
         self, point: Point, step: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], list[NDArray[np.float64]], tuple[ActiveEffect, ...]]:
         """Term values, initial states and effects after a step in the parameters."""
-        free = self.free.size
+        free, size = self.free.size, self.state_count
         values = point.values.copy()
         values[self.free] += step[:free]
-        states = [state + step[free + 5 * n : free + 5 * n + 5] for n, state in enumerate(point.states)]
-        place = free + 5 * len(point.states)
+        states = [state + step[free + size * n : free + size * (n + 1)] for n, state in enumerate(point.states)]
+        place = free + size * len(point.states)
         effects = []
         for active in point.effects:
             effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)

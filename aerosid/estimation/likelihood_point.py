@@ -1,4 +1,4 @@
-"""The likelihood at one set of parameters, with all that a search asks about it."""
+"""The likelihood at one point: cost, gradient, information, noise variances."""
 
 from __future__ import annotations
 

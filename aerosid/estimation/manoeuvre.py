@@ -1,4 +1,4 @@
-"""Turn a flight log into the arrays that the flight model takes: inputs without gaps, outputs with them."""
+"""The manoeuvre as arrays: inputs without gaps, outputs with them, noise levels, substeps."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL, Axes, input_columns_of, state_vector
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.signals.noise import calmed, estimate_noise
+from aerosid.notation import plain
+from aerosid.signals.noise import calmed
 
 LONGEST_ANGLE = 0.15
 """rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
@@ -47,13 +49,15 @@ class Manoeuvre:
     columns : tuple of str
         The names of the flight's input columns.
     outputs : tuple of str
-        The output channels that are measured, in the order of OUTPUTS.
-    noise : ndarray, shape (8,)
+        The output channels that are measured, in the order of the case's outputs.
+    noise : ndarray, shape (m,)
         Standard deviation of each output's measurement noise, from the log alone; NaN where not measured.
     notes : tuple of str
         What was assumed: which channel or constant gave density, thrust and mass, gaps that were bridged.
     ground : float
         Altitude of the ground below, m: by how much `h` exceeds the height above ground; 0 where that is not logged.
+    axes : Axes
+        The case of the equations of motion that the arrays are made for.
     """
 
     log: FlightLog
@@ -63,15 +67,34 @@ class Manoeuvre:
     noise: NDArray[np.float64]
     notes: tuple[str, ...]
     ground: float = 0.0
+    axes: Axes = LONGITUDINAL
 
     @property
     def name(self) -> str:
         """The log's name."""
         return self.log.name
 
+    def row(self, output: str) -> int:
+        """The place of an output among the case's."""
+        return self.axes.outputs.index(output)
+
+    def measured(self, output: str) -> NDArray[np.float64]:
+        """The samples of an output (N,), SI, NaN where missing."""
+        return self.flight.measured[:, self.row(output)]
+
+    @property
+    def extra_columns(self) -> tuple[str, ...]:
+        """The input columns past the leading ones, E of them."""
+        return self.columns[len(input_columns_of(self.axes)) :]
+
+    @property
+    def extra_inputs(self) -> NDArray[np.float64]:
+        """The inputs past the leading ones, (N, E), SI."""
+        return self.flight.inputs[:, len(input_columns_of(self.axes)) :]
+
     @cached_property
     def spread(self) -> NDArray[np.float64]:
-        """Standard deviation of each output's samples, (8,), SI; 1 where nothing was measured."""
+        """Standard deviation of each output's samples, (m,), SI; 1 where nothing was measured."""
         held = [column[np.isfinite(column)] for column in self.flight.measured.T]
         return np.array([values.std() if values.size else 1.0 for values in held])
 
@@ -84,16 +107,17 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     log : FlightLog
         Measured channels, SI.
     aircraft : Aircraft
-        Gives density, thrust and mass where the log does not.
+        Gives density, thrust and mass where the log does not, and the case of the equations of motion.
     columns : tuple of str
         The input columns of the aerodynamic model.
 
     Raises
     ------
     LogError
-        Where V, alpha or q, or an input that the model needs, is not in the log.
+        Where a channel without which the case estimates nothing, or an input that the model needs, is not in the log.
     """
-    for name in ("V", "alpha", "q"):
+    axes = aircraft.axes
+    for name in axes.required:
         if name not in log:
             raise LogError(
                 f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}); the estimation needs it, "
@@ -108,23 +132,26 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     inputs = np.zeros((log.time.size, len(columns)))
     for j, name in enumerate(columns):
         inputs[:, j] = _input(log, aircraft, name, notes)
-    variance = np.zeros(len(columns) - 8)
-    for j, name in enumerate(columns[8:]):
+    if "alpha" in axes.measured and "alpha" in log.positions:
+        inputs[:, columns.index("alpha")] += _vane_motion(log)
+    extra = columns[len(input_columns_of(axes)) :]
+    variance = np.zeros(len(extra))
+    for j, name in enumerate(extra):
         if name.startswith("delta_"):
-            variance[j] = estimate_noise(log.time, log[name]) ** 2
-    measured = np.full((log.time.size, len(OUTPUTS)), np.nan)
-    noise = np.full(len(OUTPUTS), np.nan)
-    positions = np.zeros((len(OUTPUTS), 3))
-    for i, name in enumerate(OUTPUTS):
+            variance[j] = channel_noise(log, name).deviation ** 2
+    measured = np.full((log.time.size, len(axes.outputs)), np.nan)
+    noise = np.full(len(axes.outputs), np.nan)
+    positions = np.zeros((len(axes.outputs), 3))
+    for i, name in enumerate(axes.outputs):
         if name in log and np.isfinite(log[name]).sum() >= FEWEST:
             measured[:, i] = log[name]
-            noise[i] = estimate_noise(log.time, log[name])
+            noise[i] = channel_noise(log, name).deviation
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
     substeps = _substeps(log, aircraft, inputs)
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
-    outputs = tuple(name for i, name in enumerate(OUTPUTS) if np.isfinite(noise[i]))
-    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), _ground(log))
+    outputs = tuple(name for i, name in enumerate(axes.outputs) if np.isfinite(noise[i]))
+    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), _ground(log), axes)
 
 
 def _ground(log: FlightLog) -> float:
@@ -136,38 +163,65 @@ def _ground(log: FlightLog) -> float:
     return float(np.median(below[known])) if known.any() else 0.0
 
 
+def _vane_motion(log: FlightLog) -> NDArray[np.float64]:
+    """By how much the angle of attack at the centre of gravity exceeds that at the vane, (N,) rad."""
+    ahead, right, _ = log.positions["alpha"]
+    p, q = (np.nan_to_num(log[name]) if name in log else np.zeros(log.time.size) for name in ("p", "q"))
+    return np.nan_to_num((q * ahead - p * right) / log["V"])
+
+
 def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
     """Integration steps in a sampling interval, from the fastest motion that the declared derivatives could make.
 
-    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|.
+    omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|;
+    that of the Dutch roll likewise with N_beta, Y_beta and N_r; roll subsides with L_p.
     """
     interval = float(np.median(np.diff(log.time)))
     speed = float(np.nanmedian(log["V"]))
     size = {(d.coefficient, str(d.term)): abs(d.value) for d in aircraft.derivatives}
-    density, mass = float(np.median(inputs[:, 0])), float(np.median(inputs[:, 2]))
+    density, mass = (float(np.median(inputs[:, ATMOSPHERE_AND_BODY.index(name)])) for name in ("rho", "mass"))
     force = 0.5 * density * speed**2 * aircraft.wing_area
     lift = max(size.get(("C_Z", "alpha"), 0.0), size.get(("C_L", "alpha"), 0.0))
     heave = force / (mass * speed) * lift
     pitch = force * aircraft.mean_chord / aircraft.I_yy
     damping = pitch * aircraft.mean_chord / (2.0 * speed) * size.get(("C_m", "q_hat"), 0.0)
     fastest = np.sqrt(pitch * size.get(("C_m", "alpha"), 0.0) + heave * damping) + 0.5 * (heave + damping)
+    if aircraft.span is not None and aircraft.I_xx is not None and aircraft.I_zz is not None:
+        moment, half_span = force * aircraft.span, aircraft.span / (2.0 * speed)
+        roll = moment / aircraft.I_xx * half_span * size.get(("C_l", "p_hat"), 0.0)
+        yaw = moment / aircraft.I_zz * half_span * size.get(("C_n", "r_hat"), 0.0)
+        side = force / (mass * speed) * size.get(("C_Y", "beta"), 0.0)
+        stiffness = moment / aircraft.I_zz * size.get(("C_n", "beta"), 0.0) + side * yaw
+        fastest = max(fastest, roll, np.sqrt(stiffness) + 0.5 * (side + yaw))
     longest = float(np.clip(LONGEST_ANGLE / max(fastest, 1e-9), SHORTEST_SUBSTEP, LONGEST_SUBSTEP))
     return max(1, int(np.ceil(interval / longest - 1e-9)))
 
 
-def initial_state(flight: Flight) -> NDArray[np.float64]:
-    """A first guess of u, w, q, theta, h (5,) from the first samples of the measurements.
+def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float64]:
+    """A first guess of the state (n,) from the first samples of the measurements.
 
     The mean of the first five samples that are there; theta from the axial specific force where it is not measured.
     """
-    first = [_first_mean(flight.measured[:, i]) for i in range(len(OUTPUTS))]
-    speed, alpha, q, theta, a_x, _, _, height = first
-    alpha += q * flight.positions[1, 0] / speed
-    beta = flight.inputs[0, 7]
-    if not np.isfinite(theta):
-        theta = alpha if not np.isfinite(a_x) else float(np.arcsin(np.clip(a_x / 9.80665, -0.9, 0.9)))
+    first = {name: _first_mean(flight.measured[:, i]) for i, name in enumerate(axes.outputs)}
+    columns = {name: float(flight.inputs[0, j]) for j, name in enumerate(input_columns_of(axes))}
+
+    def held(name: str) -> float:
+        value = first.get(name, columns.get(name, 0.0))
+        return value if np.isfinite(value) else 0.0
+
+    def arm(name: str, axis: int) -> float:
+        return float(flight.positions[axes.outputs.index(name), axis]) if name in axes.outputs else 0.0
+
+    speed, p, q, r, theta = held("V"), held("p"), held("q"), held("r"), held("theta")
+    alpha = held("alpha") + q * arm("alpha", 0) / speed
+    beta = held("beta") - (arm("beta", 0) * r - arm("beta", 2) * p) / speed
+    if "theta" in first and not np.isfinite(first["theta"]):
+        a_x = first.get("a_x", np.nan)
+        theta = float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9))) if np.isfinite(a_x) else alpha
     plane = speed * np.cos(beta)
-    return np.array([plane * np.cos(alpha), plane * np.sin(alpha), q, theta, height if np.isfinite(height) else 0.0])
+    motion = {name: held(name) for name in axes.integrated} | {"theta": theta}
+    motion |= {"u": plane * np.cos(alpha), "v": speed * np.sin(beta), "w": plane * np.sin(alpha)}
+    return state_vector(axes, motion)
 
 
 def _first_mean(values: NDArray[np.float64], count: int = 5) -> float:
@@ -185,14 +239,14 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return _bridged(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
-            notes.append("Density is 2 q_bar/V^2, averaged over 2 s.")
+            notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
             return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
                 "density; add one of them."
             )
-        notes.append(f"Density is the aircraft file's, {aircraft.density:g} kg/m^3.")
+        notes.append(f"Density is the aircraft file's, {plain(aircraft.density)} kg/m^3.")
         return np.full(log.time.size, aircraft.density)
     if name == "thrust":
         if aircraft.thrust is None:
@@ -200,12 +254,16 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
         return np.full(log.time.size, aircraft.thrust or 0.0)
     if name == "mass":
         return np.full(log.time.size, aircraft.mass)
-    if name in ("phi", "p", "r", "beta"):
+    if name in _AT_REST:
         return np.zeros(log.time.size)
     raise LogError(
         f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}), but a declared or candidate term "
         "names it; map it in a channel map or strike the term."
     )
+
+
+_AT_REST = ("phi", "p", "r", "beta", "q", "theta")
+"""Measured motion that is zero where no channel gives it."""
 
 
 def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
@@ -221,6 +279,8 @@ def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+
     samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
     smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
     return smooth
@@ -229,8 +289,8 @@ def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.
 def with_calm_inputs(manoeuvre: Manoeuvre) -> Manoeuvre:
     """The manoeuvre with the noise of its recorded inputs averaged out where they are slow."""
     flight = manoeuvre.flight
-    inputs = flight.inputs.copy()
-    for n, variance in enumerate(flight.input_variance):
+    inputs, first = flight.inputs.copy(), len(input_columns_of(manoeuvre.axes))
+    for j, variance in enumerate(flight.input_variance, first):
         if variance > 0.0:
-            inputs[:, 8 + n] = calmed(inputs[:, 8 + n], float(np.sqrt(variance)))
+            inputs[:, j] = calmed(inputs[:, j], float(np.sqrt(variance)))
     return replace(manoeuvre, flight=flight._replace(inputs=inputs))

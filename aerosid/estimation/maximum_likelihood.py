@@ -1,4 +1,4 @@
-"""Estimate derivatives, effects, initial states and noise levels by maximum likelihood, from all manoeuvres jointly.
+"""Maximum-likelihood estimates of derivatives, effects, initial states and noise, over all manoeuvres.
 
 With noise-free inputs this is the output-error method; the noise of a measured surface is process noise with a known
 path, and is accounted for. The likelihood itself is in `aerosid.estimation.likelihood`.
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
+from aerosid.estimation.damped_search import best_point, improving_points
 from aerosid.estimation.fit_settings import USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
@@ -33,11 +34,11 @@ class Refinement:
         The model with the estimated values.
     free : tuple of Entry
         The entries that were estimated, in the order of the first parameters.
-    states : tuple of ndarray, shape (5,)
+    states : tuple of ndarray, shape (n,)
         The initial state of each manoeuvre.
     effects : tuple of ActiveEffect
         Effects that are no term, with their estimated numbers.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise variance of each output, SI squared; of unmeasured outputs 1.
     cost : float
         -2 ln L but for a constant.
@@ -82,8 +83,6 @@ def refine(
     effects: Sequence[ActiveEffect] = (),
     states: Sequence[NDArray[np.float64]] | None = None,
     variance: NDArray[np.float64] | None = None,
-    hold_variance: bool = False,
-    filtering: bool = True,
     priors: Sequence[tuple[Entry, float, float]] = (),
     point: Point | None = None,
     settings: RefinementSettings = USUAL,
@@ -100,14 +99,10 @@ def refine(
         What is estimated; may be empty (initial states alone).
     effects : sequence of ActiveEffect
         Effects that are no term, with start values.
-    states : sequence of ndarray, shape (5,), optional
+    states : sequence of ndarray, shape (n,), optional
         Start values of the initial states; by default from the first samples.
-    variance : ndarray, shape (8,), optional
+    variance : ndarray, shape (m,), optional
         Noise variances to start from; by default those of the logs.
-    hold_variance : bool
-        Keep `variance` instead of estimating it.
-    filtering : bool
-        Whether the noise of measured inputs is accounted for; otherwise plain output error.
     priors : sequence of (entry, value, standard deviation)
         A-priori knowledge that is to enter as such.
     point : Point, optional
@@ -124,16 +119,16 @@ def refine(
     by the residuals that it starts from. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System
     Identification, chapters 4 and 5.
     """
-    likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), filtering, tuple(priors))
+    likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), settings.filtering, tuple(priors))
     start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
     point = _first_point(likelihood, start, settings)
-    point, converged = _best(likelihood, point, settings, hold_variance)
+    point, converged = best_point(likelihood, point, settings, settings.hold_variance)
     if settings.disturbances and point.is_disturbed:
         for _ in range(settings.rounds):
-            moved = likeliest_noise(likelihood, point, hold_variance=hold_variance)
+            moved = likeliest_noise(likelihood, point, hold_variance=settings.hold_variance)
             if moved is point:
                 break
-            point, converged = _best(likelihood, moved, settings, hold_variance)
+            point, converged = best_point(likelihood, moved, settings, settings.hold_variance)
     return _refinement(likelihood, model, tuple(free), point, converged)
 
 
@@ -209,7 +204,7 @@ def contest(
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
     points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
     converged = [False] * len(starts)
-    paths = {n: _path(likelihoods[n], points[n], settings, hold_variance=False) for n in range(len(starts))}
+    paths = {n: improving_points(likelihoods[n], points[n], settings, hold_variance=False) for n in range(len(starts))}
     for turn in range(settings.steps):
         for n, path in list(paths.items()):
             points[n], rest = next(path, (points[n], True))
@@ -249,7 +244,7 @@ def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSetti
     variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
     states = start.states
     if states is None:
-        states = tuple(initial_state(manoeuvre.flight) for manoeuvre in likelihood.manoeuvres)
+        states = tuple(initial_state(manoeuvre.flight, manoeuvre.axes) for manoeuvre in likelihood.manoeuvres)
     point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
         point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)
@@ -309,139 +304,6 @@ def whiten(
     )
 
 
-def _best(
-    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
-) -> tuple[Point, bool]:
-    """The best point, and whether the search came to rest."""
-    *_, end = ((point, False), *_path(likelihood, point, settings, hold_variance))
-    return end
-
-
-def _path(
-    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
-) -> Iterator[tuple[Point, bool]]:
-    """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
-    damping = 1e-3
-    active = likelihood.active(point.effects)
-    if settings.hold_states:
-        active[likelihood.free.size : likelihood.free.size + 5 * len(point.states)] = False
-    floor = None if hold_variance else likelihood.variance_floor
-    # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
-    disturbed = point.is_disturbed
-    for _ in range(settings.steps):
-        known, share = False, 1.0
-        rounds = 1 if disturbed else WEIGHTINGS
-        while True:
-            aim = _aim(point, active, damping, floor, rounds, share)
-            ahead = likelihood.moved(point, aim.step)
-            small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
-            calm = hold_variance or aim.level < settings.variance_tolerance
-            if small and calm and damping <= TRUSTED and not disturbed:
-                yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
-                return
-            trial = likelihood.evaluate(*ahead, aim.variance)
-            settling = None if disturbed or share < 1.0 else floor
-            reached = np.inf if trial is None else _settled_cost(trial, settling)
-            if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
-                break
-            trifle = aim.promise < DECIDES_NOTHING and not disturbed
-            if trial is not None and trifle and reached <= aim.cost + DECIDES_NOTHING:
-                break  # a rise by what is not exact in the comparison
-            if rounds > 1:
-                rounds = 1
-                continue
-            if aim.level > 0.0 and not known:
-                # What was compared with is exact only at the point's own noise levels.
-                again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
-                if again is None:
-                    return
-                if again.cost > point.cost + 1e-9 * abs(point.cost):
-                    # A disturbance explains what the outputs' noise would have had to: half the way, or none.
-                    share = 0.5 * share if 0.5 * aim.level > LEAST_CHANGE else 0.0
-                    continue
-                point, known, share = again, True, 0.0
-                if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
-                    break
-            damping *= 10.0
-            if damping > 1e10:
-                yield point, True
-                return
-        damping = max(damping * 0.1, 1e-12)
-        fall = aim.cost - reached
-        point = trial
-        # Scaled by the information alone: at most a standard deviation per unit, less where parameters correlate.
-        level, enough = aim.level, settings.variance_tolerance
-        if floor is not None and not disturbed:
-            left = float(np.max(np.abs(np.log(point.likeliest_variance(floor) / point.variance))))
-            level, enough = min(level, left), 10.0 * enough
-        small = aim.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
-        rest = bool(small) and level < enough
-        yield point, rest
-        if rest:
-            return
-
-
-LEAST_CHANGE = 0.02
-"""Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
-
-TRUSTED = 1e-2
-"""Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
-
-WEIGHTINGS = 20
-"""Rounds in which a step and the noise variances that it promises are found in turn."""
-
-SETTLED = 0.01
-"""Change of a variance's logarithm in such a round that moves the step by less than its own curvature does."""
-
-DECIDES_NOTHING = 0.1
-"""Of -2 ln L."""
-
-
-@dataclass(frozen=True)
-class _Aim:
-    """A step (M,) and what it promises.
-
-    `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
-    it begins and `promise` the fall of it, noise variances at their maximum at both ends; `settled` what of that fall
-    the variances alone bring; `level` the largest change of a variance's logarithm over the step.
-    """
-
-    step: NDArray[np.float64]
-    size: float
-    variance: NDArray[np.float64]
-    cost: float
-    promise: float
-    settled: float
-    level: float
-
-
-def _aim(
-    point: Point,
-    active: NDArray[np.bool_],
-    damping: float,
-    floor: NDArray[np.float64] | None,
-    rounds: int,
-    share: float,
-) -> _Aim:
-    """The damped step to where the linearised problem is most likely, noise variances and parameters together.
-
-    A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
-    others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
-    are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
-    """
-    least = np.zeros_like(point.variance) if floor is None else floor
-    step, variance, size, begun, between, ended = damped_step.likeliest_step(
-        point.quadratic, active, damping, least, floor is None, rounds, share, SETTLED
-    )
-    level = float(np.max(np.abs(np.log(variance / point.variance))))
-    return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
-
-
-def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
-    """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
-    return point.cost if floor is None else point.cost_at(point.likeliest_variance(floor))
-
-
 LEADING_STEPS = 20
 """Steps at each factor: the next one begins anew anyway."""
 
@@ -466,7 +328,7 @@ def _led_in(
         likelihood.held_to_data = factor
         point = likelihood.evaluate(values, states, effects, variance)
         if point is not None:
-            point, _ = _best(likelihood, point, settings, hold_variance=True)
+            point, _ = best_point(likelihood, point, settings, hold_variance=True)
             values, states = point.values, point.states
     likelihood.held_to_data = 0.0
     opened = likelihood.evaluate(values, states, effects, variance)

@@ -1,4 +1,4 @@
-"""Flights whose own motion adds to their inputs: flow separation, ground effect."""
+"""Simulation and sensitivities of manoeuvres with flow separation or ground effect."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import loads_of
 from aerosid.flight_model.flight import Flight, coefficients_along
 from aerosid.flight_model.motion_feedback import offsets_along, simulate_feedback
 from aerosid.flight_model.motion_laws import Feedback, Places
 from aerosid.flight_model.motion_sensitivity import FeedbackCarry, feed_back, make_feedback_carry
 from aerosid.flight_model.response import Directions
-from aerosid.flight_model.terms import COEFFICIENTS, INPUT_COLUMNS
 from aerosid.signals.trace import Trace
 
 
@@ -28,7 +28,7 @@ def self_consistent(
     effects: Sequence[ActiveEffect],
     ground: float = 0.0,
 ) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with what its own motion adds to the inputs, and that motion's states (N, 5).
+    """The flight with what its own motion adds to the inputs, and that motion's states (N, n).
 
     `ground` [m] is the altitude of the ground.
 
@@ -66,14 +66,16 @@ def feedback_of(
         first_column=np.cumsum([0, *(len(effect.columns) for effect, _ in moving)]),
         numbers=np.array([number for each in numbers for number in each], dtype=np.float64),
         columns=np.array(
-            [model.columns.index(column) - len(INPUT_COLUMNS) for effect, _ in moving for column in effect.columns],
+            [model.extra_place(column) for effect, _ in moving for column in effect.columns],
             dtype=np.int64,
         ),
         slope=np.array([0.0 if place is None else float(values[place]) for place in slopes]),
         coefficient=np.array(
-            [COEFFICIENTS.index(effect.lift) if effect.proportional else -1 for effect, _ in moving], dtype=np.int64
+            [loads_of(model.axes).index(effect.lift) if effect.proportional else -1 for effect, _ in moving],
+            dtype=np.int64,
         ),
         ground=float(ground),
+        layout=model.constants.layout,
     )
 
 
@@ -93,11 +95,11 @@ def added_along(
     states: NDArray[np.float64],
     ground: float,
 ) -> dict[str, NDArray[np.float64]]:
-    """What an effect adds to each of its input columns, (N,), along given states (N, 5); the flight is without it."""
+    """What an effect adds to each of its input columns, (N,), along given states (N, n); the flight is without it."""
     effect = active.effect
     assert isinstance(effect, StateEffect)
     feedback = feedback_of(model, values, [active], ground)
-    coefficients = np.zeros((states.shape[0], len(COEFFICIENTS)))
+    coefficients = np.zeros((states.shape[0], len(loads_of(model.axes))))
     if effect.proportional:
         coefficients = coefficients_along(states, flight, np.array(values), model.table, model.constants)
     found = offsets_along(flight.time, states, coefficients, feedback)
@@ -118,7 +120,7 @@ class MotionLoop:
         With what its motion adds.
     plain : Flight
         Without it.
-    states : ndarray, shape (N, 5)
+    states : ndarray, shape (N, n)
         The motion.
     feedback, places, carry :
         As the compiled pass of the sensitivities takes them; `carry` moves on from stretch to stretch.
@@ -171,7 +173,7 @@ def motion_loop(
     free: NDArray[np.int64],
     parameters: int,
 ) -> MotionLoop:
-    """The loop at its first sample; there are so many `parameters`: the `free` terms, five states, the effects'.
+    """The loop at its first sample; there are so many `parameters`: the `free` terms, the initial state, the effects'.
 
     Raises
     ------
@@ -181,7 +183,7 @@ def motion_loop(
     feedback = feedback_of(model, values, effects, ground)
     acting, states = _flown(model, flight, values, state, feedback)
     numbers, slopes = np.full(feedback.numbers.size, -1), np.full(feedback.law.size, -1)
-    place, n = free.size + 5, 0
+    place, n = free.size + state.size, 0
     for active in effects:
         if isinstance(active.effect, StateEffect):
             for at in active.effect.places:

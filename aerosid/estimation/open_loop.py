@@ -1,4 +1,4 @@
-"""Compare logs with open-loop simulations: measured inputs only, initial state estimated on that log, no feedback."""
+"""Open-loop comparison of a model with a log: measured inputs, estimated initial state, no feedback."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.motion_loop import self_consistent
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel
-from aerosid.flight_model.flight import simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.flight import Flight, simulate_outputs
 
-_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01)
+_INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01, hold_variance=True, filtering=False)
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,9 @@ class Response:
 
     Attributes
     ----------
-    outputs : ndarray, shape (N, 8)
-        In the order of OUTPUTS, SI; NaN from where the simulation left its range.
-    states : ndarray, shape (N, 5)
+    outputs : ndarray, shape (N, m)
+        In the order of the case's outputs, SI; NaN from where the simulation left its range.
+    states : ndarray, shape (N, n)
         u, w, q, theta, h.
     rms : dict of str to float or None
         Root-mean-square of measured minus simulated of each measured channel; None where the simulation left its range.
@@ -59,14 +58,14 @@ def respond(
         Kept as it is, but for the constants named.
     manoeuvre : Manoeuvre
         Its measurements give the initial state, and nothing else.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Weights of the outputs in that estimate, SI squared.
     effects : sequence of ActiveEffect
         Effects that are no term, with their numbers, which are kept as well.
     constants_of : tuple of str
         Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
         differ between flights.
-    state : ndarray, shape (5,), optional
+    state : ndarray, shape (n,), optional
         Where the search of the initial state begins, if it is finite; by default at the first samples.
     """
     constants = [(coefficient, CONSTANT) for coefficient in constants_of]
@@ -79,17 +78,15 @@ def respond(
             effects=[frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
-            hold_variance=True,
-            filtering=False,
             settings=_INITIAL_STATE,
         )
     except EstimationError:
-        empty = np.full(manoeuvre.flight.measured.shape, np.nan)
-        return Response(empty, empty[:, :5], dict.fromkeys(manoeuvre.outputs))
+        left, gone = _left(model, manoeuvre.flight)
+        return Response(left, gone, dict.fromkeys(manoeuvre.outputs))
     outputs, states = simulate(fitted.model, manoeuvre, fitted.states[0], fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
-    for i, name in enumerate(OUTPUTS):
+    for i, name in enumerate(manoeuvre.axes.outputs):
         if name in manoeuvre.outputs:
             held = np.isfinite(manoeuvre.flight.measured[:, i])
             error = difference[held, i]
@@ -103,12 +100,12 @@ def simulate(
     state: NDArray[np.float64],
     effects: Sequence[ActiveEffect] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What the sensors record, (N, 8), and the states, (N, 5), of a flight with the manoeuvre's inputs.
+    """What the sensors record, (N, m), and the states, (N, n), of a flight with the manoeuvre's inputs.
 
     Parameters
     ----------
-    state : ndarray, shape (5,)
-        The initial u, w, q, theta, h.
+    state : ndarray, shape (n,)
+        The initial one.
 
     Returns
     -------
@@ -119,10 +116,16 @@ def simulate(
         try:
             flight, _ = self_consistent(model, flight, model.values, state, effects, manoeuvre.ground)
         except OutOfRangeError:
-            return np.full((flight.time.size, len(OUTPUTS)), np.nan), np.full((flight.time.size, 5), np.nan)
+            return _left(model, flight)
     outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
     recorded(outputs, manoeuvre, effects)
     return outputs, states
+
+
+def _left(model: AerodynamicModel, flight: Flight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Outputs (N, m) and states (N, n) of a simulation that left its range at once."""
+    samples, axes = flight.time.size, model.axes
+    return np.full((samples, len(axes.outputs)), np.nan), np.full((samples, len(axes.integrated)), np.nan)
 
 
 def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
@@ -149,7 +152,7 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, .
         response = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed), state=state)
         rms, state = response.rms, response.states[0]
         weights = np.sqrt(completed.variance)
-        ratios = [np.inf if value is None else value / weights[OUTPUTS.index(name)] for name, value in rms.items()]
+        ratios = [np.inf if value is None else value / weights[manoeuvre.row(name)] for name, value in rms.items()]
         return float(np.sum(np.square(ratios)))
 
     grid: list[float | None] = [

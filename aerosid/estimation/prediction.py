@@ -1,4 +1,4 @@
-"""Predict every measured output one sample ahead, with whitened residuals and their exact sensitivities.
+"""One-step prediction with whitened innovations and their sensitivities: the filter-error recursion.
 
 One recursion serves three uses. With no noise on the inputs the gain is zero and the prediction is the open-loop
 simulation: its residuals are those of output error. With noise on a measured surface, or on a pseudo-input that
@@ -14,16 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.flight import Flight, within_limit
+from aerosid.flight_model.layout import leading_columns, output_count, state_count
 from aerosid.flight_model.sampling_interval import Step, advance, make_step
 from aerosid.flight_model.terms import TermTable
+from aerosid.flight_model.workspace import Workspace, make_workspace
 
 
 class Directions(NamedTuple):
     """Perturbations whose effect on the outputs is wanted beside that of the terms and of the initial state.
 
-    `inputs` (N, E, D) changes of the extra inputs, linear between samples; `outputs` (N, 8, B) changes of the
+    `inputs` (N, E, D) changes of the extra inputs, linear between samples; `outputs` (N, m, B) changes of the
     outputs themselves (a bias: ones in its channel).
     """
 
@@ -34,8 +37,8 @@ class Directions(NamedTuple):
 class Carry(NamedTuple):
     """What passes from one stretch of a record to the next; changed in place.
 
-    `state` (5); `columns` (5, M) its sensitivities; `input_error` (E) and `input_columns` (E, M) of the last sample;
-    `covariance` (5 + E, 5 + E) of both.
+    `state` (n); `columns` (n, M) its sensitivities; `input_error` (E) and `input_columns` (E, M) of the last sample;
+    `covariance` (n + E, n + E) of both.
     """
 
     state: NDArray[np.float64]
@@ -46,19 +49,20 @@ class Carry(NamedTuple):
 
 
 def start_carry(state: NDArray[np.float64], flight: Flight, free: int, directions: Directions) -> Carry:
-    """The `Carry` at the first sample: initial state (5,) a free parameter, so its covariance is zero."""
-    extra = flight.input_variance.shape[0]
+    """The `Carry` at the first sample: initial state (n,) a free parameter, so its covariance is zero."""
+    n, extra = state.size, flight.input_variance.shape[0]
     inputs, outputs = directions.inputs.shape[2], directions.outputs.shape[2]
-    columns = np.zeros((5, free + 5 + inputs + outputs))
-    columns[:, free : free + 5] = np.eye(5)
-    covariance = np.zeros((5 + extra, 5 + extra))
-    covariance[5:, 5:] = np.diag(flight.input_variance)
+    columns = np.zeros((n, free + n + inputs + outputs))
+    columns[:, free : free + n] = np.eye(n)
+    covariance = np.zeros((n + extra, n + extra))
+    covariance[n:, n:] = np.diag(flight.input_variance)
     return Carry(state.copy(), columns, np.zeros(extra), np.zeros((extra, columns.shape[1])), covariance)
 
 
-def no_directions(samples: int, extra_inputs: int) -> Directions:
+def no_directions(flight: Flight) -> Directions:
     """`Directions` that hold none."""
-    return Directions(np.zeros((samples, extra_inputs, 0)), np.zeros((samples, OUTPUT_COUNT, 0)))
+    extra = flight.input_variance.size
+    return Directions(np.zeros((flight.time.size, extra, 0)), np.zeros((*flight.measured.shape, 0)))
 
 
 @njit
@@ -82,11 +86,11 @@ def predict_stretch(
     Parameters
     ----------
     theta : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are wanted.
-    variance : (8,) of the output noise of each sample, SI squared.
-    predicted : (n, 8) receives the outputs predicted from the samples before.
-    white : (n, 8) receives innovations over their standard deviation, NaN where nothing was measured.
-    white_columns : (n, 8, M) receives the derivatives of the predicted outputs over the same standard deviation,
-        columns in the order free terms, initial state (5), input directions, output directions.
+    variance : (m,) of the output noise of each sample, SI squared.
+    predicted : (N, m) receives the outputs predicted from the samples before.
+    white : (N, m) receives innovations over their standard deviation, NaN where nothing was measured.
+    white_columns : (N, m, M) receives the derivatives of the predicted outputs over the same standard deviation,
+        columns in the order free terms, initial state (n), input directions, output directions.
 
     Returns
     -------
@@ -100,12 +104,13 @@ def predict_stretch(
     sides of the sample and, through the direct term, on the accelerometers. Gains are held fixed when sensitivities
     pass: the estimating equations stay unbiased, the innovations being white at the true parameters.
     """
-    extra = flight.inputs.shape[1] - 8
-    work, step = make_workspace(extra, table), make_step(extra, theta.shape[0])
-    size, width = 5 + extra, carry.columns.shape[1]
+    layout = constants.layout
+    states, extra = state_count(layout), flight.inputs.shape[1] - leading_columns(layout)
+    work, step = make_workspace(extra, table, layout), make_step(extra, theta.shape[0], layout)
+    size, width = states + extra, carry.columns.shape[1]
     room = Room(
-        np.zeros(size), np.zeros(size), np.zeros(5), np.zeros(width), np.zeros((5, width)), np.zeros(8 + extra),
-        np.zeros((5, size)),
+        np.zeros(size), np.zeros(size), np.zeros(states), np.zeros(width), np.zeros((states, width)),
+        np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
     )  # fmt: skip
     return _predict(
         start, stop, carry, flight, theta, free, table, constants, variance, directions, predicted, white,
@@ -145,14 +150,16 @@ def _predict(
     room: Room,
 ) -> tuple[bool, float]:
     """As `predict_stretch`, in work arrays that are given."""
-    extra = flight.inputs.shape[1] - 8
+    layout = constants.layout
+    states, leading = state_count(layout), leading_columns(layout)
+    extra = flight.inputs.shape[1] - leading
     x, columns, error, error_columns, cov = carry
     width = columns.shape[1]
     free_count = free.shape[0]
-    first_input = free_count + 5
+    first_input = free_count + states
     input_count = directions.inputs.shape[2]
     first_output = first_input + input_count
-    size = 5 + extra
+    size = states + extra
     filtering = False
     for j in range(extra):
         if flight.input_variance[j] > 0.0:
@@ -162,11 +169,11 @@ def _predict(
     samples = flight.time.shape[0]
     for k in range(start, stop):
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, True)
-        if not abs(work.outputs[1]) < ALPHA_LIMIT:
+        if not within_limit(work.outputs, layout):
             return False, np.inf
-        for a in range(5):
+        for a in range(states):
             moved[a] = 0.0
-        for i in range(8):
+        for i in range(output_count(layout)):
             predicted[k - start, i] = work.outputs[i]
             if np.isnan(flight.measured[k, i]):
                 white[k - start, i] = np.nan
@@ -174,27 +181,25 @@ def _predict(
                     white_columns[k - start, i, c] = 0.0
                 continue
             value = work.outputs[i]
-            for a in range(5):
+            for a in range(states):
                 row[a] = work.outputs_x[i, a]
                 value += row[a] * moved[a]
             for j in range(extra):
-                row[5 + j] = work.outputs_u[i, j]
-                value += row[5 + j] * error[j]
+                row[states + j] = work.outputs_u[i, j]
+                value += row[states + j] * error[j]
             for c in range(width):
                 total = 0.0
-                for a in range(4):
+                for a in range(states):
                     total += row[a] * columns[a, c]
-                if i == 7:
-                    total += columns[4, c]
                 sensitivity[c] = total
             for c in range(free_count):
                 sensitivity[c] += work.outputs_p[i, free[c]]
             for j in range(extra):
-                if row[5 + j] != 0.0:
+                if row[states + j] != 0.0:
                     for c in range(width):
-                        sensitivity[c] += row[5 + j] * error_columns[j, c]
+                        sensitivity[c] += row[states + j] * error_columns[j, c]
                     for c in range(input_count):
-                        sensitivity[first_input + c] += row[5 + j] * directions.inputs[k, j, c]
+                        sensitivity[first_input + c] += row[states + j] * directions.inputs[k, j, c]
             for c in range(first_output, width):
                 sensitivity[c] += directions.outputs[k, i, c - first_output]
             spread = variance[i]
@@ -218,22 +223,22 @@ def _predict(
                 for a in range(size):
                     for b in range(size):
                         cov[a, b] -= gain[a] * gain[b] * spread
-                for a in range(5):
+                for a in range(states):
                     moved[a] += gain[a] * innovation
                     for c in range(width):
                         columns[a, c] -= gain[a] * sensitivity[c]
                 for j in range(extra):
-                    error[j] += gain[5 + j] * innovation
+                    error[j] += gain[states + j] * innovation
                     for c in range(width):
-                        error_columns[j, c] -= gain[5 + j] * sensitivity[c]
+                        error_columns[j, c] -= gain[states + j] * sensitivity[c]
         if k + 1 >= samples:
             continue
-        for a in range(5):
+        for a in range(states):
             x[a] += moved[a]
-        for j in range(8 + extra):
+        for j in range(leading + extra):
             corrected_input[j] = flight.inputs[k, j]
         for j in range(extra):
-            corrected_input[8 + j] += error[j]
+            corrected_input[leading + j] += error[j]
         advance(
             x,
             corrected_input,
@@ -248,11 +253,11 @@ def _predict(
             step,
             True,
         )
-        for a in range(5):
+        for a in range(states):
             x[a] = step.state[a]
             for c in range(width):
                 total = 0.0
-                for b in range(5):
+                for b in range(states):
                     total += step.transition[a, b] * columns[b, c]
                 for j in range(extra):
                     total += step.start[a, j] * error_columns[j, c]
@@ -264,11 +269,11 @@ def _predict(
                     next_columns[a, first_input + c] += (
                         step.start[a, j] * directions.inputs[k, j, c] + step.end[a, j] * directions.inputs[k + 1, j, c]
                     )
-        for a in range(5):
+        for a in range(states):
             for c in range(width):
                 columns[a, c] = next_columns[a, c]
         if filtering:
-            _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated)
+            _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated, states)
         for j in range(extra):
             error[j] = 0.0
             for c in range(width):
@@ -284,32 +289,33 @@ def _propagate_covariance(
     end: NDArray[np.float64],
     input_variance: NDArray[np.float64],
     propagated: NDArray[np.float64],
+    states: int,
 ) -> None:
     """Covariance of state and input error at the next sample: eq. (11) with the inputs' noise as model error."""
     extra = input_variance.shape[0]
-    size = 5 + extra
-    for a in range(5):
+    size = states + extra
+    for a in range(states):
         for b in range(size):
             total = 0.0
-            for c in range(5):
+            for c in range(states):
                 total += transition[a, c] * cov[c, b]
             for j in range(extra):
-                total += start[a, j] * cov[5 + j, b]
+                total += start[a, j] * cov[states + j, b]
             propagated[a, b] = total
-    for a in range(5):
+    for a in range(states):
         for b in range(a + 1):
             total = 0.0
-            for c in range(5):
+            for c in range(states):
                 total += propagated[a, c] * transition[b, c]
             for j in range(extra):
-                total += propagated[a, 5 + j] * start[b, j]
+                total += propagated[a, states + j] * start[b, j]
                 total += end[a, j] * input_variance[j] * end[b, j]
             cov[a, b] = total
             cov[b, a] = total
         for j in range(extra):
-            cov[a, 5 + j] = end[a, j] * input_variance[j]
-            cov[5 + j, a] = cov[a, 5 + j]
+            cov[a, states + j] = end[a, j] * input_variance[j]
+            cov[states + j, a] = cov[a, states + j]
     for j in range(extra):
         for i in range(extra):
-            cov[5 + i, 5 + j] = 0.0
-        cov[5 + j, 5 + j] = input_variance[j]
+            cov[states + i, states + j] = 0.0
+        cov[states + j, states + j] = input_variance[j]

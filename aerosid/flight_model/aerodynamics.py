@@ -1,4 +1,4 @@
-"""The aerodynamic model as the estimators see it: named terms with values, and the tables that the kernel takes."""
+"""The aerodynamic model: named terms with values, and the tables that the kernels take."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.longitudinal import Constants
+from aerosid.flight_model.axes import LONGITUDINAL, Axes, input_columns_of, loads_of
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.layout import layout_of
 from aerosid.flight_model.terms import Term, TermTable, build_table, parse_term
 
 Entry = tuple[str, Term]
@@ -31,20 +33,33 @@ class AerodynamicModel:
     columns : tuple of str
         The inputs' columns, in the order of the kernel's input array.
     constants : Constants
-        Geometry, inertia and reference speeds.
+        Geometry, inertia and reference speeds; their layout is that of `axes`.
+    axes : Axes
+        The case of the equations of motion.
     """
 
     entries: tuple[Entry, ...]
     values: NDArray[np.float64]
     columns: tuple[str, ...]
     constants: Constants
+    axes: Axes = LONGITUDINAL
     table: TermTable = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         values = np.array(self.values, dtype=np.float64)
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
-        object.__setattr__(self, "table", _table(self.entries, self.columns))
+        object.__setattr__(self, "constants", self.constants._replace(layout=layout_of(self.axes)))
+        object.__setattr__(self, "table", _table(self.entries, self.columns, loads_of(self.axes)))
+
+    @property
+    def extra_columns(self) -> tuple[str, ...]:
+        """The input columns past the leading ones, E of them: what terms name and effects fill."""
+        return self.columns[len(input_columns_of(self.axes)) :]
+
+    def extra_place(self, column: str) -> int:
+        """The place of a column among the extra ones."""
+        return self.columns.index(column) - len(input_columns_of(self.axes))
 
     def index(self, entry: Entry) -> int:
         """The position of `entry`; ValueError where the model does not hold it."""
@@ -86,9 +101,9 @@ class AerodynamicModel:
 
 
 @functools.lru_cache(maxsize=64)
-def _table(entries: tuple[Entry, ...], columns: tuple[str, ...]) -> TermTable:
+def _table(entries: tuple[Entry, ...], columns: tuple[str, ...], coefficients: tuple[str, ...]) -> TermTable:
     """The table of the terms; a search asks for the same ones again and again, with other values."""
-    return build_table(entries, columns)
+    return build_table(entries, columns, coefficients)
 
 
 def values_by_name(model: AerodynamicModel) -> Mapping[tuple[str, str], float]:
@@ -99,4 +114,4 @@ def values_by_name(model: AerodynamicModel) -> Mapping[tuple[str, str], float]:
 def controls_of(model: AerodynamicModel) -> tuple[str, ...]:
     """The surfaces that the model's terms use."""
     used = {name for _, term in model.entries for name in term.variables}
-    return tuple(name for name in model.columns[8:] if name.startswith("delta_") and name in used)
+    return tuple(name for name in model.extra_columns if name.startswith("delta_") and name in used)

@@ -1,4 +1,4 @@
-"""Simulate a flight open loop: outputs, states and coefficients along a manoeuvre."""
+"""Open-loop simulation of a manoeuvre: outputs, states and coefficients."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.layout import Layout, leading_columns, load_places, output_count, output_places, state_count
 from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
+from aerosid.flight_model.workspace import Workspace, make_workspace
 
 ALPHA_LIMIT = 1.5
-"""A simulation that leaves this angle of attack [rad] has failed: the model is not meant for tumbling."""
+"""A simulation that leaves this angle of attack or sideslip [rad] has failed: the model is not meant for tumbling."""
 
 
 class Flight(NamedTuple):
     """One manoeuvre as plain arrays.
 
-    `time` (N) s; `inputs` (N, 8 + E) in the order of INPUT_COLUMNS and the extra inputs, none missing; `measured`
-    (N, 8) outputs, NaN where missing or unused; `positions` (8, 3) of the sensors [m]; `substeps` of the integrator
+    `time` (N) s; `inputs` (N, I), the leading columns of the case and the E extra inputs, none missing; `measured`
+    (N, m) outputs, NaN where missing or unused; `positions` (m, 3) of the sensors [m]; `substeps` of the integrator
     in each interval; `input_variance` (E) of the noise of each sample of the extra inputs, SI squared.
     """
 
@@ -32,16 +35,29 @@ class Flight(NamedTuple):
     input_variance: NDArray[np.float64]
 
 
+@njit_inline
+def within_limit(outputs: NDArray[np.float64], layout: Layout) -> bool:
+    """Whether angle of attack and sideslip, as far as they are simulated, are within the limit."""
+    held, row = layout.outputs, output_places(layout)
+    inside = True
+    if len(held.alpha) > 0:
+        inside = abs(outputs[row.alpha]) < ALPHA_LIMIT
+    if len(held.beta) > 0:
+        inside = inside and abs(outputs[row.beta]) < ALPHA_LIMIT
+    return inside
+
+
 @njit
 def simulate_outputs(
     state: NDArray[np.float64], flight: Flight, theta: NDArray[np.float64], table: TermTable, constants: Constants
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The open-loop response: outputs (N, 8) and states (N, 5); NaN from where it leaves |alpha| < 1.5 rad."""
+    """The open-loop response: outputs (N, m) and states (N, n); NaN from where it leaves |alpha| < 1.5 rad."""
     samples = flight.time.shape[0]
-    extra = flight.inputs.shape[1] - 8
-    outputs = np.full((samples, 8), np.nan)
-    states = np.full((samples, 5), np.nan)
-    work, stages = make_workspace(extra, table), make_stages(extra)
+    layout = constants.layout
+    extra = flight.inputs.shape[1] - leading_columns(layout)
+    outputs = np.full((samples, output_count(layout)), np.nan)
+    states = np.full((samples, state_count(layout)), np.nan)
+    work, stages = make_workspace(extra, table, layout), make_stages(extra, layout)
     _simulate(state.copy(), flight, theta, table, constants, outputs, states, work, stages)
     return outputs, states
 
@@ -62,11 +78,11 @@ def _simulate(
     samples = flight.time.shape[0]
     for k in range(samples):
         evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, True)
-        if not abs(work.outputs[1]) < ALPHA_LIMIT:
+        if not within_limit(work.outputs, constants.layout):
             break
-        for i in range(8):
+        for i in range(output_count(constants.layout)):
             outputs[k, i] = work.outputs[i]
-        for a in range(5):
+        for a in range(state_count(constants.layout)):
             states[k, a] = x[a]
         if k + 1 < samples:
             integrate(
@@ -83,10 +99,10 @@ def coefficients_along(
     table: TermTable,
     constants: Constants,
 ) -> NDArray[np.float64]:
-    """The coefficients (N, 5), in the order of `COEFFICIENTS`, along simulated states (N, 5)."""
-    samples = states.shape[0]
-    work = make_workspace(flight.inputs.shape[1] - 8, table)
-    found = np.zeros((samples, 5))
+    """The coefficients (N, K), in the order of `loads_of` the case, along simulated states (N, n)."""
+    samples, layout = states.shape[0], constants.layout
+    work = make_workspace(flight.inputs.shape[1] - leading_columns(layout), table, layout)
+    found = np.zeros((samples, load_places(layout).total))
     for k in range(samples):
         evaluate(states[k], flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
         found[k] = work.coefficients

@@ -1,4 +1,4 @@
-"""Linearise a flight model at a trimmed flight condition: x' = A x + B u in u, w, q, theta.
+"""Linearisation at a trimmed flight condition: x' = A x + B u in u, w, q, theta.
 
 The matrices are the exact partial derivatives that the compiled kernel evaluates. python-control is imported only where
 its objects are asked for: it takes a second to import beside what the loop has imported, which the loop does without.
@@ -16,8 +16,9 @@ from scipy import signal
 
 from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, evaluate, make_workspace
-from aerosid.flight_model.simulation import SPEED_OF_SOUND, Trim, input_row, trim
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.simulation import SPEED_OF_SOUND, Trim, input_row, level_state, trim
+from aerosid.flight_model.workspace import make_workspace
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -141,11 +142,11 @@ def linearise(model: AerodynamicModel, condition: FlightCondition) -> LinearMode
     for name, value in {**condition.inputs, "delta_e": trimmed.delta_e}.items():
         if name in model.columns:
             row[model.columns.index(name)] = value
-    work = make_workspace(len(model.columns) - 8, model.table)
-    alpha, speed = trimmed.alpha, trimmed.airspeed
-    state = np.array([speed * np.cos(alpha), speed * np.sin(alpha), 0.0, alpha, 0.0])
-    positions = np.zeros((OUTPUT_COUNT, 3))
+    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
+    state = level_state(model, trimmed.airspeed, trimmed.alpha)
+    positions = np.zeros((len(model.axes.outputs), 3))
     evaluate(state, row, np.array(model.values), model.table, model.constants, positions, work, True, False)
-    controls = tuple(name for name in model.columns[8:] if name.startswith("delta_") and name in acting)
-    places = [model.columns.index(name) - 8 for name in controls]
-    return LinearModel(trimmed, controls, work.rates_x[:4, :4].copy(), work.rates_u[:4, places].copy())
+    controls = tuple(name for name in model.extra_columns if name.startswith("delta_") and name in acting)
+    places = [model.extra_place(name) for name in controls]
+    rows = [model.axes.integrated.index(name) for name in LINEAR_STATES]
+    return LinearModel(trimmed, controls, work.rates_x[np.ix_(rows, rows)], work.rates_u[np.ix_(rows, places)])

@@ -1,4 +1,4 @@
-"""Name the longitudinal modes of a linear model and say how fast they are and how well damped."""
+"""Longitudinal modes of a linear model: short period, phugoid, real roots; frequency, damping, times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulate a flight whose own motion adds to its inputs.
+"""Simulation with effects of the motion on itself: flow separation and ground effect as feedback.
 
 What an effect adds at the end of an interval depends on the state there, which depends on what it adds: a few unknowns,
 found interval by interval.
@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
-from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.flight import Flight, within_limit
+from aerosid.flight_model.layout import leading_columns, load_places, state_count
 from aerosid.flight_model.motion_laws import REMEMBERED, Feedback, offsets_at
 from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
+from aerosid.flight_model.workspace import Workspace, make_workspace
 
 AGREEMENT = 1e-11
 """What the effects add and the motion agree to this, in units of a coefficient: differences of simulations hold."""
@@ -27,7 +30,7 @@ ROUNDS = 20
 
 class _March(NamedTuple):
     """Room to simulate: what the effects add (S) here, at the sample before, as tried and found in this round and the
-    last, and by how much each was missed; state and rates (5) at the start of an interval; the coefficients (5) without
+    last, and by how much each was missed; state and rates (n) at the start of an interval; the coefficients (K) without
     the effects; what the laws remember (K, 4) of the sample before, and of this one.
     """
 
@@ -54,7 +57,7 @@ def simulate_feedback(
     constants: Constants,
     feedback: Feedback,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The inputs (N, 8 + E) with what the motion adds to those of `flight`, and the states (N, 5) of that motion.
+    """The inputs (N, I) with what the motion adds to those of `flight`, and the states (N, n) of that motion.
 
     The states are those of `simulate_outputs` with these inputs: NaN from where they leave |alpha| < 1.5 rad.
 
@@ -63,14 +66,15 @@ def simulate_feedback(
     What is added at an interval's end, e = g(x(e)), is first tried on the straight line through the last two samples
     and then improved by Anderson's method with a memory of one round: for a single unknown, the secant method.
     """
-    extra, added, effects = flight.inputs.shape[1] - 8, feedback.columns.shape[0], feedback.law.shape[0]
-    inputs, states = flight.inputs.copy(), np.full((flight.time.shape[0], 5), np.nan)
+    layout, added, effects = constants.layout, feedback.columns.shape[0], feedback.law.shape[0]
+    extra, n = flight.inputs.shape[1] - leading_columns(layout), state_count(layout)
+    inputs, states = flight.inputs.copy(), np.full((flight.time.shape[0], n), np.nan)
     room = _March(
         np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added), np.zeros(added),
-        np.zeros(added), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros((effects, REMEMBERED)),
-        np.zeros((effects, REMEMBERED)),
+        np.zeros(added), np.zeros(n), np.zeros(n), np.zeros(load_places(layout).total),
+        np.zeros((effects, REMEMBERED)), np.zeros((effects, REMEMBERED)),
     )  # fmt: skip
-    work, stages = make_workspace(extra, table), make_stages(extra)
+    work, stages = make_workspace(extra, table, layout), make_stages(extra, layout)
     _march(state.copy(), flight, theta, table, constants, feedback, inputs, states, work, stages, room)
     return inputs, states
 
@@ -91,6 +95,7 @@ def _march(
 ) -> None:
     """As `simulate_feedback`, in work arrays that are given."""
     samples, added = flight.time.shape[0], feedback.columns.shape[0]
+    leading, count = leading_columns(constants.layout), state_count(constants.layout)
     proportional = False
     for n in range(feedback.law.shape[0]):
         proportional = proportional or feedback.coefficient[n] >= 0
@@ -102,11 +107,11 @@ def _march(
         for turn in range(ROUNDS):
             if k > 0:
                 for s in range(added):
-                    place = 8 + feedback.columns[s]
+                    place = leading + feedback.columns[s]
                     inputs[k, place] = flight.inputs[k, place]
                 for s in range(added):
-                    inputs[k, 8 + feedback.columns[s]] += room.tried[s]
-                for a in range(5):
+                    inputs[k, leading + feedback.columns[s]] += room.tried[s]
+                for a in range(count):
                     x[a], work.rates[a] = room.start[a], room.rates[a]
                 integrate(
                     x, inputs[k - 1], inputs[k], interval, 0, flight.substeps, flight.substeps,
@@ -114,20 +119,20 @@ def _march(
                 )  # fmt: skip
             if proportional:
                 evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
-                for row in range(5):
+                for row in range(room.coefficients.shape[0]):
                     room.coefficients[row] = work.coefficients[row]
             offsets_at(k, flight.time, x, room.coefficients, feedback, room.memory, room.kept, room.found)
             if k == 0:  # the state is given
                 for s in range(added):
                     room.here[s], room.last[s] = room.found[s], room.found[s]
-                    inputs[k, 8 + feedback.columns[s]] += room.found[s]
+                    inputs[k, leading + feedback.columns[s]] += room.found[s]
                 break
             if _agree(turn, room):
                 break
         evaluate(x, inputs[k], theta, table, constants, flight.positions, work, False, True)
-        if not abs(work.outputs[1]) < ALPHA_LIMIT:
+        if not within_limit(work.outputs, constants.layout):
             return
-        for a in range(5):
+        for a in range(count):
             states[k, a], room.start[a], room.rates[a] = x[a], x[a], work.rates[a]
         for n in range(room.memory.shape[0]):
             for i in range(REMEMBERED):
@@ -158,7 +163,7 @@ def _agree(turn: int, room: _March) -> bool:
 def offsets_along(
     time: NDArray[np.float64], states: NDArray[np.float64], coefficients: NDArray[np.float64], feedback: Feedback
 ) -> NDArray[np.float64]:
-    """What the effects add (N, S) along given states (N, 5) and coefficients without them (N, 5)."""
+    """What the effects add (N, S) along given states (N, n) and coefficients without them (N, K)."""
     samples, effects = time.shape[0], feedback.law.shape[0]
     found = np.zeros((samples, feedback.columns.shape[0]))
     memory = np.zeros((2, effects, REMEMBERED))

@@ -1,4 +1,4 @@
-"""What follows from the motion, sample by sample, and how it moves with the motion and with the laws' own numbers.
+"""Laws of flow separation and ground effect, sample by sample, with their partial derivatives.
 
 The equations stand in `aerosid.effects.flow_separation` and `aerosid.effects.ground_effect`. A law sees the motion up
 to its own sample alone, so that it can be integrated with the motion: the rate of alpha is that of the parabola through
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.flight_model.layout import Layout, state_places
 from aerosid.signals.delay_and_lag import lag_slopes, lag_weights
 
 
@@ -34,7 +35,7 @@ class Feedback(NamedTuple):
 
     `law` (K); `first_number` and `first_column` (K + 1); `numbers` (P); `columns` (S) of the extra inputs, to which
     the offsets are added; `slope` (K) the alpha derivative that a law takes; `coefficient` (K) the row of the
-    coefficient to which it is proportional, -1 for none; `ground` [m] the altitude of the ground.
+    coefficient to which it is proportional, -1 for none; `ground` [m] the altitude of the ground; `layout` of the case.
     """
 
     law: NDArray[np.int64]
@@ -45,6 +46,7 @@ class Feedback(NamedTuple):
     slope: NDArray[np.float64]
     coefficient: NDArray[np.int64]
     ground: float
+    layout: Layout
 
 
 _Height = TypeVar("_Height", float, NDArray[np.float64])
@@ -67,7 +69,7 @@ class Places(NamedTuple):
 class LawSlopes(NamedTuple):
     """How the offsets of one sample move, for M parameters.
 
-    `by_state` (S, 5) with the state of that sample; `moved` (S, M) with all that was before it, and with the parameters
+    `by_state` (S, n) with the state of that sample; `moved` (S, M) with all that was before it, and with the parameters
     directly. Of what is remembered: `known` (K, 2, M) and `by_alpha` (K, 2) the same of static and actual separation
     point; `columns` (K, 4, M) of the sample before.
     """
@@ -94,15 +96,17 @@ def offsets_at(
 
     Parameters
     ----------
-    x : (5,) the state at the sample; `memory` (K, 4) what was kept of the sample before.
-    coefficients : (5,) at the sample, without these effects.
+    x : (n,) the state at the sample; `memory` (K, 4) what was kept of the sample before.
+    coefficients : (K,) at the sample, without these effects.
     """
     for n in range(feedback.law.shape[0]):
         if feedback.law[n] == SEPARATION:
             _separated(k, time, x, feedback, n, memory[n], kept[n], offsets)
         else:
             first = feedback.first_number[n]
-            change = feedback.numbers[first] * influence(x[4] - feedback.ground, feedback.numbers[first + 1])
+            change = feedback.numbers[first] * influence(
+                x[state_places(feedback.layout).h] - feedback.ground, feedback.numbers[first + 1]
+            )
             if feedback.coefficient[n] >= 0:
                 change *= coefficients[feedback.coefficient[n]]
             offsets[feedback.first_column[n]] = change
@@ -135,7 +139,8 @@ def _separated(
     first, column = feedback.first_number[n], feedback.first_column[n]
     star, sharpness = feedback.numbers[first], feedback.numbers[first + 1]
     delay, relaxation = feedback.numbers[first + 2], feedback.numbers[first + 3]
-    alpha = np.arctan2(x[1], x[0])
+    at = state_places(feedback.layout)
+    alpha = np.arctan2(x[at.w], x[at.u])
     here, before, earlier = _rate_weights(k, time)
     rate = here * alpha + before * memory[0] + earlier * memory[1]
     static = 0.5 * (1.0 - np.tanh(sharpness * (alpha - delay * rate - star)))
@@ -169,10 +174,11 @@ def slopes_at(
     Parameters
     ----------
     coefficient : (K,) that each law is proportional to, 1 where there is none; how it moves with the state,
-        `coefficient_x` (K, 5), and directly with the parameters, `coefficient_moved` (K, M).
+        `coefficient_x` (K, n), and directly with the parameters, `coefficient_moved` (K, M).
     memory, kept : (K, 4) as in `offsets_at`.
     """
-    square = x[0] * x[0] + x[1] * x[1]
+    at = state_places(feedback.layout)
+    square = x[at.u] * x[at.u] + x[at.w] * x[at.w]
     for n in range(feedback.law.shape[0]):
         if feedback.law[n] == SEPARATION:
             _separated_slopes(k, time, x, square, feedback, n, places, memory[n], kept[n], slopes)
@@ -224,15 +230,16 @@ def _separated_slopes(
     lost = 0.25 * (1.0 + root) * (1.0 + root) - 1.0
     # Where all is separated the point itself moves as fast as its root grows steep.
     by_point = feedback.slope[n] * alpha * (0.25 * (1.0 + root) / root if root > 1e-12 else 0.0)
-    alpha_u, alpha_w = -x[1] / square, x[0] / square
+    at = state_places(feedback.layout)
+    alpha_u, alpha_w = -x[at.w] / square, x[at.u] / square
     for i in range(feedback.first_column[n + 1] - column):
         if i > 0:
             by_point = -feedback.numbers[first + 3 + i]
         by_alpha = by_point * slopes.by_alpha[n, 1] + (feedback.slope[n] * lost if i == 0 else 0.0)
-        slopes.by_state[column + i, 0] = by_alpha * alpha_u
-        slopes.by_state[column + i, 1] = by_alpha * alpha_w
-        for a in range(2, 5):
+        for a in range(at.total):
             slopes.by_state[column + i, a] = 0.0
+        slopes.by_state[column + i, at.u] = by_alpha * alpha_u
+        slopes.by_state[column + i, at.w] = by_alpha * alpha_w
         for c in range(count):
             slopes.moved[column + i, c] = by_point * actual[c]
         if i == 0:
@@ -253,15 +260,20 @@ def _near_ground_slopes(
     slopes: LawSlopes,
 ) -> None:
     first, column = feedback.first_number[n], feedback.first_column[n]
-    gain, reach, height = feedback.numbers[first], feedback.numbers[first + 1], x[4] - feedback.ground
+    gain, reach, height = (
+        feedback.numbers[first],
+        feedback.numbers[first + 1],
+        x[state_places(feedback.layout).h] - feedback.ground,
+    )
     near = influence(height, reach)
     by_height, by_reach = 0.0, 0.0
     if height > 0.0:  # sigma = exp(-2.48 (2 h/b)^0.768) is a function of h/b alone
         by_height = 0.768 * near * np.log(near) / height if near > 0.0 else 0.0
         by_reach = -by_height * height / reach
-    for a in range(5):
+    at = state_places(feedback.layout)
+    for a in range(at.total):
         slopes.by_state[column, a] = gain * near * coefficient_x[a]
-    slopes.by_state[column, 4] += gain * by_height * coefficient
+    slopes.by_state[column, at.h] += gain * by_height * coefficient
     for c in range(slopes.moved.shape[1]):
         slopes.moved[column, c] = gain * near * coefficient_moved[c]
     _add(slopes.moved[column], places.numbers[first], near * coefficient)
@@ -270,14 +282,15 @@ def _near_ground_slopes(
 
 @njit_inline
 def remember(x: NDArray[np.float64], state: NDArray[np.float64], feedback: Feedback, slopes: LawSlopes) -> None:
-    """Keep of a sample for the next how its memory moves, from the sensitivities (5, M) of its `state` at `x`."""
-    square = x[0] * x[0] + x[1] * x[1]
-    alpha_u, alpha_w = -x[1] / square, x[0] / square
+    """Keep of a sample for the next how its memory moves, from the sensitivities (n, M) of its `state` at `x`."""
+    at = state_places(feedback.layout)
+    square = x[at.u] * x[at.u] + x[at.w] * x[at.w]
+    alpha_u, alpha_w = -x[at.w] / square, x[at.u] / square
     for n in range(feedback.law.shape[0]):
         if feedback.law[n] == SEPARATION:
             columns, known, by_alpha = slopes.columns[n], slopes.known[n], slopes.by_alpha[n]
             for c in range(columns.shape[1]):
-                alpha = alpha_u * state[0, c] + alpha_w * state[1, c]
+                alpha = alpha_u * state[at.u, c] + alpha_w * state[at.w, c]
                 columns[1, c] = columns[0, c]
                 columns[0, c] = alpha
                 columns[2, c] = known[0, c] + by_alpha[0] * alpha

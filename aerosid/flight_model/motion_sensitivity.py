@@ -1,4 +1,4 @@
-"""Carry the sensitivities of a flight around the loop in which its own motion adds to its inputs.
+"""Sensitivities of a simulation with feedback of the motion on itself.
 
 Those of a flight with given inputs come from `response`; what the loop adds to them is one more pass through
 the linearisation that was written there.
@@ -12,19 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight
-from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.layout import Layout, leading_columns, output_places, state_count, state_places
 from aerosid.flight_model.motion_laws import REMEMBERED, Feedback, LawSlopes, Places, offsets_at, remember, slopes_at
 from aerosid.flight_model.response import Directions
 from aerosid.flight_model.terms import TermTable
+from aerosid.flight_model.workspace import Workspace, make_workspace
 from aerosid.signals.trace import Trace
 
 
 class FeedbackCarry(NamedTuple):
     """What passes from one stretch to the next, changed in place; S offsets, K effects, M parameters.
 
-    `ahead` (5, M): where the sensitivities that the loop adds stand at the next sample before its own offsets move;
-    `end` (5, S) how these move it; `memory` (K, 4) and `columns` (K, 4, M) of the sample before.
+    `ahead` (n, M): where the sensitivities that the loop adds stand at the next sample before its own offsets move;
+    `end` (n, S) how these move it; `memory` (K, 4) and `columns` (K, 4, M) of the sample before.
     """
 
     ahead: NDArray[np.float64]
@@ -36,19 +39,20 @@ class FeedbackCarry(NamedTuple):
 def make_feedback_carry(feedback: Feedback, parameters: int) -> FeedbackCarry:
     """The carry at the first sample, whose state is given."""
     effects, added = feedback.law.size, feedback.columns.size
+    n = state_count(feedback.layout)
     return FeedbackCarry(
-        np.zeros((5, parameters)),
-        np.zeros((5, added)),
+        np.zeros((n, parameters)),
+        np.zeros((n, added)),
         np.zeros((effects, REMEMBERED)),
         np.zeros((effects, REMEMBERED, parameters)),
     )
 
 
 class _Round(NamedTuple):
-    """Room for one sample: sensitivities (5, M) of the state, and what the loop adds to them; the `system` (S, S) for
+    """Room for one sample: sensitivities (n, M) of the state, and what the loop adds to them; the `system` (S, S) for
     those of the offsets (S, M); what the laws keep (K, 4) and add (S); the coefficients (K) that the laws are
-    proportional to, and how they move with the state (K, 5), the inputs (K, E), the free terms (K, F), and directly
-    with the parameters (K, M).
+    proportional to, and how they move with the state (K, n), the inputs (K, E), the free terms (K, F), and directly
+    with the parameters (K, M); `sight` (n, n) the slopes of what is seen of the state.
     """
 
     given: NDArray[np.float64]
@@ -62,6 +66,7 @@ class _Round(NamedTuple):
     by_input: NDArray[np.float64]
     by_term: NDArray[np.float64]
     direct: NDArray[np.float64]
+    sight: NDArray[np.float64]
 
 
 @njit
@@ -84,7 +89,7 @@ def feed_back(
 
     Parameters
     ----------
-    flight : without what the effects add; `states` (N, 5) those of the flight with it.
+    flight : without what the effects add; `states` (N, n) those of the flight with it.
     trace : of the flight with the effects, as if its inputs were given, in which every output was traced.
 
     Notes
@@ -97,19 +102,20 @@ def feed_back(
     S equations for each sample. The result is the derivative of `simulate_feedback` as it stands, its rounds ended.
     """
     width, added, effects = trace.block.shape[2] - 1, feedback.columns.shape[0], feedback.law.shape[0]
-    extra = flight.inputs.shape[1] - 8
+    layout, n = constants.layout, state_count(constants.layout)
+    extra = flight.inputs.shape[1] - leading_columns(layout)
     room = _Round(
-        np.zeros((5, width)), np.zeros((5, width)), np.zeros((added, added)), np.zeros((added, width)),
-        np.zeros((effects, REMEMBERED)), np.zeros(added), np.ones(effects), np.zeros((effects, 5)),
-        np.zeros((effects, extra)), np.zeros((effects, free.shape[0])), np.zeros((effects, width)),
+        np.zeros((n, width)), np.zeros((n, width)), np.zeros((added, added)), np.zeros((added, width)),
+        np.zeros((effects, REMEMBERED)), np.zeros(added), np.ones(effects), np.zeros((effects, n)),
+        np.zeros((effects, extra)), np.zeros((effects, free.shape[0])), np.zeros((effects, width)), np.zeros((n, n)),
     )  # fmt: skip
     slopes = LawSlopes(
-        np.zeros((added, 5)), np.zeros((added, width)), np.zeros((effects, 2, width)), np.zeros((effects, 2)),
+        np.zeros((added, n)), np.zeros((added, width)), np.zeros((effects, 2, width)), np.zeros((effects, 2)),
         carry.columns,
     )  # fmt: skip
     _feed_back(
         begin, stop, carry, flight, states, theta.copy(), free, table, constants, feedback, places, directions, trace,
-        make_workspace(extra, table), np.zeros(5), np.zeros(8 + extra), np.zeros(5), slopes, room,
+        make_workspace(extra, table, layout), np.zeros(n), np.zeros(flight.inputs.shape[1]), np.zeros(n), slopes, room,
     )  # fmt: skip
 
 
@@ -137,12 +143,13 @@ def _feed_back(
 ) -> None:
     """As `feed_back`, in work arrays that are given."""
     width, added, effects = room.given.shape[1], feedback.columns.shape[0], feedback.law.shape[0]
+    count = state_count(constants.layout)
     proportional = False
     for n in range(effects):
         proportional = proportional or feedback.coefficient[n] >= 0
     for k in range(begin, stop):
         row = k - begin
-        _states_moved(k, row, directions, trace, room.given)
+        _states_moved(k, row, directions, trace, room.given, room.sight, constants.layout)
         if proportional:
             _coefficients_moved(
                 k, flight, states, theta, free, table, constants, feedback, directions, work, x, u, room
@@ -156,18 +163,18 @@ def _feed_back(
         for s in range(added):
             for c in range(width):
                 room.offsets[s, c] = slopes.moved[s, c]
-            for a in range(5):
+            for a in range(count):
                 slope = slopes.by_state[s, a]
                 if slope != 0.0:
                     for c in range(width):
                         room.offsets[s, c] += slope * (room.given[a, c] + carry.ahead[a, c])
             for r in range(added):
                 total = 0.0
-                for a in range(5):
+                for a in range(count):
                     total += slopes.by_state[s, a] * carry.end[a, r]
                 room.system[s, r] = (1.0 if s == r else 0.0) - total
         _solve(room.system, room.offsets)
-        for a in range(5):
+        for a in range(count):
             for c in range(width):
                 total = carry.ahead[a, c]
                 for s in range(added):
@@ -178,8 +185,8 @@ def _feed_back(
         for n in range(effects):
             for i in range(REMEMBERED):
                 carry.memory[n, i] = room.kept[n, i]
-        for i in range(8):
-            for a in range(5):
+        for i in range(output_places(constants.layout).total):
+            for a in range(count):
                 slope = trace.outputs_x[row, i, a]
                 if slope != 0.0:
                     for c in range(width):
@@ -189,10 +196,10 @@ def _feed_back(
                 if slope != 0.0:
                     for c in range(width):
                         trace.block[row, i, 1 + c] += slope * room.offsets[s, c]
-        for a in range(5):
+        for a in range(count):
             for c in range(width):
                 total = 0.0
-                for b in range(5):
+                for b in range(count):
                     total += trace.transition[row, a, b] * room.added[b, c]
                 for s in range(added):
                     total += trace.start[row, a, feedback.columns[s]] * room.offsets[s, c]
@@ -202,23 +209,32 @@ def _feed_back(
 
 
 @njit_inline
-def _states_moved(k: int, row: int, directions: Directions, trace: Trace, states: NDArray[np.float64]) -> None:
-    """Write the sensitivities (5, M) of the state from those of V, alpha, q, theta and h, which determine it."""
-    by_x = trace.outputs_x[row]
-    for a in range(5):
-        i = a if a < 4 else 7
+def _states_moved(
+    k: int,
+    row: int,
+    directions: Directions,
+    trace: Trace,
+    states: NDArray[np.float64],
+    sight: NDArray[np.float64],
+    layout: Layout,
+) -> None:
+    """Write the sensitivities (n, M) of the state from those of all outputs but accelerations, which determine it."""
+    at, outputs = state_places(layout), output_places(layout)
+    seen = 0
+    for i in range(outputs.total):
+        if outputs.a_x <= i < outputs.h:
+            continue
+        for a in range(at.total):
+            sight[seen, a] = trace.outputs_x[row, i, a]
         for c in range(states.shape[1]):
-            states[a, c] = trace.block[row, i, 1 + c]
+            states[seen, c] = trace.block[row, i, 1 + c]
         for j in range(directions.inputs.shape[1]):
             slope = trace.outputs_u[row, i, j]
             if slope != 0.0:
                 for d in range(directions.places.shape[0]):
-                    states[a, directions.places[d] - 1] -= slope * directions.inputs[k, j, d]
-    determinant = by_x[0, 0] * by_x[1, 1] - by_x[0, 1] * by_x[1, 0]
-    for c in range(states.shape[1]):
-        speed, alpha = states[0, c], states[1, c] - by_x[1, 2] * states[2, c]
-        states[0, c] = (speed * by_x[1, 1] - by_x[0, 1] * alpha) / determinant
-        states[1, c] = (by_x[0, 0] * alpha - by_x[1, 0] * speed) / determinant
+                    states[seen, directions.places[d] - 1] -= slope * directions.inputs[k, j, d]
+        seen += 1
+    _solve(sight, states)
 
 
 @njit_inline
@@ -238,30 +254,32 @@ def _coefficients_moved(
     room: _Round,
 ) -> None:
     """Write the coefficients of sample `k` without the effects, and how they move: central differences, one by one."""
-    extra, effects = u.shape[0] - 8, feedback.law.shape[0]
-    for a in range(5):
+    at, leading = state_places(constants.layout), leading_columns(constants.layout)
+    extra, effects, coupled = u.shape[0] - leading, feedback.law.shape[0], at.coupled
+    for a in range(at.total):
         x[a] = states[k, a]
     for j in range(u.shape[0]):
         u[j] = flight.inputs[k, j]
-    for trial in range(-1, 2 * (4 + extra + free.shape[0])):
+    for trial in range(-1, 2 * (coupled + extra + free.shape[0])):
         place, step = trial // 2, 0.0
         if trial >= 0:
             # A hundred-thousandth of what is usual of each; terms are linear in their values.
-            step = 1e-3 if place < 2 or place >= 4 + extra else 1e-5 if place < 4 else 1e-4
+            velocity = place < coupled and (place == at.u or place == at.w)
+            step = 1e-3 if velocity or place >= coupled + extra else 1e-5 if place < coupled else 1e-4
             step = step if trial % 2 == 0 else -step
-        term = free[place - 4 - extra] if place >= 4 + extra else 0
+        term = free[place - coupled - extra] if place >= coupled + extra else 0
         held = theta[term]
-        if place >= 4 + extra:
+        if place >= coupled + extra:
             theta[term] += step
-        elif place >= 4:
-            u[8 + place - 4] += step
+        elif place >= coupled:
+            u[leading + place - coupled] += step
         elif place >= 0:
             x[place] += step
         evaluate(x, u, theta, table, constants, flight.positions, work, False, False)
         theta[term] = held
-        if 4 <= place < 4 + extra:
-            u[8 + place - 4] = flight.inputs[k, 8 + place - 4]
-        elif 0 <= place < 4:
+        if coupled <= place < coupled + extra:
+            u[leading + place - coupled] = flight.inputs[k, leading + place - coupled]
+        elif 0 <= place < coupled:
             x[place] = states[k, place]
         for n in range(effects):
             if feedback.coefficient[n] < 0:
@@ -271,9 +289,15 @@ def _coefficients_moved(
                 room.coefficient[n] = value
                 continue
             value /= 2.0 * step
-            moved = room.by_state[n] if place < 4 else room.by_input[n] if place < 4 + extra else room.by_term[n]
-            at = place if place < 4 else place - 4 if place < 4 + extra else place - 4 - extra
-            moved[at] = value if trial % 2 == 0 else moved[at] + value
+            moved = (
+                room.by_state[n]
+                if place < coupled
+                else room.by_input[n]
+                if place < coupled + extra
+                else room.by_term[n]
+            )
+            spot = place if place < coupled else place - coupled if place < coupled + extra else place - coupled - extra
+            moved[spot] = value if trial % 2 == 0 else moved[spot] + value
     for n in range(effects):
         if feedback.coefficient[n] >= 0:
             for c in range(room.direct.shape[1]):

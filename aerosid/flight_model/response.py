@@ -1,4 +1,4 @@
-"""Simulate a flight open loop together with the response of every output to every parameter."""
+"""Simulated response with the sensitivity of every output to every parameter."""
 
 from __future__ import annotations
 
@@ -8,16 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
-from aerosid.flight_model.longitudinal import Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.axes import Axes
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.flight import Flight, within_limit
+from aerosid.flight_model.layout import (
+    layout_of,
+    leading_columns,
+    output_count,
+    output_places,
+    state_count,
+    state_places,
+)
 from aerosid.flight_model.sampling_interval import Stages, inputs_at, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.variation import Span, cross, force_inputs, force_terms, make_span, note
+from aerosid.flight_model.workspace import Workspace, make_workspace
 from aerosid.signals.trace import Trace, carry_columns
 
 
 class TraceCarry(NamedTuple):
-    """State (5) and its sensitivities (5, M) where the next stretch begins; changed in place."""
+    """State (n) and its sensitivities (n, M) where the next stretch begins; changed in place."""
 
     state: NDArray[np.float64]
     columns: NDArray[np.float64]
@@ -33,23 +44,26 @@ class Directions(NamedTuple):
     places: NDArray[np.int64]
 
 
-def make_trace(samples: int, extra_inputs: int, columns: int) -> Trace:
+def make_trace(samples: int, extra_inputs: int, columns: int, axes: Axes) -> Trace:
     """An empty `Trace` of a stretch whose block has so many columns."""
+    n, m = len(axes.integrated), len(axes.outputs)
     return Trace(
-        np.empty((samples, 8)),
-        np.zeros((samples, 8, columns)),
-        np.zeros((samples, 5, 5)),
-        np.zeros((samples, 5, extra_inputs)),
-        np.zeros((samples, 5, extra_inputs)),
-        np.empty((samples, 8, 5)),
-        np.empty((samples, 8, extra_inputs)),
+        np.empty((samples, m)),
+        np.zeros((samples, m, columns)),
+        np.zeros((samples, n, n)),
+        np.zeros((samples, n, extra_inputs)),
+        np.zeros((samples, n, extra_inputs)),
+        np.empty((samples, m, n)),
+        np.empty((samples, m, extra_inputs)),
+        layout_of(axes).sizes,
     )
 
 
 def make_trace_carry(state: NDArray[np.float64], free: int, directions: int) -> TraceCarry:
     """The carry at the first sample: every initial state is a parameter."""
-    columns = np.zeros((5, free + 5 + directions))
-    columns[:, free : free + 5] = np.eye(5)
+    n = state.size
+    columns = np.zeros((n, free + n + directions))
+    columns[:, free : free + n] = np.eye(n)
     return TraceCarry(state.copy(), columns)
 
 
@@ -78,16 +92,19 @@ def trace_stretch(
     at a sample serves four: its outputs, the end of the span before it, the start of the one after it, and the first
     stage of the integrator.
     """
-    extra = flight.inputs.shape[1] - 8
-    work, stages, span = make_workspace(extra, table), make_stages(extra), make_span(extra, free.shape[0])
+    layout = constants.layout
+    leading, states, outputs = leading_columns(layout), state_count(layout), output_count(layout)
+    extra = flight.inputs.shape[1] - leading
+    work, stages = make_workspace(extra, table, layout), make_stages(extra, layout)
+    span = make_span(extra, free.shape[0], layout)
     # Beside the columns of parameters those of the interval's own start state and inputs, from sample to sample.
     kept = carry.columns.shape[1]
-    width = -(-(kept + 5 + 2 * extra) // LANES) * LANES
-    here, there, u = np.zeros((5, width)), np.zeros((5, width)), np.zeros(8 + extra)
+    width = -(-(kept + states + 2 * extra) // LANES) * LANES
+    here, there, u = np.zeros((states, width)), np.zeros((states, width)), np.zeros(leading + extra)
     here[:, :kept] = carry.columns
     # A slow sensor looks back over samples that are missing: of a channel that is recorded every sample is wanted.
-    recorded = np.zeros(8, dtype=np.bool_)
-    for i in range(8):
+    recorded = np.zeros(outputs, dtype=np.bool_)
+    for i in range(outputs):
         for k in range(flight.time.shape[0]):
             if not np.isnan(flight.measured[k, i]):
                 recorded[i] = True
@@ -126,9 +143,10 @@ def _trace(
     u: NDArray[np.float64],
 ) -> bool:
     """As `trace_stretch`, in work arrays that are given; `kept` of the `columns` are those of parameters."""
-    samples, substeps = flight.time.shape[0], flight.substeps
-    extra, own, count = work.rates_u.shape[1], free.shape[0] + 5, directions.places.shape[0]
-    start, end = kept + 5, kept + 5 + extra
+    samples, substeps, layout = flight.time.shape[0], flight.substeps, constants.layout
+    states = state_count(layout)
+    extra, own, count = work.rates_u.shape[1], free.shape[0] + states, directions.places.shape[0]
+    start, end = kept + states, kept + states + extra
     nodes = 2 * ((substeps + 1) // 2)
     length, fraction, share = 0.0, 0.0, 0.0
     for k in range(begin, min(stop + 1, samples)):
@@ -142,26 +160,26 @@ def _trace(
             inputs_at(place, flight.inputs[k], flight.inputs[after], u)
             evaluate(x, u, theta, table, constants, flight.positions, work, True, node == 0)
             if node % 2 == 1:
-                note(work, free, 1, span)
+                note(work, free, 1, span, layout)
             else:
                 if k > begin or node > 0:
-                    note(work, free, 2, span)
-                    cross(span, length)
-                    carry_columns(span.transition, columns, moved)
-                    force_terms(span, moved)
-                    force_inputs(span, fraction, share, start, moved)
-                    for a in range(5):
+                    note(work, free, 2, span, layout)
+                    cross(span, length, layout)
+                    carry_columns(span.transition, columns, moved, layout.sizes)
+                    force_terms(span, moved, layout)
+                    force_inputs(span, fraction, share, start, moved, layout)
+                    for a in range(states):
                         for c in range(columns.shape[1]):
                             columns[a, c] = moved[a, c]
-                note(work, free, 0, span)
+                note(work, free, 0, span, layout)
                 fraction, share = place, (1.0 if alone else 2.0) / substeps
                 length = share * interval
             if node == 0:
-                if not abs(work.outputs[1]) < ALPHA_LIMIT:
+                if not within_limit(work.outputs, layout):
                     return False
                 if k > begin:
-                    for a in range(5):
-                        for b in range(5):
+                    for a in range(states):
+                        for b in range(states):
                             trace.transition[row - 1, a, b] = columns[a, kept + b]
                         for j in range(extra):
                             by_start, by_end = columns[a, start + j], columns[a, end + j]
@@ -173,14 +191,14 @@ def _trace(
                                 )
                 if k == stop:
                     break
-                _record(k, row, columns, recorded, free, directions, work, trace)
-                for a in range(5):
+                _record(k, row, columns, recorded, free, directions, constants, work, trace)
+                for a in range(states):
                     for c in range(kept, end + extra):
                         columns[a, c] = 1.0 if c == kept + a else 0.0
                 if k + 1 == samples:
                     break
             if alone and node % 2 == 1:
-                for a in range(5):
+                for a in range(states):
                     x[a] = stages.end[a]
             else:
                 integrate(
@@ -188,7 +206,7 @@ def _trace(
                     theta, table, constants, flight.positions, work, stages,
                 )  # fmt: skip
                 if alone:
-                    for a in range(5):
+                    for a in range(states):
                         x[a] = stages.middle[a]
     return True
 
@@ -201,43 +219,43 @@ def _record(
     recorded: NDArray[np.bool_],
     free: NDArray[np.int64],
     directions: Directions,
+    constants: Constants,
     work: Workspace,
     trace: Trace,
 ) -> None:
     """Write the outputs of sample `k`, and how they move with each column, into `row` of the trace."""
+    at, outputs = state_places(constants.layout), output_places(constants.layout)
     extra, count = work.outputs_u.shape[1], directions.places.shape[0]
     free_count = free.shape[0]
-    own = free_count + 5
-    for i in range(8):
+    own = free_count + at.total
+    for i in range(outputs.total):
         trace.outputs[row, i] = work.outputs[i]
-        for a in range(5):
+        for a in range(at.total):
             trace.outputs_x[row, i, a] = work.outputs_x[i, a]
         for j in range(extra):
             trace.outputs_u[row, i, j] = work.outputs_u[i, j]
         if not recorded[i]:
             continue
-        block = trace.block[row, i]
-        by_u, by_w, by_q, by_theta = (
-            work.outputs_x[i, 0], work.outputs_x[i, 1], work.outputs_x[i, 2], work.outputs_x[i, 3]
-        )  # fmt: skip
-        by_h = work.outputs_x[i, 4]
+        block, slope = trace.block[row, i], work.outputs_x[i]
         for c in range(own):
-            block[1 + c] = (by_u * columns[0, c] + by_w * columns[1, c]) + (
-                by_q * columns[2, c] + by_theta * columns[3, c]
-            )
+            total = slope[0] * columns[0, c]
+            for a in range(1, at.coupled):
+                total += slope[a] * columns[a, c]
+            block[1 + c] = total
         for c in range(count):
-            at = own + c
-            block[directions.places[c]] = (
-                (by_u * columns[0, at] + by_w * columns[1, at]) + (by_q * columns[2, at] + by_theta * columns[3, at])
-            ) + by_h * columns[4, at]
-        if by_h != 0.0:
-            for c in range(own):
-                block[1 + c] += by_h * columns[4, c]
-        if 4 <= i <= 6:  # terms act on accelerations alone
+            total = slope[0] * columns[0, own + c]
+            for a in range(1, at.total):
+                total += slope[a] * columns[a, own + c]
+            block[directions.places[c]] = total
+        for a in range(at.coupled, at.total):
+            if slope[a] != 0.0:
+                for c in range(own):
+                    block[1 + c] += slope[a] * columns[a, c]
+        if outputs.a_x <= i < outputs.h:  # terms act on accelerations alone
             for c in range(free_count):
                 block[1 + c] += work.outputs_p[i, free[c]]
         for j in range(extra):
-            slope = work.outputs_u[i, j]
-            if slope != 0.0:
+            pushed = work.outputs_u[i, j]
+            if pushed != 0.0:
                 for c in range(count):
-                    block[directions.places[c]] += slope * directions.inputs[k, j, c]
+                    block[directions.places[c]] += pushed * directions.inputs[k, j, c]

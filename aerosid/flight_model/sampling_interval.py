@@ -1,4 +1,4 @@
-"""Integrate the equations of motion over one sampling interval, and carry what moves its end with it.
+"""Runge-Kutta integration over one sampling interval, with the sensitivities of its end.
 
 Classical fourth-order Runge-Kutta in equal substeps; inputs are linear between samples.
 """
@@ -11,12 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.longitudinal import FIXED_INPUTS, Constants, Workspace, evaluate
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.layout import Layout, leading_columns, state_count, state_places
 from aerosid.flight_model.terms import TermTable
+from aerosid.flight_model.workspace import Workspace
+from aerosid.signals.trace import StateSizes
 
 
 class Stages(NamedTuple):
-    """Room to integrate one substep: `end` (5) and `middle` (5) of it; `state` (5), `inputs` (8 + E) of a stage."""
+    """Room to integrate one substep: `end` (n) and `middle` (n) of it; `state` (n), `inputs` (I) of a stage."""
 
     end: NDArray[np.float64]
     middle: NDArray[np.float64]
@@ -25,9 +29,10 @@ class Stages(NamedTuple):
 
 
 @njit
-def make_stages(extra_inputs: int) -> Stages:
-    """`Stages` for `extra_inputs` inputs past the fixed ones."""
-    return Stages(np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(FIXED_INPUTS + extra_inputs))
+def make_stages(extra_inputs: int, layout: Layout) -> Stages:
+    """`Stages` for `extra_inputs` inputs past the leading columns."""
+    n = state_count(layout)
+    return Stages(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(leading_columns(layout) + extra_inputs))
 
 
 @njit_inline
@@ -59,31 +64,31 @@ def integrate(
     evaluation. `stages.end` is left at `x`, and `stages.middle` in the middle of the last substep, of third order:
     x + h (5/24 k1 + 1/6 k2 + 1/6 k3 - 1/24 k4).
     """
-    h = interval / substeps
+    h, count = interval / substeps, state_count(constants.layout)
     for s in range(first, last):
         for n in range(4):
             if n > 0 or s > first:
                 reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
-                for i in range(5):
+                for i in range(count):
                     stages.state[i] = x[i] + reach * work.rates[i]
                 inputs_at((s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps, u0, u1, stages.inputs)
                 evaluate(stages.state, stages.inputs, theta, table, constants, positions, work, False, False)
             weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
             half = h * 5.0 / 24.0 if n == 0 else -h / 24.0 if n == 3 else h / 6.0
-            for i in range(5):
+            for i in range(count):
                 stages.end[i] = (x[i] if n == 0 else stages.end[i]) + weight * work.rates[i]
                 stages.middle[i] = (x[i] if n == 0 else stages.middle[i]) + half * work.rates[i]
-        for i in range(5):
+        for i in range(count):
             x[i] = stages.end[i]
 
 
 class Step(NamedTuple):
     """The response over one sampling interval: end state and its partial derivatives.
 
-    `state` (5); `transition` (5, 5) d x1/d x0; `start` and `end` (5, E) d x1/d extra input at the start and at the end
-    (inputs are linear in between); `terms` (5, T) d x1/d term values. The rest is room to work: what each of the four
-    Runge-Kutta stages saw (`rates_x`, `rates_u`, `rates_p`, rows u, w, q of the last two), and how a rate added at a
-    stage moves the end of the step (`passed_on`).
+    `state` (n); `transition` (n, n) d x1/d x0; `start` and `end` (n, E) d x1/d extra input at the start and at the end
+    (inputs are linear in between); `terms` (n, T) d x1/d term values. The rest is room to work: what each of the four
+    Runge-Kutta stages saw (`rates_x`, `rates_u`, `rates_p`, moving states alone of the last two), and how a rate added
+    at a stage moves the end of the step (`passed_on`).
     """
 
     state: NDArray[np.float64]
@@ -103,23 +108,24 @@ class Step(NamedTuple):
 
 
 @njit
-def make_step(extra_inputs: int, terms: int) -> Step:
-    """A `Step` for `extra_inputs` inputs past the fixed ones and `terms` terms."""
+def make_step(extra_inputs: int, terms: int, layout: Layout) -> Step:
+    """A `Step` for `extra_inputs` inputs past the leading columns and `terms` terms."""
+    n, moving = state_count(layout), state_places(layout).moving
     return Step(
-        np.zeros(5),
-        np.zeros((5, 5)),
-        np.zeros((5, extra_inputs)),
-        np.zeros((5, extra_inputs)),
-        np.zeros((5, terms)),
-        np.zeros(5),
-        np.zeros(FIXED_INPUTS + extra_inputs),
-        np.zeros(5),
-        np.zeros((4, 5, 5)),
-        np.zeros((4, 3, extra_inputs)),
-        np.zeros((4, 3, terms)),
-        np.zeros((4, 5, 5)),
-        np.zeros((5, 5)),
-        np.zeros(5),
+        np.zeros(n),
+        np.zeros((n, n)),
+        np.zeros((n, extra_inputs)),
+        np.zeros((n, extra_inputs)),
+        np.zeros((n, terms)),
+        np.zeros(n),
+        np.zeros(leading_columns(layout) + extra_inputs),
+        np.zeros(n),
+        np.zeros((4, n, n)),
+        np.zeros((4, moving, extra_inputs)),
+        np.zeros((4, moving, terms)),
+        np.zeros((4, n, n)),
+        np.zeros((n, n)),
+        np.zeros(n),
     )
 
 
@@ -144,7 +150,8 @@ def advance(
     solution itself. Inputs are linear in time.
     """
     extra, terms = work.rates_u.shape[1], work.rates_p.shape[1]
-    for i in range(5):
+    at = state_places(constants.layout)
+    for i in range(at.total):
         step.state[i] = x[i]
     h = interval / substeps
     for s in range(substeps):
@@ -154,40 +161,44 @@ def advance(
                 step.stage_input[j] = (1.0 - fraction) * u0[j] + fraction * u1[j]
             reach = 0.0 if n == 0 else h if n == 3 else 0.5 * h
             weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
-            for i in range(5):
+            for i in range(at.total):
                 step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
             evaluate(step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False)
-            for i in range(5):
+            for i in range(at.total):
                 step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
             if differentiate:
-                for i in range(5):
-                    for k in range(5):
+                for i in range(at.total):
+                    for k in range(at.total):
                         step.rates_x[n, i, k] = work.rates_x[i, k]
-                for i in range(3):  # neither inputs nor terms act on theta and h directly
+                for i in range(at.moving):  # inputs and terms make forces and moments
                     for j in range(extra):
                         step.rates_u[n, i, j] = work.rates_u[i, j]
                     for t in range(terms):
                         step.rates_p[n, i, t] = work.rates_p[i, t]
-        for i in range(5):
+        for i in range(at.total):
             step.state[i] += step.state_total[i]
         if differentiate:
-            pass_on(step.rates_x, h, step.passed_on, step.substep)
-            _sensitivities(step, s, substeps)
+            pass_on(step.rates_x, h, step.passed_on, step.substep, constants.layout.sizes)
+            _sensitivities(step, s, substeps, constants.layout)
 
 
 @njit_inline
 def pass_on(
-    rates_x: NDArray[np.float64], h: float, passed: NDArray[np.float64], transition: NDArray[np.float64]
+    rates_x: NDArray[np.float64],
+    h: float,
+    passed: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    sizes: StateSizes,
 ) -> None:
-    """How a rate added at each stage moves the end of a Runge-Kutta step, `passed` (4, 5, 5), and its `transition`.
+    """How a rate added at each stage moves the end of a Runge-Kutta step, `passed` (4, n, n), and its `transition`.
 
     Backwards from the last stage: W_3 = h/6 I, W_n = b_n I + c_(n+1) W_(n+1) F_(n+1), with F the Jacobians of the
-    stages, `rates_x` (4, 5, 5), b = h/6, h/3, h/3, h/6 their weights and c = 0, h/2, h/2, h how far each reaches along
+    stages, `rates_x` (4, n, n), b = h/6, h/3, h/3, h/6 their weights and c = 0, h/2, h/2, h how far each reaches along
     the one before it. Then Phi = I + sum W_n F_n, and a forcing f_n of the stages moves the end by sum W_n f_n: linear
     in the number of forcings, where carrying each through the stages costs the Jacobians' product for every one of
     them.
     """
-    pass_on_through(rates_x[0], rates_x[1], rates_x[2], rates_x[3], h, passed, transition)
+    pass_on_through(rates_x[0], rates_x[1], rates_x[2], rates_x[3], h, passed, transition, sizes)
 
 
 @njit_inline
@@ -199,16 +210,18 @@ def pass_on_through(
     h: float,
     passed: NDArray[np.float64],
     transition: NDArray[np.float64],
+    sizes: StateSizes,
 ) -> None:
-    """As `pass_on`, from the Jacobian (5, 5) of each stage."""
-    for i in range(5):
-        for k in range(5):
+    """As `pass_on`, from the Jacobian (n, n) of each stage."""
+    count = len(sizes.coupled) + len(sizes.alone)
+    for i in range(count):
+        for k in range(count):
             transition[i, k] = 1.0 if i == k else 0.0
             passed[3, i, k] = h / 6.0 if i == k else 0.0
-    _pass_back(fourth, 3, h, h / 3.0, passed, transition)
-    _pass_back(third, 2, 0.5 * h, h / 3.0, passed, transition)
-    _pass_back(second, 1, 0.5 * h, h / 6.0, passed, transition)
-    _pass_back(first, 0, 0.0, 0.0, passed, transition)
+    _pass_back(fourth, 3, h, h / 3.0, passed, transition, sizes)
+    _pass_back(third, 2, 0.5 * h, h / 3.0, passed, transition, sizes)
+    _pass_back(second, 1, 0.5 * h, h / 6.0, passed, transition, sizes)
+    _pass_back(first, 0, 0.0, 0.0, passed, transition, sizes)
 
 
 @njit_inline
@@ -219,45 +232,33 @@ def _pass_back(
     weight: float,
     passed: NDArray[np.float64],
     transition: NDArray[np.float64],
+    sizes: StateSizes,
 ) -> None:
     """Take stage `n` into the transition, and from it to the stage before, which has a `weight` of its own."""
-    # Row theta of a Jacobian holds q alone, row h all but q; nothing depends on h. Read once: for all that the compiler
-    # knows, what is written below could be the same array.
-    uu, uw, uq, ut = F[0, 0], F[0, 1], F[0, 2], F[0, 3]
-    wu, ww, wq, wt = F[1, 0], F[1, 1], F[1, 2], F[1, 3]
-    qu, qw, qq, qt = F[2, 0], F[2, 1], F[2, 2], F[2, 3]
-    theta_q, height_u, height_w, height_theta = F[3, 2], F[4, 0], F[4, 1], F[4, 3]
-    for i in range(5):
-        u, w, q, theta = passed[n, i, 0], passed[n, i, 1], passed[n, i, 2], passed[n, i, 3]
-        by_u = u * uu + w * wu + q * qu
-        by_w = u * uw + w * ww + q * qw
-        by_q = u * uq + w * wq + q * qq + theta * theta_q
-        by_theta = u * ut + w * wt + q * qt
-        if i == 4:
-            height = passed[n, i, 4]
-            by_u += height * height_u
-            by_w += height * height_w
-            by_theta += height * height_theta
-        transition[i, 0] += by_u
-        transition[i, 1] += by_w
-        transition[i, 2] += by_q
-        transition[i, 3] += by_theta
+    coupled, count = len(sizes.coupled), len(sizes.coupled) + len(sizes.alone)
+    for i in range(count):
+        for k in range(coupled):
+            by = passed[n, i, 0] * F[0, k]
+            for m in range(1, coupled):
+                by += passed[n, i, m] * F[m, k]
+            if i >= coupled:  # what stands alone passes on itself beside what moves it
+                by += passed[n, i, i] * F[i, k]
+            transition[i, k] += by
+            if n > 0:
+                passed[n - 1, i, k] = reach * by
         if n > 0:
-            passed[n - 1, i, 0] = reach * by_u
-            passed[n - 1, i, 1] = reach * by_w
-            passed[n - 1, i, 2] = reach * by_q
-            passed[n - 1, i, 3] = reach * by_theta
-            passed[n - 1, i, 4] = 0.0
+            for k in range(coupled, count):
+                passed[n - 1, i, k] = 0.0
             passed[n - 1, i, i] += weight
 
 
 @njit_inline
-def _sensitivities(step: Step, s: int, substeps: int) -> None:
+def _sensitivities(step: Step, s: int, substeps: int, layout: Layout) -> None:
     """Carry the sensitivities over substep `s`: those so far through its transition, and what its stages add."""
-    extra, terms = step.start.shape[1], step.terms.shape[1]
+    extra, terms, at = step.start.shape[1], step.terms.shape[1], state_places(layout)
     if s == 0:
-        for i in range(5):
-            for k in range(5):
+        for i in range(at.total):
+            for k in range(at.total):
                 step.transition[i, k] = step.substep[i, k]
             for j in range(extra):
                 step.start[i, j] = 0.0
@@ -265,14 +266,14 @@ def _sensitivities(step: Step, s: int, substeps: int) -> None:
             for t in range(terms):
                 step.terms[i, t] = 0.0
     else:
-        _carried(step.substep, step.transition, step.moved)
-        _carried(step.substep, step.start, step.moved)
-        _carried(step.substep, step.end, step.moved)
-        _carried(step.substep, step.terms, step.moved)
+        _carried(step.substep, step.transition, step.moved, at.total)
+        _carried(step.substep, step.start, step.moved, at.total)
+        _carried(step.substep, step.end, step.moved, at.total)
+        _carried(step.substep, step.terms, step.moved, at.total)
     for n in range(4):
         fraction = (s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps
-        for i in range(5):
-            for r in range(3):
+        for i in range(at.total):
+            for r in range(at.moving):
                 passed = step.passed_on[n, i, r]
                 for j in range(extra):
                     step.start[i, j] += passed * (1.0 - fraction) * step.rates_u[n, r, j]
@@ -282,12 +283,14 @@ def _sensitivities(step: Step, s: int, substeps: int) -> None:
 
 
 @njit_inline
-def _carried(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
-    """The columns (5, K) after a step with `transition` (5, 5), in place."""
+def _carried(
+    transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64], count: int
+) -> None:
+    """The columns (n, K) after a step with `transition` (n, n), in place."""
     for k in range(columns.shape[1]):
-        for i in range(5):
+        for i in range(count):
             moved[i] = 0.0
-            for m in range(5):
+            for m in range(count):
                 moved[i] += transition[i, m] * columns[m, k]
-        for i in range(5):
+        for i in range(count):
             columns[i, k] = moved[i]

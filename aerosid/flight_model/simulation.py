@@ -1,4 +1,4 @@
-"""Fly an aerodynamic model on paper: trim it, drive it, add sensor noise, and return what a recorder would hold."""
+"""Simulated flights: trim, manoeuvre, sensor noise, and the log that a recorder would hold."""
 
 from __future__ import annotations
 
@@ -11,10 +11,16 @@ from scipy.optimize import root
 
 from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, state_vector
+from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS, evaluate, make_workspace
+from aerosid.flight_model.workspace import make_workspace
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
+
+ALTITUDE = 1500.0
+"""m; where a simulated manoeuvre begins."""
 
 SPEED_OF_SOUND = 340.29
 """m/s, where the simulated flight has no atmosphere of its own."""
@@ -59,21 +65,24 @@ def trim(
     EstimationError
         Where no trim exists within 0.6 rad of angle of attack and 1 rad of elevator.
     """
-    work = make_workspace(len(model.columns) - 8, model.table)
-    place = model.columns.index("delta_e")
-    positions = np.zeros((len(OUTPUTS), 3))
+    axes, places = model.axes, [model.axes.integrated.index(name) for name in ("u", "w", "q")]
+    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
+    place, thrust = model.columns.index("delta_e"), model.columns.index("thrust")
+    positions = np.zeros((len(axes.outputs), 3))
 
     inputs = input_row(model, density, 0.0, mass, speed_of_sound)
     for name, value in (further_inputs or {}).items():
         if name in model.columns:
             inputs[model.columns.index(name)] = value
 
+    values = np.array(model.values)  # the kernel is compiled for arrays that can be written
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, weights = unknown
-        inputs[1], inputs[place] = weights * mass * 9.80665, delta_e
-        x = np.array([airspeed * np.cos(alpha), airspeed * np.sin(alpha), 0.0, alpha, 0.0])
-        evaluate(x, inputs, model.values, model.table, model.constants, positions, work, False, False)
-        return np.array([work.rates[0], work.rates[1], work.rates[2]])
+        inputs[thrust], inputs[place] = weights * mass * GRAVITY, delta_e
+        x = level_state(model, airspeed, float(alpha))
+        evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
+        return work.rates[places]
 
     solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)
     alpha, delta_e, weights = (float(number) for number in solution.x)
@@ -84,7 +93,7 @@ def trim(
             f"no trim was found at {airspeed:g} m/s (the search ended at alpha {alpha:.3g} rad, delta_e {delta_e:.3g} "
             "rad); try another airspeed or density."
         )
-    return Trim(airspeed, alpha, delta_e, weights * mass * 9.80665)
+    return Trim(airspeed, alpha, delta_e, weights * mass * GRAVITY)
 
 
 def fly(
@@ -97,7 +106,6 @@ def fly(
     mass: float,
     noise: Mapping[str, float],
     seed: int,
-    altitude: float = 1500.0,
     further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
     name: str = "simulated",
 ) -> FlightLog:
@@ -129,15 +137,16 @@ def fly(
     for channel, values in (further_inputs or {}).items():
         inputs[:, model.columns.index(channel)] = values
     substeps = max(1, int(np.ceil(float(np.max(np.diff(time))) / 0.005 - 1e-9)))
-    extra = inputs.shape[1] - 8
-    empty = np.zeros((len(OUTPUTS), 3))
-    flight = Flight(time, inputs, np.zeros((0, 8)), empty, substeps, np.zeros(extra))
-    alpha = trimmed.alpha
-    start = np.array([trimmed.airspeed * np.cos(alpha), trimmed.airspeed * np.sin(alpha), 0.0, alpha, altitude])
+    rows = len(model.axes.outputs)
+    none, still = np.zeros((0, rows)), np.zeros((rows, 3))
+    flight = Flight(time, inputs, none, still, substeps, np.zeros(len(model.extra_columns)))
+    start = level_state(model, trimmed.airspeed, trimmed.alpha, ALTITUDE)
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")
-    truth = dict(zip(OUTPUTS, outputs.T, strict=True)) | {"delta_e": inputs[:, model.columns.index("delta_e")]}
+    truth = dict(zip(model.axes.outputs, outputs.T, strict=True)) | {
+        "delta_e": inputs[:, model.columns.index("delta_e")]
+    }
     generator = np.random.default_rng(seed)
     channels = {
         channel: truth[channel] + deviation * generator.standard_normal(time.size)
@@ -170,7 +179,12 @@ def steps(time: NDArray[np.float64], start: float, levels: list[tuple[float, flo
 def input_row(
     model: AerodynamicModel, density: float, thrust: float, mass: float, speed_of_sound: float = SPEED_OF_SOUND
 ) -> NDArray[np.float64]:
-    """The model's inputs of symmetric flight at one instant, (8 + E,), SI: all that is not given is zero."""
-    row = np.zeros(len(model.columns))
-    row[:4] = density, thrust, mass, speed_of_sound
-    return row
+    """The model's inputs of symmetric flight at one instant, (I,), SI: all that is not given is zero."""
+    given = dict(zip(ATMOSPHERE_AND_BODY, (density, thrust, mass, speed_of_sound), strict=True))
+    return np.array([given.get(name, 0.0) for name in model.columns])
+
+
+def level_state(model: AerodynamicModel, airspeed: float, alpha: float, altitude: float = 0.0) -> NDArray[np.float64]:
+    """The state (n,) of level flight at an airspeed [m/s], angle of attack [rad] and altitude [m]."""
+    motion = {"u": airspeed * np.cos(alpha), "w": airspeed * np.sin(alpha), "theta": alpha, "h": altitude}
+    return state_vector(model.axes, motion)

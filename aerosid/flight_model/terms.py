@@ -1,4 +1,4 @@
-"""Terms of the aerodynamic model: their grammar, and their values and slopes as tables for compiled code.
+"""Terms of the aerodynamic model: grammar, and values and slopes as tables for compiled code.
 
 A term is a product of powers of variables, such as `alpha^2`, `alpha*delta_e` or `pos(alpha - 0.2)^2`:
 
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit_inline
 from aerosid.errors import AircraftError
+from aerosid.flight_model.axes import LONGITUDINAL, Axes, input_columns_of, loads_of
 from aerosid.nomenclature import CHANNELS
 
 __all__ = [
@@ -45,16 +46,32 @@ __all__ = [
 
 Shape = Literal["plain", "abs", "pos"]
 
-COEFFICIENTS = ("C_X", "C_Z", "C_m", "C_L", "C_D")
-"""The force and moment coefficients that a term may add to, in the order of `TermTable.coefficient`."""
+COEFFICIENTS = loads_of(LONGITUDINAL)
+"""The force and moment coefficients that a term of a longitudinal model may add to."""
 
-VARIABLES = ("alpha", "q_hat", "V_hat", "alpha_dot_hat", "C_T", "mach")
-"""Slots of the kernel's array of variables that the flight model computes; the input columns follow them."""
+VARIABLES = (
+    "alpha",
+    "q_hat",
+    "V_hat",
+    "alpha_dot_hat",
+    "C_T",
+    "mach",
+    "beta",
+    "p_hat",
+    "r_hat",
+    "phi",
+    "p",
+    "r",
+)
+"""Slots of the kernel's array of variables that the flight model computes; the input columns follow them.
+
+Where a case measures one of them it is an input column, and terms take it from there.
+"""
 
 VARIABLE_COUNT = len(VARIABLES)
 
-INPUT_COLUMNS = ("rho", "thrust", "mass", "speed_of_sound", "phi", "p", "r", "beta")
-"""Leading columns of the kernel's array of inputs; the further channels that terms name follow them."""
+INPUT_COLUMNS = input_columns_of(LONGITUDINAL)
+"""Leading columns of the inputs of a longitudinal model; the further channels that terms name follow them."""
 
 _SHAPES: tuple[Shape, ...] = ("plain", "abs", "pos")
 _PRINTED_FIRST = ("alpha", "q_hat", "delta_e", "V_hat", "alpha_dot_hat", "C_T", "mach", "beta", "delta_f")
@@ -148,7 +165,7 @@ class TermTable(NamedTuple):
     Attributes
     ----------
     coefficient : int64[T]
-        Index in `COEFFICIENTS`.
+        Index in `loads_of` the case.
     first : int64[T + 1]
         Start of each term's factors.
     variable : int64[F]
@@ -209,17 +226,20 @@ def parse_term(text: str) -> Term:
         position += 1
 
 
-def input_columns(terms: Iterable[Term]) -> tuple[str, ...]:
-    """All columns of the kernel's inputs: `INPUT_COLUMNS`, then delta_e and the other channels that the terms need.
+def input_columns(terms: Iterable[Term], axes: Axes = LONGITUDINAL) -> tuple[str, ...]:
+    """All columns of the kernel's inputs: the leading ones, then delta_e and the other channels that the terms need.
 
     delta_e comes first, the others in order of appearance.
     """
-    known = {*INPUT_COLUMNS, *VARIABLES}
+    leading = input_columns_of(axes)
+    known = {*leading, *VARIABLES}
     needed = dict.fromkeys(factor.variable for term in terms for factor in term.factors if factor.variable not in known)
-    return *INPUT_COLUMNS, *sorted(needed, key=lambda name: name != "delta_e")
+    return *leading, *sorted(needed, key=lambda name: name != "delta_e")
 
 
-def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str]) -> TermTable:
+def build_table(
+    entries: Sequence[tuple[str, Term]], input_columns: Sequence[str], coefficients: Sequence[str] = COEFFICIENTS
+) -> TermTable:
     """The terms as arrays for compiled code.
 
     Parameters
@@ -227,7 +247,9 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
     entries
         Pairs of coefficient name and term, one a row of the table.
     input_columns
-        Names of all columns of the kernel's inputs, `INPUT_COLUMNS` first.
+        Names of all columns of the kernel's inputs, the leading ones first.
+    coefficients
+        Names of the coefficients that a term may add to.
 
     Raises
     ------
@@ -238,8 +260,8 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
     first = [0]
     factors: list[Factor] = []
     for coefficient, term in entries:
-        if coefficient not in COEFFICIENTS:
-            raise AircraftError(f"coefficient '{coefficient}' is unknown; expected one of {', '.join(COEFFICIENTS)}")
+        if coefficient not in coefficients:
+            raise AircraftError(f"coefficient '{coefficient}' is unknown; expected one of {', '.join(coefficients)}")
         for name in sorted(term.variables - slots.keys()):
             raise AircraftError(
                 f"term '{term}' of {coefficient} needs the channel {name}, which the log does not hold; "
@@ -250,7 +272,7 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
     variable = [slots[factor.variable] for factor in factors]
     shape = [_SHAPES.index(factor.shape) for factor in factors]
     shaped = dict.fromkeys((v, k, f.offset) for v, k, f in zip(variable, shape, factors, strict=True) if k)
-    one = len(slots)
+    one = len(VARIABLES) + len(input_columns)  # a measured variable stands among both
     bases = {base: one + 1 + n for n, base in enumerate(shaped)}
     products: dict[tuple[int, int], int] = {}
 
@@ -271,7 +293,7 @@ def build_table(entries: Sequence[tuple[str, Term]], input_columns: Sequence[str
         value.append(whole)
         reach.append(len(products))
     return TermTable(
-        coefficient=_whole(COEFFICIENTS.index(coefficient) for coefficient, _ in entries),
+        coefficient=_whole(coefficients.index(coefficient) for coefficient, _ in entries),
         first=_whole(first),
         variable=_whole(variable),
         shape=_whole(shape),

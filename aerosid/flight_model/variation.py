@@ -1,4 +1,4 @@
-"""Carry sensitivities along a simulated flight, two substeps of the state at a time.
+"""Variational equations over spans of two substeps: how sensitivities are propagated.
 
 The state moves without partial derivatives. These are evaluated at the start, in the middle and at the end of a span of
 two substeps; the variational equations dS/dt = F S + g then pass through two Runge-Kutta steps of their own, with F and
@@ -14,16 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.flight_model.longitudinal import Workspace
+from aerosid.flight_model.layout import Layout, state_count, state_places
 from aerosid.flight_model.sampling_interval import pass_on_through
+from aerosid.flight_model.workspace import Workspace
+
+NODES = 3
+"""Where partial derivatives are evaluated in a span: at its start, in the middle and at its end."""
 
 
 class Span(NamedTuple):
-    """What one span holds; E extra inputs, F free terms.
+    """What one span holds; n states, v of them moving, E extra inputs, F free terms.
 
-    `rates_x` (3, 5, 5), `rates_u` (3, 3, E) and `rates_p` (3, 3, F): partial derivatives at start, middle and end, of
-    the last two the rows u, w, q alone. `transition` (5, 5) of the span; `passed` (5, 5, 3): how a rate of u, w, q
-    added at each quarter moves the end. The rest is room to work, for each half.
+    `rates_x` (3, n, n), `rates_u` (3, v, E) and `rates_p` (3, v, F): partial derivatives at start, middle and end, of
+    the last two those of moving states alone. `transition` (n, n) of the span; `passed` (5, n, v): how a rate of a
+    moving state added at each quarter moves the end. The rest is room to work, for each half.
     """
 
     rates_x: NDArray[np.float64]
@@ -38,28 +42,30 @@ class Span(NamedTuple):
 
 
 @njit
-def make_span(extra_inputs: int, free: int) -> Span:
-    """A `Span` for `extra_inputs` inputs past the fixed ones and `free` terms."""
+def make_span(extra_inputs: int, free: int, layout: Layout) -> Span:
+    """A `Span` for `extra_inputs` inputs past the leading columns and `free` terms."""
+    n, moving = state_count(layout), state_places(layout).moving
     return Span(
-        np.zeros((3, 5, 5)),
-        np.zeros((3, 3, extra_inputs)),
-        np.zeros((3, 3, free)),
-        np.zeros((5, 5)),
-        np.zeros((5, 5, 3)),
-        np.zeros((2, 5, 5)),
-        np.zeros((2, 4, 5, 5)),
-        np.zeros((2, 5, 5)),
-        np.zeros((3, 3, 5)),
+        np.zeros((NODES, n, n)),
+        np.zeros((NODES, moving, extra_inputs)),
+        np.zeros((NODES, moving, free)),
+        np.zeros((n, n)),
+        np.zeros((2 * NODES - 1, n, moving)),
+        np.zeros((2, n, n)),
+        np.zeros((2, 4, n, n)),
+        np.zeros((2, n, n)),
+        np.zeros((NODES, moving, n)),
     )
 
 
 @njit_inline
-def note(work: Workspace, free: NDArray[np.int64], node: int, span: Span) -> None:
+def note(work: Workspace, free: NDArray[np.int64], node: int, span: Span, layout: Layout) -> None:
     """Keep the partial derivatives of an evaluation at start, middle or end (`node` 0, 1, 2) of the span."""
-    for i in range(5):
-        for k in range(5):
+    at = state_places(layout)
+    for i in range(at.total):
+        for k in range(at.coupled):
             span.rates_x[node, i, k] = work.rates_x[i, k]
-    for r in range(3):  # neither inputs nor terms act on theta and h directly
+    for r in range(at.moving):  # inputs and terms make forces and moments
         for j in range(span.rates_u.shape[2]):
             span.rates_u[node, r, j] = work.rates_u[r, j]
         for c in range(free.shape[0]):
@@ -67,82 +73,87 @@ def note(work: Workspace, free: NDArray[np.int64], node: int, span: Span) -> Non
 
 
 @njit_inline
-def cross(span: Span, length: float) -> None:
+def cross(span: Span, length: float, layout: Layout) -> None:
     """Work out `transition` and `passed` of a span of `length` s from what was noted at its three nodes."""
-    x, quarters = span.rates_x, span.quarters
-    for i in range(5):
-        for k in range(4):  # nothing depends on h
+    x, quarters, at, sizes = span.rates_x, span.quarters, state_places(layout), layout.sizes
+    for i in range(at.total):
+        for k in range(at.coupled):
             begin, middle, end = x[0, i, k], x[1, i, k], x[2, i, k]
             quarters[0, i, k] = 0.375 * begin + 0.75 * middle - 0.125 * end
             quarters[1, i, k] = 0.375 * end + 0.75 * middle - 0.125 * begin
     h = 0.5 * length
     first, second = span.halves_passed[0], span.halves_passed[1]
     onward, before = span.halves[1], span.halves[0]
-    pass_on_through(x[0], quarters[0], quarters[0], x[1], h, first, before)
-    pass_on_through(x[1], quarters[1], quarters[1], x[2], h, second, onward)
-    for i in range(5):
-        for r in range(3):
+    pass_on_through(x[0], quarters[0], quarters[0], x[1], h, first, before, sizes)
+    pass_on_through(x[1], quarters[1], quarters[1], x[2], h, second, onward, sizes)
+    for i in range(at.total):
+        for r in range(at.moving):
             first[1, i, r] += first[2, i, r]  # both middle stages stand at the same quarter
-    for i in range(5):
-        by_u, by_w, by_q, by_theta = onward[i, 0], onward[i, 1], onward[i, 2], onward[i, 3]
-        for k in range(4):
-            total = (by_u * before[0, k] + by_w * before[1, k]) + (by_q * before[2, k] + by_theta * before[3, k])
-            span.transition[i, k] = total + before[4, k] if i == 4 else total
-        span.transition[i, 4] = 1.0 if i == 4 else 0.0
-        for r in range(3):
+    for i in range(at.total):
+        for k in range(at.coupled):
+            total = onward[i, 0] * before[0, k]
+            for m in range(1, at.coupled):
+                total += onward[i, m] * before[m, k]
+            span.transition[i, k] = total + before[i, k] if i >= at.coupled else total
+        for k in range(at.coupled, at.total):
+            span.transition[i, k] = 1.0 if i == k else 0.0
+        for r in range(at.moving):
             for n in range(3):
-                m = n if n < 2 else 3
-                moved = (by_u * first[m, 0, r] + by_w * first[m, 1, r]) + (
-                    by_q * first[m, 2, r] + by_theta * first[m, 3, r]
-                )
-                span.passed[n, i, r] = moved + first[m, 4, r] if i == 4 else moved
+                stage = n if n < 2 else 3
+                moved = onward[i, 0] * first[stage, 0, r]
+                for m in range(1, at.coupled):
+                    moved += onward[i, m] * first[stage, m, r]
+                span.passed[n, i, r] = moved + first[stage, i, r] if i >= at.coupled else moved
             span.passed[2, i, r] += second[0, i, r]
             span.passed[3, i, r] = second[1, i, r] + second[2, i, r]
             span.passed[4, i, r] = second[3, i, r]
 
 
 @njit_inline
-def force_terms(span: Span, columns: NDArray[np.float64]) -> None:
-    """Add to the first F columns (5, M) what the free terms push over the span."""
-    for i in range(5):
-        for r in range(3):
+def force_terms(span: Span, columns: NDArray[np.float64], layout: Layout) -> None:
+    """Add to the first F columns (n, M) what the free terms push over the span."""
+    at = state_places(layout)
+    for i in range(at.total):
+        for r in range(at.moving):
             start, quarter, middle = span.passed[0, i, r], span.passed[1, i, r], span.passed[2, i, r]
             further, end = span.passed[3, i, r], span.passed[4, i, r]
             span.by_node[0, r, i] = start + 0.375 * quarter - 0.125 * further
             span.by_node[1, r, i] = middle + 0.75 * (quarter + further)
             span.by_node[2, r, i] = end + 0.375 * further - 0.125 * quarter
-    for r in range(3):
+    for r in range(at.moving):
         for c in range(span.rates_p.shape[2]):
             begin, middle, end = span.rates_p[0, r, c], span.rates_p[1, r, c], span.rates_p[2, r, c]
             if begin == 0.0 and middle == 0.0 and end == 0.0:
                 continue  # a term acts on one equation, seldom on two
-            for i in range(5):
+            for i in range(at.total):
                 columns[i, c] += (
                     span.by_node[0, r, i] * begin + span.by_node[1, r, i] * middle + span.by_node[2, r, i] * end
                 )
 
 
 @njit_inline
-def force_inputs(span: Span, fraction: float, share: float, first: int, columns: NDArray[np.float64]) -> None:
+def force_inputs(
+    span: Span, fraction: float, share: float, first: int, columns: NDArray[np.float64], layout: Layout
+) -> None:
     """Add what the extra inputs push over the span to the columns of their values at two samples.
 
-    Those of the sample before are columns `first` to `first` + E - 1 of `columns` (5, M), those of the sample after it
+    Those of the sample before are columns `first` to `first` + E - 1 of `columns` (n, M), those of the sample after it
     the next E. The span begins at a `fraction` of the interval between the samples and is a `share` of it.
     """
-    extra = span.rates_u.shape[2]
+    extra, at = span.rates_u.shape[2], state_places(layout)
     for j in range(extra):
-        for r in range(3):
+        for r in range(at.moving):
             begin, middle, end = span.rates_u[0, r, j], span.rates_u[1, r, j], span.rates_u[2, r, j]
             if begin == 0.0 and middle == 0.0 and end == 0.0:
                 continue
-            for n in range(5):
+            for n in range(2 * NODES - 1):
                 rate = begin if n == 0 else middle if n == 2 else end
                 if n == 1:
                     rate = 0.375 * begin + 0.75 * middle - 0.125 * end
                 elif n == 3:
                     rate = 0.375 * end + 0.75 * middle - 0.125 * begin
                 later = fraction + 0.25 * n * share
-                for i in range(5):
+                for i in range(at.total):
                     pushed = span.passed[n, i, r] * rate
                     columns[i, first + j] += (1.0 - later) * pushed
                     columns[i, first + extra + j] += later * pushed

@@ -1,9 +1,10 @@
-"""The measured manoeuvre: an immutable log in SI on one time base, that remembers where each channel came from."""
+"""The flight log: channels in SI on one time base, with the source of each."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -65,6 +66,14 @@ class FlightLog:
         The file as the user named it.
     sha256 : str
         SHA-256 of the file's bytes.
+    noise : mapping of str to float
+        Standard deviation of a channel's noise in `units`, where the channel map or the aircraft file gives it.
+    resolution : mapping of str to float
+        Its resolution, likewise.
+    channel_map, channel_map_sha256 : str
+        The channel map that the file was read with, and SHA-256 of its bytes; empty where none was needed.
+    holes : tuple of (float, float)
+        Last time before and first after each hole that cuts the record, s.
 
     Raises
     ------
@@ -81,6 +90,11 @@ class FlightLog:
     notes: tuple[str, ...] = ()
     path: str = ""
     sha256: str = ""
+    noise: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    channel_map: str = ""
+    channel_map_sha256: str = ""
+    holes: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -106,11 +120,14 @@ class FlightLog:
         object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "positions", MappingProxyType(dict(self.positions)))
+        object.__setattr__(self, "noise", MappingProxyType(dict(self.noise)))
+        object.__setattr__(self, "resolution", MappingProxyType(dict(self.resolution)))
 
     def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
         """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
         mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
-        return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256)
+        known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256, self.holes)
+        return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256, *known)
 
     def __contains__(self, name: object) -> bool:
         return name in self.channels
@@ -125,6 +142,11 @@ class FlightLog:
                 f"{self.path or self.name}: channel {name} is not in the log (it holds {held}); "
                 "add the column or map it in a channel map."
             ) from None
+
+    def __repr__(self) -> str:
+        """One line, however long the log: name, samples, span and channels."""
+        span = f"{self.time[0]:g} ... {self.time[-1]:g} s"
+        return f"<FlightLog {self.name}: {self.samples} samples, {span}, {', '.join(self.channels) or 'no channel'}>"
 
     @property
     def samples(self) -> int:
@@ -162,7 +184,67 @@ class FlightLog:
             time=self.time[keep],
             channels={name: values[keep] for name, values in self.channels.items()},
             notes=(*self.notes, note),
+            holes=tuple(hole for hole in self.holes if hole[0] >= low - 5e-10 and hole[1] <= high + 5e-10),
         )
+
+
+def stretches(log: FlightLog) -> tuple[FlightLog, ...]:
+    """The stretches of a log between its holes, in order of time; the log itself where it has none.
+
+    Parameters
+    ----------
+    log : FlightLog
+        As it was read.
+    """
+    if not log.holes:
+        return (log,)
+    edges = [0, *np.searchsorted(log.time, [after for _, after in log.holes]), log.samples]
+    spans = [(a, b) for a, b in pairwise(edges) if b - a > 1]
+    return tuple(
+        replace(log, time=log.time[a:b], channels={k: v[a:b] for k, v in log.channels.items()}, holes=())
+        for a, b in spans
+    )
+
+
+def longest_stretch(log: FlightLog) -> FlightLog:
+    """The longest stretch of a log without a hole, with a note on the others; the log itself where it has no hole.
+
+    Parameters
+    ----------
+    log : FlightLog
+        As it was read, or cut to a span.
+    """
+    parts = stretches(log)
+    if len(parts) == 1:
+        return parts[0]
+    longest = max(parts, key=lambda part: float(part.time[-1] - part.time[0]))
+    others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not longest)
+    note = (
+        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(parts)} stretches without "
+        f"a hole; the others: {others}; choose one by its span"
+    )
+    return replace(longest, notes=(*longest.notes, note))
+
+
+def with_fuel_used(log: FlightLog) -> FlightLog:
+    """The log with `fuel_used` [kg] integrated from `fuel_flow` [kg/s] since its beginning, where only that is held.
+
+    Done on reading, before anything is cut, so that a manoeuvre an hour into the flight knows what was burnt before.
+    """
+    if "fuel_flow" not in log or "fuel_used" in log:
+        return log
+    held = np.isfinite(log["fuel_flow"])
+    if np.count_nonzero(held) < 2:
+        return log
+    flow = np.interp(log.time, log.time[held], log["fuel_flow"][held])
+    used = np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * np.diff(log.time))])
+    return replace(
+        log,
+        channels={**log.channels, "fuel_used": used},
+        units={**log.units, "fuel_used": "kg"},
+        sources={**log.sources, "fuel_used": ChannelSource(("fuel_flow",), "kg")},
+        notes=(*log.notes, f"fuel_used: fuel_flow integrated since the beginning, {used[-1]:.4g} kg in all"),
+    )
 
 
 def _frozen(values: ArrayLike) -> FloatArray:

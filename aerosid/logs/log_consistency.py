@@ -1,4 +1,4 @@
-"""What two channels say about each other's unit and sign, with no aircraft model."""
+"""Pairwise checks of channels for unit and sign, without an aircraft model."""
 
 from __future__ import annotations
 

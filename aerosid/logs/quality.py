@@ -1,4 +1,4 @@
-"""Is the log good enough: sampling, gaps, spikes, stuck channels, noise, excitation, and what is missing."""
+"""Data quality: sampling, gaps, spikes, stuck channels, noise, excitation, missing channels."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerosid.logs.flight_log import FlightLog, FloatArray
+from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
+from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.nomenclature import CHANNELS
-from aerosid.signals.noise import estimate_noise
+from aerosid.notation import number
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
-SPIKE = 10.0  # noise standard deviations off both neighbours, and so many times what the neighbourhood does
 STUCK_SHARE = 0.2  # of the record without a change, in a channel that otherwise moves
 STUCK_SAMPLES = 20
-SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
 EXCITED = 3.0  # variation over noise
 WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
+MOST_RADIANS = {"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2}  # 99 % of the samples lie within
+MOST_DEFLECTION = 1.2  # rad, of any surface
 BANKED = math.radians(10.0)
 NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
 HELPFUL = ("theta", "a_x", "a_z")
@@ -44,9 +46,14 @@ class Problem(enum.Enum):
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
     SATURATED = "the channel is cut at its own extreme: check the sensor's range, or leave the channel out"
     COARSE = "the resolution is coarser than the noise: small effects drown in the steps"
+    NOISE_UNKNOWN = (
+        "its noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
+        "`resolution = ` for it in the channel map or the aircraft file"
+    )
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
+    DEGREES = "no aircraft turns so far: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
         "q rises where delta_e does, but positive is trailing edge down: correct one of the signs in a channel map"
@@ -54,7 +61,7 @@ class Problem(enum.Enum):
     LOAD_FACTOR = "a_z is not about -9.81 m/s^2 on the mean: check its unit, sign and offset (specific force, z down)"
 
 
-_BLOCKING = frozenset({Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
+_BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,10 @@ class ChannelQuality:
         Standard deviation of the white measurement noise.
     excitation : float
         Root-mean-square variation without the noise, over the noise; infinite without noise.
+    declared : bool
+        Whether the channel map or the aircraft file gives the noise.
+    doubt : str
+        Why the estimated noise is not to be believed; empty where it is.
     """
 
     name: str
@@ -120,6 +131,8 @@ class ChannelQuality:
     quantum: float
     noise: float
     excitation: float
+    declared: bool = False
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -210,7 +223,8 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     missing = 1.0 - held.size / values.size
     if held.size == 0:
         return ChannelQuality(name, unit, math.nan, math.nan, 1.0, 0, 0.0, 0.0, 0.0, 0.0)
-    noise = estimate_noise(log.time, values)
+    known = channel_noise(log, name)
+    noise = known.deviation
     variation = math.sqrt(max(float(np.var(held)) - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
@@ -220,71 +234,13 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
         float(held.max()),
         missing,
         int(spikes(values, noise).size),
-        _longest_stand(log.time[there], held),
-        _quantum(held),
+        longest_stand(log.time[there], held),
+        quantum(held),
         noise,
         excitation,
+        known.declared,
+        known.doubt,
     )
-
-
-def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Indices of single samples that stand off both neighbours on the same side.
-
-    Parameters
-    ----------
-    values : ndarray, shape (N,)
-        One channel; NaN where a sample is missing.
-    noise : float
-        Standard deviation of its noise.
-
-    Notes
-    -----
-    The smaller of the distances to the two neighbours counts. It must exceed the noise, the median of what the eight
-    samples around do, and a tenth of the channel's range, so that a peak of fast motion is no spike.
-    """
-    if values.size < 10 or not np.isfinite(values).any():
-        return np.empty(0, dtype=np.intp)
-    before, after = values[1:-1] - values[:-2], values[1:-1] - values[2:]
-    with np.errstate(invalid="ignore"):
-        height = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
-    low, high = np.nanpercentile(values, [0.5, 99.5])
-    candidates = np.flatnonzero(height > max(SPIKE * noise, 0.1 * float(high - low), 1e-12)) + 1
-    kept = []
-    for k in candidates:
-        around = np.concatenate([values[max(k - 5, 0) : k], values[k + 1 : k + 6]])
-        local = np.abs(np.diff(around))
-        local = local[np.isfinite(local)]
-        if local.size and height[k - 1] > SPIKE * float(np.median(local)):
-            kept.append(k)
-    return np.array(kept, dtype=np.intp)
-
-
-def _runs(values: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
-    """First and last index of each run of equal values."""
-    change = np.flatnonzero(np.diff(values) != 0.0)
-    return np.concatenate([[0], change + 1]), np.concatenate([change, [values.size - 1]])
-
-
-def _longest_stand(time: FloatArray, values: FloatArray) -> float:
-    """The longest time, s, over which the value does not change."""
-    first, last = _runs(values)
-    return float(np.max(time[last] - time[first]))
-
-
-def _quantum(values: FloatArray) -> float:
-    """The step that all values are multiples of, or 0.0 where there is none that shows.
-
-    Recorded numbers are rounded when printed, so multiples are only required within a few hundredths of the step.
-    """
-    levels = np.unique(values)
-    if levels.size < 3 or levels.size > values.size / 3:
-        return 0.0
-    distance = np.diff(levels)
-    # Two values that differ in their last printed digit are one level.
-    distance = distance[distance > 1e-3 * float(np.median(distance))]
-    step = float(distance.min())
-    multiple = distance / step
-    return step if bool(np.all(np.abs(multiple - np.round(multiple)) < 0.05 + 0.01 * multiple)) else 0.0
 
 
 def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
@@ -304,7 +260,9 @@ def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], un
     findings = []
     if gaps:
         start, length = max(gaps, key=lambda gap: gap[1])
-        detail = f"{len(gaps)} of more than {GAP:g} intervals, the longest {length:.3g} s after {start:.6g} s"
+        detail = (
+            f"{len(gaps)} of more than {GAP:g} intervals, the longest {number(length)} s after {number(start, 6)} s"
+        )
         findings.append(Finding(Problem.GAPS, "time", detail))
     if unevenness > UNEVEN:
         detail = f"intervals of {log.interval:.4g} s spread by {100.0 * unevenness:.3g} %"
@@ -320,40 +278,47 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     values = log[name]
     findings = []
     if channel.missing > 0.0:
-        findings.append(Finding(Problem.MISSING, name, f"{100.0 * channel.missing:.3g} %"))
+        findings.append(Finding(Problem.MISSING, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
-        times = ", ".join(f"{log.time[k]:.6g}" for k in spikes(values, channel.noise)[:3])
+        times = ", ".join(number(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
         more = " ..." if channel.spikes > 3 else ""
         findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
+    # Of a coarse channel at least the steps are known, and they are said below.
+    coarse = channel.quantum > 2.0 * channel.noise
+    if channel.doubt and not coarse:
+        findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
     if channel.minimum == channel.maximum:
-        return [*findings, Finding(Problem.CONSTANT, name, f"{channel.minimum:.4g} {channel.unit}")]
+        return [*findings, Finding(Problem.CONSTANT, name, f"{number(channel.minimum, 4)} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])
     if channel.stuck > max(STUCK_SHARE * duration, STUCK_SAMPLES * log.interval):
-        findings.append(Finding(Problem.STUCK, name, f"for {channel.stuck:.3g} s"))
-    elif cut := _cut_at(values):
-        findings.append(Finding(Problem.SATURATED, name, f"{cut:.4g} {channel.unit}"))
-    if channel.quantum > 2.0 * channel.noise:
-        findings.append(Finding(Problem.COARSE, name, f"steps of {channel.quantum:.3g} {channel.unit}"))
+        findings.append(Finding(Problem.STUCK, name, f"for {number(channel.stuck)} s"))
+    elif cut := cut_at(values):
+        findings.append(Finding(Problem.SATURATED, name, f"{number(cut, 4)} {channel.unit}"))
+    if coarse:
+        findings.append(Finding(Problem.COARSE, name, f"steps of {number(channel.quantum)} {channel.unit}"))
     if channel.excitation < EXCITED:
-        findings.append(Finding(Problem.WEAK, name, f"{channel.excitation:.2g} times"))
+        findings.append(Finding(Problem.WEAK, name, f"{number(channel.excitation, 2)} times"))
     return findings
 
 
-def _cut_at(values: FloatArray) -> float | None:
-    """The extreme at which a channel rests repeatedly and unlike at its other values, or None."""
-    held = values[np.isfinite(values)]
-    first, last = _runs(held)
-    length = last - first + 1
-    for extreme in (float(held.min()), float(held.max())):
-        here = held[first] == extreme
-        longest_here = int(length[here].max())
-        longest_elsewhere = int(length[~here].max(initial=1))
-        if longest_here >= SATURATED_SAMPLES and longest_here > 2 * longest_elsewhere:
-            return extreme
-    return None
+def degrees_findings(log: FlightLog) -> list[Finding]:
+    """The angles that no aircraft reaches in radians."""
+    return [
+        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
+        for name in log.channels
+        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+    ]
+
+
+def _most_radians(log: FlightLog, name: str) -> float:
+    """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
+    angle = name in MOST_RADIANS or name.startswith("delta_")
+    if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
+        return 0.0
+    return float(np.nanquantile(np.abs(log[name]), 0.99))
 
 
 def _motion_findings(log: FlightLog) -> list[Finding]:
@@ -363,6 +328,7 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
+    findings += degrees_findings(log)
     slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))

@@ -1,4 +1,4 @@
-"""The aircraft file's model with what was found written into it."""
+"""The completed aircraft file: the declared model with the findings in it."""
 
 from __future__ import annotations
 

@@ -1,59 +1,39 @@
-"""What a loop reports where the channels contradict each other: no aerodynamics are judged, and the report says why."""
+"""The result for recordings whose channels contradict each other."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
-from aerosid.compatibility import KinematicConsistency
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
-from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.result import (
-    ClosedLoop,
-    CorrelationMatrix,
-    DerivativeRow,
-    ErrorRow,
-    PrefilterNote,
-    Simulated,
-    Verdict,
-)
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.goodness import CorrelationMatrix
+from aerosid.loop.identification import Identification
+from aerosid.loop.model_error_pictures import PrefilterNote
+from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.nomenclature import CHANNELS
 
 
-def contradicted_loop(
-    identification: Sequence[FlightLog],
-    validation: Sequence[FlightLog],
-    aircraft: Aircraft,
-    declared: AerodynamicModel,
-    manoeuvres: Sequence[Manoeuvre],
-    agreement: KinematicConsistency,
-    seed: int,
-) -> ClosedLoop:
+def contradicted_loop(identified: Identification, aircraft: Aircraft, seed: int) -> ClosedLoop:
     """The result of a loop that stops: the declared model as it was, its errors, and what contradicts what.
 
-    Parameters
-    ----------
-    declared : AerodynamicModel
-        The declared model, simulated on each identification log; nothing is estimated but initial states.
-    manoeuvres : sequence of Manoeuvre
-        The identification logs.
-    agreement : KinematicConsistency
-        Its sentence becomes the summary.
+    Nothing is estimated but initial states; the sentence of the instruments' check becomes the summary.
     """
-    pairs = [_declared_alone(declared, manoeuvre) for manoeuvre in manoeuvres]
+    manoeuvres, agreement = identified.manoeuvres, identified.agreement
+    assert agreement is not None
+    pairs = [_declared_alone(identified.declared, manoeuvre) for manoeuvre in manoeuvres]
     return ClosedLoop(
         version=aerosid.__version__,
         seed=seed,
         aircraft=aircraft,
         completed_aircraft=aircraft,
-        identification=tuple(identification),
-        validation=tuple(validation),
+        identification=tuple(m.log for m in manoeuvres),
+        validation=tuple(m.log for m in identified.validation),
         verdict=Verdict.INCONSISTENT_DATA,
         summary=f"{agreement.sentence} The aerodynamics are not judged.",
         effects=(),
@@ -81,7 +61,7 @@ def _declared_alone(declared: AerodynamicModel, manoeuvre: Manoeuvre) -> tuple[S
     variance = np.where(np.isfinite(manoeuvre.noise), np.maximum(manoeuvre.noise, 1e-9), 1.0) ** 2
     response = respond(declared, manoeuvre, variance)
     absent = np.full(manoeuvre.flight.time.size, np.nan)
-    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
     nothing = dict.fromkeys(places, absent)
     simulated = Simulated(
         log=manoeuvre.log,

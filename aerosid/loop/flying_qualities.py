@@ -1,4 +1,4 @@
-"""Levels of flying qualities after MIL-F-8785C: short period and phugoid.
+"""Flying qualities after MIL-F-8785C: levels of short period and phugoid.
 
 The specification is an old one and no longer contractual, but every flight-test engineer knows its figures.
 """

@@ -1,22 +1,70 @@
-"""Say how good a completed estimate is: fit of every channel, whiteness, correlations, scatter between manoeuvres."""
+"""Goodness of fit: channels, whiteness, correlations, scatter between manoeuvres."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import frozen
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import Deviations
+from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine, whiten
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUTS
-from aerosid.loop.result import CorrelationMatrix, FitRow, InnovationRow, Simulated
+from aerosid.loop.open_loop_errors import Simulated
 from aerosid.signals.fit_statistics import explained_variance, theil, whiteness
+
+
+@dataclass(frozen=True)
+class FitRow:
+    """How well one channel of one log is simulated, by one of the variants `before`, `after`; None where it diverged.
+
+    `theil` is Theil's inequality coefficient, with the shares `bias`, `variance` and `covariance` of the mean square
+    error; `r2` the explained share of the measured variance; `autocorrelation` of the residual at the lags 0, 1, ...;
+    `whiteness` the p-value of Ljung and Box's test.
+    """
+
+    log: str
+    role: str
+    channel: str
+    variant: str
+    theil: float | None
+    bias: float | None
+    variance: float | None
+    covariance: float | None
+    r2: float | None
+    autocorrelation: tuple[float, ...]
+    whiteness: float | None
+
+
+@dataclass(frozen=True)
+class InnovationRow:
+    """The whitened residuals of one channel of an identification log, beside the completed model.
+
+    `ratio` of their root-mean-square to what the estimate took for noise; `autocorrelation` at the lags 0, 1, ...;
+    `whiteness` the p-value of Ljung and Box's test.
+    """
+
+    log: str
+    channel: str
+    ratio: float
+    autocorrelation: tuple[float, ...]
+    whiteness: float | None
+
+
+@dataclass(frozen=True)
+class CorrelationMatrix:
+    """Correlations of the estimated derivatives, from the covariance corrected for coloured residuals.
+
+    `parameters` name coefficient and term; `rows` one tuple a parameter.
+    """
+
+    parameters: tuple[str, ...]
+    rows: tuple[tuple[float, ...], ...]
 
 
 def fit_rows(simulated: Simulated) -> list[FitRow]:
@@ -53,7 +101,7 @@ def innovation_rows(completed: Refinement, manoeuvres: Sequence[Manoeuvre]) -> l
     rows = []
     for log, stretches in parts.items():
         residual = np.concatenate(stretches)
-        for i, channel in enumerate(OUTPUTS):
+        for i, channel in enumerate(manoeuvres[log].axes.outputs):
             if channel not in manoeuvres[log].outputs:
                 continue
             white = whiteness(residual[:, i])

@@ -1,8 +1,8 @@
-"""Modes, control anticipation and elevator step of the declared and the completed model, with their deviations."""
+"""Linear analysis: modes, control anticipation and elevator step, with standard deviations."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
-from aerosid.flight_model.longitudinal import GRAVITY
 from aerosid.flight_model.modes import PHUGOID, SHORT_PERIOD, longitudinal_modes
 from aerosid.loop.flying_qualities import (
     Requirement,
@@ -22,7 +22,80 @@ from aerosid.loop.flying_qualities import (
     phugoid_level,
     short_period_level,
 )
-from aerosid.loop.result import LinearRow, ModeRow, Parameter
+from aerosid.loop.quantity import Parameter
+
+
+@dataclass(frozen=True)
+class ModeRow:
+    """One mode of a linear model.
+
+    `name` is short_period, phugoid, third_oscillatory, real_root_1 or real_root_2; `numbers` holds those of frequency
+    (undamped, natural), damping, period, time_to_half and time_to_double that the mode has.
+    """
+
+    name: str
+    numbers: Mapping[str, Parameter]
+
+
+@dataclass(frozen=True)
+class LinearRow:
+    """A model linearised at level flight, its modes, flying qualities and elevator step.
+
+    Attributes
+    ----------
+    model : str
+        declared or completed.
+    airspeed, density, mass : float
+        The condition: the mean of the first identification log; m/s, kg/m^3, kg.
+    trim : mapping of str to Parameter
+        alpha, delta_e, thrust of level flight.
+    inputs : tuple of str
+        The I controls.
+    A : ndarray, shape (4, 4)
+        d(rates)/d(u, w, q, theta), SI.
+    B : ndarray, shape (4, I)
+        d(rates)/d(controls), SI.
+    modes : tuple of ModeRow
+        The fastest first.
+    qualities : mapping of str to Parameter
+        n_alpha and, where there is a short period, cap.
+    category, aircraft_class : str
+        What the levels were judged for (MIL-F-8785C).
+    short_period_level, phugoid_level : int or None
+        1 to 3, 4 where worse; None where there is no such mode. Of a short period that has become a divergence, that
+        of the divergence.
+    short_period_level_range : (int, int) or None
+        Best and worst level within two deviations; None where the deviations are unknown.
+    step_size : float
+        Of the elevator step, rad.
+    step_time : ndarray, shape (N,)
+        s.
+    step : mapping of str to ndarray, shape (N,)
+        Deviations of V, alpha, q and theta from trim after the step, SI.
+    step_deviation : mapping of str to ndarray, shape (N,)
+        Standard deviations of these; empty where unknown.
+    """
+
+    model: str
+    airspeed: float
+    density: float
+    mass: float
+    trim: Mapping[str, Parameter]
+    inputs: tuple[str, ...]
+    A: FloatArray
+    B: FloatArray
+    modes: tuple[ModeRow, ...]
+    qualities: Mapping[str, Parameter]
+    category: str
+    aircraft_class: str
+    short_period_level: int | None
+    short_period_level_range: tuple[int, int] | None
+    phugoid_level: int | None
+    step_size: float
+    step_time: FloatArray
+    step: Mapping[str, FloatArray]
+    step_deviation: Mapping[str, FloatArray]
+
 
 FloatArray = NDArray[np.float64]
 
@@ -86,7 +159,7 @@ def condition_of(manoeuvre: Manoeuvre) -> FlightCondition:
     mean = dict(zip(manoeuvre.columns, manoeuvre.flight.inputs.mean(axis=0).tolist(), strict=True))
     lateral = ("rho", "thrust", "mass", "speed_of_sound", "phi", "p", "r", "beta", "delta_e")
     return FlightCondition(
-        airspeed=float(np.nanmean(manoeuvre.flight.measured[:, 0])),
+        airspeed=float(np.nanmean(manoeuvre.measured("V"))),
         density=mean["rho"],
         mass=mean["mass"],
         speed_of_sound=mean["speed_of_sound"],

@@ -1,17 +1,32 @@
-"""Judge a loop: whether what was found explains the flight, in one word and one sentence."""
+"""The verdict of a loop in one word and one sentence."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 
 import numpy as np
 
-from aerosid.estimation.evidence import unexplained_channels
+from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.loop.result import Effect, ErrorRow, Verdict
+from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.notation import number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.refutation import cannot_follow
+
+
+class Verdict(Enum):
+    """The outcome of a loop; each value is a sentence for a person."""
+
+    EXPLAINED = "The named effects explain what the declared model lacks, down to the measurement noise."
+    PARTLY_EXPLAINED = "The named effects are there, but more is missing than they explain."
+    UNEXPLAINED = "The declared model is wrong, and nothing in the library explains how."
+    NOTHING_MISSING = "With its derivatives re-estimated the declared model explains the flight down to the noise."
+    NOT_EXCITED = "The manoeuvre does not excite the aircraft enough to show anything."
+    INCONSISTENT_DATA = "The measured channels contradict one another; no aerodynamic model can follow them all."
 
 
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
@@ -50,11 +65,23 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     pairs = [
         (row.before / row.noise, row.after / row.noise)
         for row in errors
-        if row.role == role and row.before is not None and row.after is not None and row.noise > 0.0
+        if row.role == role
+        and row.before is not None
+        and row.after is not None
+        and row.noise > 0.0
+        and not row.noise_doubt
     ]
+    unknown = list(dict.fromkeys(row.channel for row in errors if row.role == role and row.noise_doubt))
     if pairs:
         before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
-        sentence += f" Median error on the {role} flight: {before:.3g} times the noise before, {after:.3g} after."
+        sentence += (
+            f" Median error on the {role} flight: {number(before)} times the noise before, {number(after)} after."
+        )
+    if unknown:
+        sentence += (
+            f" The noise of {', '.join(unknown)} cannot be estimated from the log (filtered, interpolated or repeated "
+            "samples): nothing is said in units of it."
+        )
     return sentence
 
 
@@ -74,7 +101,7 @@ def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
         channels = ", ".join(f"{name} ({memory:.2f})" for place, name, memory in coloured if place == log)
         sentences.append(
             f"{log}: the noise of {channels} is coloured (correlation of neighbouring samples): it counts as noise and "
-            "not as something that is missing, and the deviations allow for it."
+            "not as something that is missing, and the standard errors allow for it."
         )
     return sentences
 
@@ -82,9 +109,9 @@ def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
 def _named(effect: Effect) -> str:
     """An effect with its number, as a person writes it."""
     if effect.kind == "aero_term":
-        return f"{effect.where} {effect.term} = {effect.value:.4g} ± {effect.std_error:.2g}"
+        return f"{effect.where} {effect.term} = {with_deviation(effect.value, effect.std_error)}"
     unit = "" if effect.unit == "1" else f" {effect.unit}"
     moment = "" if effect.time is None else f" at {effect.time:.2f} s"
-    words = effect.kind.replace("_", " ")
+    words = KINDS[effect.kind].words if effect.kind in KINDS else f"a {effect.kind.replace('_', ' ')}"
     place = f" of {effect.where}" if effect.where else ""
-    return f"a {words}{place}{moment} ({effect.value:.4g} ± {effect.std_error:.2g}{unit})"
+    return f"{words}{place}{moment} ({with_deviation(effect.value, effect.std_error)}{unit})"

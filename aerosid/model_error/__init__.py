@@ -1,4 +1,4 @@
-"""Estimation of deterministic model error d(t) by invariant embedding (Parameswaran & Raol 1994), on plain arrays.
+"""Deterministic model error d(t) by invariant embedding (Parameswaran & Raol 1994), on plain arrays.
 
 | module | what it gives |
 |---|---|

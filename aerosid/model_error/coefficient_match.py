@@ -1,4 +1,4 @@
-"""The coefficients as the sensors measured them beside those of the model: how much of their variance is explained."""
+"""Measured coefficients against those of the model: explained variance."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import ACCELERATIONS, LONGITUDINAL, coupled_of, input_columns_of, loads_of
+from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight, coefficients_along
-from aerosid.flight_model.longitudinal import OUTPUTS, Constants
-from aerosid.flight_model.terms import COEFFICIENTS
 from aerosid.model_error.aircraft_error import measured_motion
 from aerosid.model_error.paper_chain import ChainSettings, Fed, feed
 from aerosid.signals import prefilter
@@ -53,7 +53,7 @@ def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> lis
     fed = feed(manoeuvre, ChainSettings())
     pairs = [_pair(model, effects, manoeuvre, fed) for model, effects in (before, after)]
     rows = []
-    for i, name in enumerate(("C_X", "C_Z", "C_m")):
+    for i, name in enumerate(LONGITUDINAL.coefficients):
         # Both models are judged on the same samples: a correction may not reach the ends of the record.
         held = np.all([np.isfinite(part[:, i]) for pair in pairs for part in pair], axis=0)
         if held.sum() < 10:
@@ -83,7 +83,7 @@ class Corrected:
     model : AerodynamicModel
     flight : Flight
         The smooth channels, corrected for the sensors' faults, and the inputs that act.
-    states : ndarray, shape (N, 5)
+    states : ndarray, shape (N, n)
         u, w, q, theta, h.
     """
 
@@ -102,12 +102,13 @@ class Corrected:
             return prefilter.apply(fed.butterworth, time, values)
 
         measured = fed.flight.measured.copy()
-        for i in range(4, 7):  # the accelerations, which do not enter the chain
+        for i in (manoeuvre.row(name) for name in manoeuvre.axes.outputs if name in ACCELERATIONS):
+            # They do not enter the chain, which has not filtered them.
             if np.isfinite(measured[:, i]).any():
                 measured[:, i] = smooth(measured[:, i])
         for active in reversed(effects):
             if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
-                i = OUTPUTS.index(active.effect.where)
+                i = manoeuvre.row(active.effect.where)
                 measured[:, i] = active.effect.corrected(time, measured[:, i], active.numbers)
         flight, _ = acting_flight(model, manoeuvre, effects)
         inputs = np.column_stack([smooth(column) for column in flight.inputs.T])
@@ -128,52 +129,62 @@ class Corrected:
     def modelled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """C_X, C_Z, C_m (N, 3) with these values of the model's entries."""
         found = _modelled(self.model, values, self.flight, self.states)
+        pitch = LONGITUDINAL.coefficients.index("C_m")
         if not _has_q_dot(self.flight):
             # The difference of q over two intervals is the mean of q_dot between: the model's moment is averaged alike.
-            middles = 0.5 * (found[1:, 2] + found[:-1, 2])
-            found[:, 2] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
+            middles = 0.5 * (found[1:, pitch] + found[:-1, pitch])
+            found[:, pitch] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
         return found
 
 
+def _seen(flight: Flight, output: str) -> NDArray[np.float64]:
+    """The samples (N,) of an output of the longitudinal case."""
+    return flight.measured[:, LONGITUDINAL.outputs.index(output)]
+
+
 def _has_q_dot(flight: Flight) -> bool:
-    return bool(np.isfinite(flight.measured[:, 6]).any())
+    return bool(np.isfinite(_seen(flight, "q_dot")).any())
 
 
 def _modelled(
     model: AerodynamicModel, values: NDArray[np.float64], flight: Flight, states: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
-    known = np.isfinite(states[:, :4].sum(axis=1))
-    found = coefficients_along(np.where(np.isnan(states), 1.0, states), flight, values, model.table, model.constants)
-    alpha = np.arctan2(states[:, 1], states[:, 0])
-    lift, drag = found[:, COEFFICIENTS.index("C_L")], found[:, COEFFICIENTS.index("C_D")]
-    c_x = found[:, 0] + lift * np.sin(alpha) - drag * np.cos(alpha)
-    c_z = found[:, 1] - lift * np.cos(alpha) - drag * np.sin(alpha)
-    return np.where(known[:, None], np.column_stack([c_x, c_z, found[:, 2]]), np.nan)
+    motion = dict(zip(LONGITUDINAL.integrated, states.T, strict=True))
+    known = np.isfinite(sum(motion[name] for name in coupled_of(LONGITUDINAL)))
+    found = coefficients_along(
+        np.where(np.isnan(states), 1.0, states), flight, np.array(values), model.table, model.constants
+    )
+    alpha = np.arctan2(motion["w"], motion["u"])
+    c = dict(zip(loads_of(LONGITUDINAL), found.T, strict=True))
+    c_x = c["C_X"] + c["C_L"] * np.sin(alpha) - c["C_D"] * np.cos(alpha)
+    c_z = c["C_Z"] - c["C_L"] * np.cos(alpha) - c["C_D"] * np.sin(alpha)
+    return np.where(known[:, None], np.column_stack([c_x, c_z, c["C_m"]]), np.nan)
 
 
 def _states(flight: Flight) -> NDArray[np.float64]:
-    """u, w, q, theta, h (N, 5) as measured; NaN where V, alpha or q is missing.
+    """u, w, q, theta, h (N, n) as measured; NaN where V, alpha or q is missing.
 
     Attitude enters no coefficient but by alphadot, height none but by the ground: without their channels the flight is
     level and its height unknown.
     """
-    motion, alpha = measured_motion(flight)
-    motion[:, 3] = np.where(np.isnan(motion[:, 3]), alpha, motion[:, 3])
-    return np.column_stack([motion, flight.measured[:, 7]])
+    measured, alpha, _ = measured_motion(flight)
+    motion = dict(zip(coupled_of(LONGITUDINAL), measured.T, strict=True)) | {"h": _seen(flight, "h")}
+    motion["theta"] = np.where(np.isnan(motion["theta"]), alpha, motion["theta"])
+    return np.column_stack([motion[name] for name in LONGITUDINAL.integrated])
 
 
 def _measured(flight: Flight, constants: Constants) -> NDArray[np.float64]:
     """C_X, C_Z, C_m (N, 3) from the smooth sensors, NaN where one is missing."""
-    density, thrust, mass = flight.inputs[:, 0], flight.inputs[:, 1], flight.inputs[:, 2]
-    speed, q = flight.measured[:, 0], flight.measured[:, 2]
-    p, r = flight.inputs[:, 5], flight.inputs[:, 6]
+    columns = dict(zip(input_columns_of(LONGITUDINAL), flight.inputs.T, strict=False))
+    density, thrust, mass, p, r = (columns[name] for name in ("rho", "thrust", "mass", "p", "r"))
+    speed, q = _seen(flight, "V"), _seen(flight, "q")
     force = 0.5 * density * speed**2 * constants.wing_area
-    q_dot = flight.measured[:, 6] if _has_q_dot(flight) else np.gradient(q, flight.time)
-    x_x, x_y, x_z = flight.positions[4]
-    z_x, z_y, z_z = flight.positions[5]
-    a_x = flight.measured[:, 4] + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z
-    a_z = flight.measured[:, 5] - (p * r - q_dot) * z_x - q * r * z_y + (p**2 + q**2) * z_z
+    q_dot = _seen(flight, "q_dot") if _has_q_dot(flight) else np.gradient(q, flight.time)
+    x_x, x_y, x_z = flight.positions[LONGITUDINAL.outputs.index("a_x")]
+    z_x, z_y, z_z = flight.positions[LONGITUDINAL.outputs.index("a_z")]
+    a_x = _seen(flight, "a_x") + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z
+    a_z = _seen(flight, "a_z") - (p * r - q_dot) * z_x - q * r * z_y + (p**2 + q**2) * z_z
     thrust_x = thrust * np.cos(constants.thrust_incidence)
     thrust_z = -thrust * np.sin(constants.thrust_incidence)
     return np.column_stack(

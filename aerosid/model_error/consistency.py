@@ -1,4 +1,7 @@
-"""Do the weights fit the data? Likelihood of the innovations, covariance constraint, and weights chosen by either."""
+"""Consistency of the weights: likelihood of the innovations, covariance constraint, choice of weights.
+
+Likelihood of the innovations, covariance constraint, and weights chosen by either.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.compiled import njit
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.invariant_embedding import StepWork, cholesky, predict_riccati, read_map, step_map, step_work
+from aerosid.model_error.invariant_embedding import predict_riccati
+from aerosid.model_error.step_map import read_map, step_map
+from aerosid.model_error.step_work import StepWork, cholesky, step_work
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]

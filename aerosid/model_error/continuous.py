@@ -19,9 +19,10 @@ from aerosid.model_error.functions import (
     model_functions,
 )
 from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.invariant_embedding import StepWork, estimator_step, step_work
+from aerosid.model_error.invariant_embedding import estimator_step
 from aerosid.model_error.records import Records, as_records
 from aerosid.model_error.residuals import multiply, weigh_sample, weigh_step
+from aerosid.model_error.step_work import StepWork, step_work
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.errors import EstimationError
 from aerosid.model_error.functions import Function, ModelFunctions, StepFunction, call_driver, model_functions
 from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.invariant_embedding import StepWork, measurement_update, predict_riccati, step_work
+from aerosid.model_error.invariant_embedding import measurement_update, predict_riccati
 from aerosid.model_error.records import Records, as_records
 from aerosid.model_error.residuals import weigh_sample
+from aerosid.model_error.step_work import StepWork, step_work
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ from aerosid.errors import EstimationError
 from aerosid.model_error.continuous import run_continuous
 from aerosid.model_error.discrete import run_discrete
 from aerosid.model_error.functions import ModelFunctions, model_functions
-from aerosid.model_error.invariant_embedding import step_work
 from aerosid.model_error.records import Records, as_records
+from aerosid.model_error.step_work import step_work
 from aerosid.model_error.sweeps import sweep_continuous, sweep_discrete
 from aerosid.model_error.weights import Weights
 

@@ -1,4 +1,4 @@
-"""Estimate the model error d(t) of a flight in the coefficients of force and moment, with its standard deviation.
+"""d(t) of the coefficients by fixed-interval smoothing, with its standard deviation.
 
 The fixed-interval solution: every sample of the record speaks for every moment, so that d(t) does not lag. All outputs
 take part for what they are: accelerometers and q_dot see the forces of d(t) directly, the others through the motion.
@@ -109,7 +109,7 @@ def smooth_forces(
     values = np.array(model.values)
     places = [1 + refinement.free.index(entry) for entry in lacking]
     sizes = np.array([refinement.model.value(entry) for entry in lacking])
-    offsets = [model.columns.index(offset_column(name)) - 8 for name in coefficients]
+    offsets = [model.extra_place(offset_column(name)) for name in coefficients]
     flights = [
         next(iter(likelihood.traced(n, values, state, effects, whole=True)))
         for n, state in enumerate(refinement.states)
@@ -126,11 +126,12 @@ def smooth_forces(
     covariance = np.nan_to_num(refinement.covariance, posinf=0.0)
     histories = []
     for n, (part, columns, interval) in enumerate(zip(flights, asked, intervals, strict=True)):
-        first = len(refinement.free) + 5 * n
+        states = refinement.states[n].size
+        first = len(refinement.free) + states * n
         samples, extra = columns.shape[0], part.noise.variance.size
         errors, variances = np.zeros((samples, extra, columns.shape[2])), np.zeros((samples, extra))
         noise = _with_forces(part.noise, offsets, tuple(coefficients), numbers, interval)
-        of_state = covariance[first : first + 5, first : first + 5]
+        of_state = covariance[first : first + states, first : first + states]
         smooth_inputs(
             part.held,
             np.ascontiguousarray(columns),

@@ -1,4 +1,4 @@
-"""How the given model functions are called: Python functions as they are, numba-compiled ones inside compiled loops.
+"""Model functions given by the user: Python functions as they are, compiled ones inside compiled loops.
 
 An estimator's driver is written once. It receives four functions of fixed signature,
 
@@ -21,6 +21,7 @@ import numpy as np
 from numba.extending import is_jitted, register_jitable
 from numpy.typing import NDArray
 
+from aerosid.compiled import njit_for
 from aerosid.errors import UsageError
 
 Array = NDArray[np.float64]
@@ -191,7 +192,7 @@ def _compiled_differences(f: Function, size: int, scale: tuple[float, ...]) -> F
 
 @functools.cache
 def _compile(driver: Callable[..., Any], signature: tuple[Any, ...]) -> Callable[..., Any]:
-    return cast(Callable[..., Any], numba.njit(signature, cache=True, error_model="numpy", nogil=True)(driver))
+    return njit_for(driver, signature)
 
 
 def call_driver(driver: Callable[..., int], functions: ModelFunctions, *arguments: Any) -> int:

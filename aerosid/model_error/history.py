@@ -1,4 +1,4 @@
-"""What a model error estimator returns: states, model error and Riccati matrix over the record."""
+"""The result of a model-error estimator: states, model error and Riccati matrix over the record."""
 
 from __future__ import annotations
 

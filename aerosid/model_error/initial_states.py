@@ -1,4 +1,4 @@
-"""Poor initial states: run backward from the improved end and forward again, or declare them unknown."""
+"""Poorly known initial states: forward and backward passes, or states declared unknown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's chain on flight logs: prefilter, model error d(t), screening by correlation, recursive least squares.
+"""The chain of the paper on flight logs: prefilter, d(t), correlation, recursive least squares.
 
 Parameswaran & Raol 1994, section 3.3. The derivatives that it gives stand beside the refined ones, and every verdict
 on a term shows the d(t) that the term was seen in.
@@ -15,17 +15,13 @@ from numpy.typing import NDArray
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import Axes, coupled_of, fed_of, moving_of
 from aerosid.flight_model.flight import Flight
-from aerosid.model_error.aircraft_error import STATE_COUNT, AircraftError, estimate_aircraft_error, measured_states
+from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error, measured_states
 from aerosid.signals import prefilter
 from aerosid.signals.least_squares import recursive_least_squares
 from aerosid.signals.prefilter import Butterworth, CutOff
 from aerosid.signals.residual_covariance import coloured_covariance_groups
-
-EQUATION = {"C_X": 0, "C_D": 0, "C_Z": 1, "C_L": 1, "C_m": 2}
-"""The state equation (u, w, q) in which a coefficient acts first."""
-
-_FED = ("V", "alpha", "q", "theta")
 
 
 @dataclass(frozen=True)
@@ -43,24 +39,25 @@ class ChainSettings:
     tolerance : float
         Share of a standard error below which a further pass changes nothing.
     error_density : tuple of float or None
-        Q2^-1 of the u, w, q, theta equations, set by the user; None: from the log.
+        Q2^-1 of the equations of the coupled states, set by the user; None: from the log.
     """
 
     filtering: str = "zero-phase"
     order: int = 4
     iterations: int = 10
     tolerance: float = 0.02
-    error_density: tuple[float, float, float, float] | None = None
+    error_density: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Fed:
-    """The channels as they enter the recursion, and the variance of their noise there (4,)."""
+    """The channels as they enter the recursion, and the noise variance there (c,) of those in `fed_of` the case."""
 
     flight: Flight
     variance: NDArray[np.float64]
     cut_off: CutOff | None
     butterworth: Butterworth | None
+    axes: Axes
 
 
 @dataclass(frozen=True)
@@ -77,7 +74,7 @@ class Chain:
         Corrected for coloured residuals.
     fed : tuple of Fed
         The channels that entered, one a log.
-    error_density : ndarray, shape (4,)
+    error_density : ndarray, shape (c,)
         Q2^-1 that was used.
     """
 
@@ -93,17 +90,18 @@ def feed(manoeuvre: Manoeuvre, settings: ChainSettings) -> Fed:
 
     The measurement weight is that of the filtered data: the noise's standard deviation times the filter's gain on it.
     """
-    flight = manoeuvre.flight
-    noise = {name: float(manoeuvre.noise[i]) for i, name in enumerate(_FED)}
+    flight, names = manoeuvre.flight, fed_of(manoeuvre.axes)
+    places = {name: manoeuvre.row(name) for name in names}
+    noise = {name: float(manoeuvre.noise[i]) for name, i in places.items()}
     variance = np.array([value**2 if np.isfinite(value) else 1.0 for value in noise.values()])
     spread = np.array(
-        [np.nanstd(flight.measured[:, i]) if np.isfinite(noise[name]) else 1.0 for i, name in enumerate(_FED)]
+        [np.nanstd(flight.measured[:, i]) if np.isfinite(noise[name]) else 1.0 for name, i in places.items()]
     )
     variance = np.maximum(variance, (1e-4 * spread) ** 2 + 1e-20)
     if settings.filtering == "off":
-        return Fed(flight, variance, None, None)
-    channels = {name: flight.measured[:, i] for i, name in enumerate(_FED) if np.isfinite(noise[name])}
-    inputs = {name: flight.inputs[:, 8 + j] for j, name in enumerate(manoeuvre.columns[8:])}
+        return Fed(flight, variance, None, None, manoeuvre.axes)
+    channels = {name: flight.measured[:, i] for name, i in places.items() if np.isfinite(noise[name])}
+    inputs = dict(zip(manoeuvre.extra_columns, manoeuvre.extra_inputs.T, strict=True))
     cut_off = prefilter.choose_cut_off(
         flight.time,
         {**channels, **inputs},
@@ -111,10 +109,10 @@ def feed(manoeuvre: Manoeuvre, settings: ChainSettings) -> Fed:
         inputs=tuple(inputs),
     )
     if cut_off.cut_off_hz is None:
-        return Fed(flight, variance, cut_off, None)
+        return Fed(flight, variance, cut_off, None, manoeuvre.axes)
     butterworth = Butterworth(settings.order, cut_off.cut_off_hz, settings.filtering == "zero-phase")
     measured = flight.measured.copy()
-    for i, name in enumerate(_FED):
+    for name, i in places.items():
         if name in channels:
             measured[:, i] = prefilter.apply(butterworth, flight.time, measured[:, i])
     driving = flight.inputs.copy()
@@ -122,7 +120,8 @@ def feed(manoeuvre: Manoeuvre, settings: ChainSettings) -> Fed:
         if np.ptp(driving[:, j]) > 0.0:
             driving[:, j] = prefilter.apply(butterworth, flight.time, driving[:, j])
     gain = prefilter.noise_gain(butterworth, float(np.median(np.diff(flight.time))))
-    return Fed(flight._replace(measured=measured, inputs=driving), variance * gain**2, cut_off, butterworth)
+    filtered = flight._replace(measured=measured, inputs=driving)
+    return Fed(filtered, variance * gain**2, cut_off, butterworth, manoeuvre.axes)
 
 
 def run_chain(
@@ -142,7 +141,7 @@ def run_chain(
         All are regressed jointly.
     entries : sequence of Entry
         What is estimated.
-    near : ndarray, shape (4,), optional
+    near : ndarray, shape (c,), optional
         Density of the model error from which the likeliest one is sought: that of a similar structure.
 
     Raises
@@ -177,7 +176,7 @@ def choose_error_density(
     settings: ChainSettings,
     near: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    """Q2^-1 of the u, w, q and theta equations, (4,): the user's, or the most likely one on the unfiltered channels.
+    """Q2^-1 of the coupled states' equations, (c,): the user's, or the most likely one on the unfiltered channels.
 
     One factor is sought, from 1e-10 to 1 by half decades, on densities in proportion to the mean square of the
     measured state rates in each equation: a model error as large as the motion itself, forgotten within a sample, is
@@ -217,11 +216,11 @@ def choose_error_density(
 
 
 def _rate_power(part: Fed) -> NDArray[np.float64]:
-    """Mean square of the measured state rates times the sampling interval, (4,); none for theta."""
-    measured, _ = measured_states(part.flight, part.variance)
+    """Mean square of the measured state rates times the sampling interval, (c,); none for attitude."""
+    measured = measured_states(part.flight, part.variance, part.axes).states
     interval = float(np.median(np.diff(part.flight.time)))
-    power = np.zeros(STATE_COUNT)
-    for i in range(3):
+    power = np.zeros(len(coupled_of(part.axes)))
+    for i in range(len(moving_of(part.axes))):
         held = np.isfinite(measured[:, i])
         # Over a quarter of a second the noise no longer dominates the difference.
         stride = max(1, round(0.25 / interval))
@@ -236,16 +235,17 @@ def _stack(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Regressors, target and weights of all equations of all logs, in the order of time within each log."""
     rows, targets, weights = [], [], []
-    scale = np.sqrt(np.nanmean(np.concatenate([h.d[:, :3] ** 2 for h in histories]), axis=0)) + 1e-12
+    moving, states = histories[0].rate_per_unit.shape[1], histories[0].d.shape[1]
+    scale = np.sqrt(np.nanmean(np.concatenate([h.d[:, :moving] ** 2 for h in histories]), axis=0)) + 1e-12
     for n, history in enumerate(histories):
         samples = history.d.shape[0]
-        block = np.zeros((samples, 3, places.size + STATE_COUNT * len(histories)))
-        block[:, :, : places.size] = history.responded[:, :3, places]
-        first = places.size + STATE_COUNT * n
-        block[:, :, first : first + STATE_COUNT] = history.initial[:, :3, :]
-        rows.append(block.reshape(samples * 3, -1))
-        targets.append(history.d[:, :3].reshape(-1))
-        weights.append(np.broadcast_to(scale**-2, (samples, 3)).reshape(-1))
+        block = np.zeros((samples, moving, places.size + states * len(histories)))
+        block[:, :, : places.size] = history.responded[:, :moving, places]
+        first = places.size + states * n
+        block[:, :, first : first + states] = history.initial[:, :moving, :]
+        rows.append(block.reshape(samples * moving, -1))
+        targets.append(history.d[:, :moving].reshape(-1))
+        weights.append(np.broadcast_to(scale**-2, (samples, moving)).reshape(-1))
     return np.concatenate(rows), np.concatenate(targets), np.concatenate(weights)
 
 
@@ -259,9 +259,10 @@ def _std_errors(
     groups = []
     start = 0
     for history in histories:
-        stop = start + 3 * history.d.shape[0]
-        for i in range(3):
-            part = slice(start + i, stop, 3)
+        moving = history.rate_per_unit.shape[1]
+        stop = start + moving * history.d.shape[0]
+        for i in range(moving):
+            part = slice(start + i, stop, moving)
             held = np.isfinite(residual[part])
             groups.append((regressors[part][held], residual[part][held], float(weights[start + i])))
         start = stop

@@ -1,4 +1,4 @@
-"""The arrays of a record as the compiled drivers take them: checked, contiguous, writable copies."""
+"""Records as the compiled drivers take them: checked, contiguous, writable copies."""
 
 from __future__ import annotations
 

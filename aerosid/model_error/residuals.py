@@ -1,4 +1,7 @@
-"""Residuals with their weights, as the recursions need them: at a sample, and over a step. Missing samples drop out."""
+"""Weighted residuals at a sample and over a step; missing samples drop out.
+
+Missing samples drop out.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a candidate model error would have become: the same operator on candidates as on the measurements.
+"""Response of the estimator to a candidate: the same operator on candidates as on measurements.
 
 The estimator answers a model error with a delay and a loss that its weights decide. A coefficient found by regressing
 d^ on the candidate itself carries both. Regressed on the candidate's response, the d^ that this very estimator (same
@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.compiled import njit
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.invariant_embedding import StepWork, gain_step, information, step_work, transition_step
+from aerosid.model_error.invariant_embedding import gain_step, information
+from aerosid.model_error.step_map import transition_step
+from aerosid.model_error.step_work import StepWork, step_work
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Correlate the model error d(t) with candidate terms, equation by equation: the paper's table 3, on any flight."""
+"""Correlation screening of d(t) with candidate terms: the paper's table 3, on any flight."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.axes import EQUATION, MOTION, equation_of, loads_of, moving_of
 from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
 from aerosid.model_error.force_history import ErrorHistory
-from aerosid.model_error.paper_chain import EQUATION, Chain, ChainSettings, Fed, choose_error_density
+from aerosid.model_error.paper_chain import Chain, ChainSettings, Fed, choose_error_density
 from aerosid.signals import prefilter
 from aerosid.signals.correlation import correlation
 from aerosid.signals.prefilter import Butterworth
@@ -90,7 +91,7 @@ def screen(
     gains = {score.hypothesis.entries[0]: score for score in scores if score.hypothesis.entries}
     declared = model.indices(chain.entries)
     rows = []
-    for equation in range(3):
+    for equation in range(len(moving_of(model.axes))):
         target, held = _joined(histories, equation)
         known = np.column_stack(
             [
@@ -101,7 +102,7 @@ def screen(
         basis = _orthonormal(known)
         left = target - basis @ (basis.T @ target)
         for entry in candidates:
-            if EQUATION[entry[0]] != equation:
+            if equation_of(model.axes, entry[0]) != equation:
                 continue
             place = model.index(entry)
             column = np.concatenate([h.responded[:, equation, place] for h in histories])[held]
@@ -137,7 +138,7 @@ def error_histories(
     One history per log and equation, d in units of the coefficient; and for each chosen term the correlation of what
     the other chosen terms leave of d with its own picture in d.
     """
-    places = chain.model.indices(chosen)
+    axes, places = chain.model.axes, chain.model.indices(chosen)
     values = chain.model.values.copy()
     coefficients = values[places]
     values[places] = 0.0
@@ -148,14 +149,16 @@ def error_histories(
     ]
     rows: list[ErrorHistory] = []
     for manoeuvre, history in zip(manoeuvres, histories, strict=True):
-        for equation in range(3):
-            names = [entry for entry in chosen if EQUATION[entry[0]] == equation]
+        for equation, state in enumerate(moving_of(axes)):
+            names = [entry for entry in chosen if equation_of(axes, entry[0]) == equation]
             picture = history.responded[:, equation, :][:, places] @ coefficients
             d = history.d[:, equation]
             held = np.isfinite(d)
-            sign = -1.0 if any(entry[0] in ("C_D", "C_L") for entry in chain.entries) and equation < 2 else 1.0
-            unit = sign * history.rate_per_unit[:, equation]
-            name = {0: "C_D" if sign < 0 else "C_X", 1: "C_L" if sign < 0 else "C_Z", 2: "C_m"}[equation]
+            acting = [name for name in loads_of(axes) if EQUATION[name] == state]
+            wind = [name for name in acting if name in axes.wind_axes]
+            turned = bool(wind) and any(entry[0] in axes.wind_axes for entry in chain.entries)
+            name = wind[0] if turned else acting[0]
+            unit = (-1.0 if turned else 1.0) * history.rate_per_unit[:, equation]
             rows.append(
                 ErrorHistory(
                     log=manoeuvre.log.name,
@@ -169,7 +172,7 @@ def error_histories(
             )
     correlations = {}
     for n, entry in enumerate(chosen):
-        equation = EQUATION[entry[0]]
+        equation = equation_of(axes, entry[0])
         target, held = _joined(histories, equation)
         columns = np.concatenate([h.responded[:, equation, :][:, places] for h in histories])[held]
         others = np.delete(np.arange(len(chosen)), n)
@@ -207,7 +210,7 @@ def regressor_pictures(
     ]
     pictures = []
     for entry in (*chosen, *rivals):
-        equation = EQUATION[entry[0]]
+        equation = equation_of(lacking.axes, entry[0])
         left, held = _joined(histories, equation)
         columns = np.concatenate([h.responded[:, equation, :] for h in histories])[held]
         unit = np.concatenate([h.rate_per_unit[:, equation] for h in histories])[held]
@@ -221,11 +224,11 @@ def regressor_pictures(
 def closest_rivals(rows: Sequence[ScreeningRow], candidates: Sequence[Entry]) -> tuple[Entry, ...]:
     """Of each equation, the first candidate in the order of the rows that did not enter the model."""
     entries = {(coefficient, str(term)): (coefficient, term) for coefficient, term in candidates}
-    first: dict[int, Entry] = {}
+    first: dict[str, Entry] = {}
     for row in rows:
         if not row.chosen and (row.coefficient, row.term) in entries:
             first.setdefault(EQUATION[row.coefficient], entries[row.coefficient, row.term])
-    return tuple(first[equation] for equation in sorted(first))
+    return tuple(first[state] for state in MOTION if state in first)
 
 
 def _regressor(

@@ -1,4 +1,4 @@
-"""The whole chain while flying: estimate, causal digital filter, recursive least squares; one sample in, results out.
+"""Streaming estimator: d(t), causal prefilter and recursive least squares, sample by sample.
 
 What comes out at a sample is what the batch recursions give there: `estimate_continuous`, `respond` on the candidates
 at its states, one causal filter on d^ and on the responses alike, and `recursive_least_squares`.

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit
 from aerosid.model_error.invariant_embedding import (
-    StepWork,
     costate_step,
     measurement_update,
     predict_riccati,
     read_response,
     riccati_step,
     start_from,
-    step_map,
 )
 from aerosid.model_error.residuals import multiply, weigh_sample, weigh_step
+from aerosid.model_error.step_map import step_map
+from aerosid.model_error.step_work import StepWork
 
 Array = NDArray[np.float64]
 

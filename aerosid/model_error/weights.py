@@ -1,4 +1,4 @@
-"""Weights of the criterion J, how they follow from covariances, and the factor 2 settled once.
+"""Weights of the criterion J, their relation to covariances, and the factor 2 settled once.
 
 The criterion is J = int (y - h)' Q1 (y - h) + d' Q2 d dt + (1/2) (x(0) - x0)' S0^-1 (x(0) - x0).
 
@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import UsageError
-from aerosid.model_error.invariant_embedding import read_map, step_map, step_work
+from aerosid.model_error.step_map import read_map, step_map
+from aerosid.model_error.step_work import step_work
 
 Array = NDArray[np.float64]
 

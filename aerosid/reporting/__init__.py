@@ -5,9 +5,10 @@ templates/, and `figures` what it shows; `page` makes report.html of it and `pap
 in place at once.
 """
 
-from aerosid.reporting.console import print_summary
+from aerosid.reporting.console import print_next_flight, print_summary
 from aerosid.reporting.page import report_html
-from aerosid.reporting.result_schema import ResultFile, result_file
+from aerosid.reporting.result_json import result_file
+from aerosid.reporting.result_schema import ResultFile
 from aerosid.reporting.writing import write_report
 
-__all__ = ["ResultFile", "print_summary", "report_html", "result_file", "write_report"]
+__all__ = ["ResultFile", "print_next_flight", "print_summary", "report_html", "result_file", "write_report"]

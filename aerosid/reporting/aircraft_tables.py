@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from aerosid.aircraft import Aircraft, warnings_about
+from aerosid.notation import plain
 
 
 def print_aircraft(aircraft: Aircraft, console: Console) -> None:
@@ -24,15 +25,15 @@ def print_aircraft(aircraft: Aircraft, console: Console) -> None:
         table.add_column(heading, justify="right")
     table.add_column("estimated")
     for entry in aircraft.derivatives:
-        sigma = "" if entry.sigma is None else f"{entry.sigma:.4g}"
+        sigma = "" if entry.sigma is None else plain(entry.sigma, 4)
         estimated = "no, fixed" if entry.fixed else "yes"
-        table.add_row(entry.coefficient, str(entry.term), f"{entry.value:.6g}", sigma, estimated)
+        table.add_row(entry.coefficient, str(entry.term), plain(entry.value), sigma, estimated)
     console.print(table)
     for effect in aircraft.effects:
-        numbers = [] if effect.value is None else [f"{effect.value:.6g}"]
-        numbers += [f"{name} = {number:.6g}" for name, number in effect.parameters.items()]
+        numbers = [] if effect.value is None else [plain(effect.value)]
+        numbers += [f"{name} = {plain(number)}" for name, number in effect.parameters.items()]
         place = f" {effect.where}" if effect.where else ""
-        console.print(f"  declared effect: {effect.kind}{place} {', '.join(numbers)}".rstrip())
+        console.print(f"  declared effect: {effect.kind.replace('_', ' ')}{place} {', '.join(numbers)}".rstrip())
     for coefficient, terms in aircraft.candidates.items():
         console.print(f"  candidates for {coefficient}: {', '.join(str(term) for term in terms)}")
     warnings = warnings_about(aircraft)
@@ -51,7 +52,7 @@ def print_aircraft_list(craft: Iterable[Aircraft], console: Console) -> None:
         table.add_column(heading, justify="right")
     for aircraft in craft:
         coefficients = " ".join(aircraft.coefficients)
-        sizes = (f"{size:g}" for size in (aircraft.mass, aircraft.wing_area, aircraft.mean_chord))
+        sizes = (plain(size) for size in (aircraft.mass, aircraft.wing_area, aircraft.mean_chord))
         table.add_row(aircraft.path, aircraft.name, coefficients, *sizes)
     console.print(table)
 
@@ -60,16 +61,16 @@ def _reference(aircraft: Aircraft) -> list[tuple[str, str, str]]:
     """Reference values with their units, and what takes their place where they are not given."""
 
     def given(value: float | None, otherwise: str) -> str:
-        return otherwise if value is None else f"{value:g}"
+        return otherwise if value is None else plain(value)
 
     return [
-        ("wing area", f"{aircraft.wing_area:g}", "m^2"),
-        ("mean chord", f"{aircraft.mean_chord:g}", "m"),
-        ("mass", f"{aircraft.mass:g}", "kg (a mass channel wins)"),
-        ("I_yy", f"{aircraft.I_yy:g}", "kg m^2"),
+        ("wing area", plain(aircraft.wing_area), "m^2"),
+        ("mean chord", plain(aircraft.mean_chord), "m"),
+        ("mass", plain(aircraft.mass), "kg (a mass channel wins)"),
+        ("I_yy", plain(aircraft.I_yy), "kg m^2"),
         ("airspeed U0", given(aircraft.airspeed, "the log's"), "m/s" if aircraft.airspeed is not None else ""),
         ("air density", given(aircraft.density, "from the log"), "kg/m^3" if aircraft.density is not None else ""),
         ("thrust", given(aircraft.thrust, "from the log"), "N" if aircraft.thrust is not None else ""),
-        ("thrust incidence", f"{aircraft.thrust_incidence:g}", "rad"),
-        ("thrust line below the centre of gravity", f"{aircraft.thrust_z_arm:g}", "m"),
+        ("thrust incidence", plain(aircraft.thrust_incidence), "rad"),
+        ("thrust line below the centre of gravity", plain(aircraft.thrust_z_arm), "m"),
     ]

@@ -8,8 +8,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, NextFlight, Verdict
-from aerosid.reporting.words import MISSING, effect_sentence, number, p_value, ratio, shown_unit, with_deviation
+from aerosid.loop.effect_rows import Effect
+from aerosid.loop.next_flight.planned_flight import NextFlight
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
+from aerosid.notation import MISSING, number, p_value, with_deviation
+from aerosid.reporting.prose import in_words
+from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
 _STYLES = {
     Verdict.EXPLAINED: "bold green",
@@ -31,18 +37,22 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     console : Console
         Where to. Texts from files are printed as they are, never read as markup.
     """
-    console.print(Text(result.verdict.name.lower(), style=_STYLES[result.verdict]))
-    console.print(Text(result.summary), soft_wrap=True)
+    console.print(Text(result.verdict.name.lower().replace("_", " "), style=_STYLES[result.verdict]))
+    console.print(Text(in_words(result.summary)), soft_wrap=True)
     if result.effects:
         console.print(_effects("What the declared model lacks", result.effects))
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
-    if result.next_flight is not None:
-        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
         console.print(_errors(log, role, [row for row in result.errors if (row.log, row.role) == (log, role)]))
+
+
+def print_next_flight(result: ClosedLoop, console: Console) -> None:
+    """Prints what to fly next, where something is left to decide."""
+    if result.next_flight is not None:
+        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
@@ -55,7 +65,7 @@ def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
 
 
 def _effects(title: str, effects: Sequence[Effect]) -> Table:
-    table = _table(title, ("", "effect"), ("value", "unit", "p", "validation"))
+    table = _table(title, ("", "effect"), ("value ± standard error", "unit", "p-value", "error ratio on validation"))
     for effect in effects:
         gain = effect.evidence.validation_gain
         sentence = effect_sentence(effect) + (f", in place of {effect.instead_of}" if effect.instead_of else "")
@@ -67,7 +77,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             p_value(effect.evidence.p_value),
             MISSING if gain is None else f"{number(gain, 2)}×",
         )
-        table.add_row(*map(Text, cells))
+        table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
 
 
@@ -86,7 +96,9 @@ def _next_flight(ahead: NextFlight) -> str:
 
 
 def _derivatives(result: ClosedLoop) -> Table:
-    table = _table("Derivatives", ("", "term"), ("declared", "re-estimated", "completed model", "correlation"))
+    table = _table(
+        "Derivatives", ("", "term"), ("declared", "re-estimated", "completed ± standard error", "largest correlation")
+    )
     for row in result.derivatives:
         estimate = with_deviation(row.value, row.std_error)
         cells = (
@@ -103,7 +115,7 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
     used = "not used for the fit" if role == "validation" else "used for the fit"
-    title = f"Error of {log} ({role}: {used}), measured - simulated, root-mean-square"
+    title = f"Error of {log} ({role}: {used}), root-mean-square of measured minus simulated"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
         numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)

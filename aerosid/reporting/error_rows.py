@@ -6,7 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.result import ErrorRow
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.notation import SUPERSCRIPTS
+
+MOST_TICKS = 3
+"""Spaces between the numbers of the scale: more would touch one another."""
 
 
 def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:
@@ -20,7 +24,8 @@ def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:
     """Where errors stand on a line from the noise (1) to the largest multiple of it, in per cent of its length."""
-    multiples = [value / row.noise for row in rows for value in (row.before, row.after) if value and row.noise > 0.0]
+    known = [row for row in rows if row.noise > 0.0 and not row.noise_doubt]
+    multiples = [value / row.noise for row in known for value in (row.before, row.after) if value]
     decades = max(1.0, math.log10(max(multiples, default=10.0)))
 
     def place(value: float | None, noise: float) -> float | None:
@@ -28,4 +33,11 @@ def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:
             return None
         return round(100.0 * min(max(math.log10(value / noise) / decades, 0.0), 1.0), 1)
 
-    return {"place": place, "ticks": [(f"{10**k}×", round(100.0 * k / decades, 1)) for k in range(int(decades) + 1)]}
+    step = -(-int(decades) // MOST_TICKS) or 1
+    powers = range(0, int(decades) + 1, step)
+    return {"place": place, "ticks": [(_power(k), round(100.0 * k / decades, 1)) for k in powers]}
+
+
+def _power(exponent: int) -> str:
+    """A power of ten as a multiple."""
+    return f"{10**exponent}×" if exponent < 4 else f"10{str(exponent).translate(SUPERSCRIPTS)}×"

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from aerosid.loop.result import ClosedLoop, ErrorRow, Verdict
-from aerosid.reporting.words import effect_name, number, shown_unit
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
+from aerosid.notation import listed, number
+from aerosid.reporting.words import effect_name, shown_unit
 
 DECISIONS = {
     Verdict.EXPLAINED: "Decide whether the declared model gives way to completed_aircraft.toml. "
@@ -64,7 +67,7 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
         yield f"These manoeuvres cannot tell {effect_name(effect)} from {effect.instead_of or 'what was chosen'}."
     hidden = [f"{row.coefficient} {row.term}" for row in result.derivatives if not row.shown]
     if hidden:
-        yield f"The flights hold too little information on {_listed(hidden)}."
+        yield f"The flights hold too little information on {listed(hidden)}."
     for log in dict.fromkeys(row.log for row in result.errors):
         rows = [row for row in result.errors if row.log == log]
         yield from _left_over(log, rows)
@@ -78,14 +81,15 @@ def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
     shifted = [row for row in rows if row.after and row.trimmed is not None and row.after > _ABOVE_NOISE * row.trimmed]
     if shifted:
         yield (
-            f"On {log} the error of {_listed([_change(row, row.after, row.trimmed) for row in shifted])} when the "
+            f"On {log} the error of {listed([_change(row, row.after, row.trimmed) for row in shifted])} when the "
             "constants of the coefficients are re-estimated on it: its trim, centre of gravity or instrument zeros "
             "differ from those of the fitted flights."
         )
-    above = [row for row in rows if _rest(row) is not None and (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
+    known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
+    above = [row for row in known if (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
     if above:
         times = [f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" for row in above]
-        yield f"On {log} the error stays above the measurement noise in {_listed(times)}."
+        yield f"On {log} the error stays above the measurement noise in {listed(times)}."
 
 
 def _rest(row: ErrorRow) -> float | None:
@@ -96,8 +100,3 @@ def _change(row: ErrorRow, start: float | None, end: float | None) -> str:
     unit = shown_unit(row.unit)
     first, last = (number(None if value is None else value * unit.factor, 2) for value in (start, end))
     return f"{row.channel} falls from {first} to {last} {unit.text}".rstrip()
-
-
-def _listed(items: Sequence[str]) -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"

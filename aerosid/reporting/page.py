@@ -11,6 +11,7 @@ from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.scripts import content_policy, page_scripts
 from aerosid.reporting.sections import SECTIONS, Section
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
+from aerosid.reporting.title_block import title_block
 
 
 def report_html(result: ClosedLoop, report: Report | None = None, *, interactive: bool = True) -> str:
@@ -39,6 +40,8 @@ def report_html(result: ClosedLoop, report: Report | None = None, *, interactive
         .render(
             result=result,
             parts=report.parts,
+            title=report.title,
+            facts=report.facts,
             style=page_style(),
             scripts=[script.element for script in scripts],
             policy=content_policy(scripts),
@@ -52,10 +55,14 @@ class Report:
 
     parts: tuple[tuple[Section, Markup], ...]
     figures: tuple[Figure, ...]
+    title: Markup
+    """The title block."""
+    facts: tuple[tuple[str, str], ...]
+    """Of the title block, what the head of the page repeats."""
 
 
 def compose(result: ClosedLoop) -> Report:
-    """Every section that the result has something for."""
+    """The title block, and every section that the result has something for."""
     figures = FigureBook()
     parts = []
     for section in SECTIONS:
@@ -65,4 +72,7 @@ def compose(result: ClosedLoop) -> Report:
                 page_environment(REPORT_TEMPLATES).get_template(f"{section.name}.html").render(result=result, **context)
             )
             parts.append((section, Markup(body)))  # safe: rendered with autoescape
-    return Report(tuple(parts), tuple(figures.figures))
+    block = title_block(result)
+    title = page_environment(REPORT_TEMPLATES).get_template("title_block.html").render(block=block)
+    facts = tuple((name, text) for name, text in block["run"] if name in ("Date", "Analyst"))
+    return Report(tuple(parts), tuple(figures.figures), Markup(title), facts)  # safe: rendered with autoescape

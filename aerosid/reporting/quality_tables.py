@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from typing import Any
+
 from rich.console import Console
 from rich.table import Table
 
-from aerosid.compatibility import InstrumentFinding, KinematicConsistency
+from aerosid.compatibility import Agreement, InstrumentFinding, KinematicConsistency
 from aerosid.logs.quality import LogQuality
+from aerosid.manoeuvres import FlightSegmentation
+from aerosid.notation import number, p_value, plain, with_deviation
+from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 
 
 def print_quality(quality: LogQuality, console: Console) -> None:
-    """Prints one log's sampling, its channels, and what to do about what is wrong.
+    """Prints one log's sampling, its channels, and what to do about what is wrong; the verdict is `closing_sentence`.
 
     Parameters
     ----------
@@ -28,25 +35,22 @@ def print_quality(quality: LogQuality, console: Console) -> None:
         table.add_row(
             channel.name,
             channel.unit,
-            f"{channel.minimum:.4g}",
-            f"{channel.maximum:.4g}",
-            f"{100.0 * channel.missing:.3g} %" if channel.missing else "",
+            number(channel.minimum, 4),
+            number(channel.maximum, 4),
+            f"{number(100.0 * channel.missing)} %" if channel.missing else "",
             str(channel.spikes or ""),
-            f"{channel.stuck:.3g}",
-            f"{channel.quantum:.2g}" if channel.quantum else "",
-            f"{channel.noise:.2g}",
-            f"{channel.excitation:.3g}",
+            number(channel.stuck),
+            number(channel.quantum, 2) if channel.quantum else "",
+            number(channel.noise, 2),
+            number(channel.excitation),
         )
     console.print(table)
-    console.print(
-        f"{quality.samples} samples from {quality.start:g} to {quality.stop:g} s, every {quality.interval:.4g} s."
-    )
+    span = f"from {plain(quality.start)} to {plain(quality.stop)} s"
+    console.print(f"{quality.samples} samples {span}, every {number(quality.interval, 4)} s.")
     for note in quality.notes:
         console.print(f"read: {note}", soft_wrap=True)
     for finding in quality.findings:
         console.print(f"{'needed' if finding.blocking else 'note'}: {finding}", soft_wrap=True)
-    verdict = "can be used" if quality.usable else "cannot be used"
-    console.print(f"The log {verdict} by close-loop.\n")
 
 
 def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
@@ -65,10 +69,12 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     if agreement.findings:
         console.print(_findings(agreement))
     for gust in agreement.air:
-        console.print(f"The air moves along body {gust.axis}: {gust.sigma:.2g} m/s over {gust.length:.3g} m.")
+        console.print(
+            f"Turbulence: sigma_{gust.axis} = {number(gust.sigma, 2)} m/s, scale length {number(gust.length, 2)} m."
+        )
     if not agreement.channels:
         return
-    table = Table(title="measured - integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
+    table = Table(title="measured minus integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
     table.add_column("channel")
     table.add_column("unit")
     for heading in ("as recorded", "corrected", "noise"):
@@ -76,8 +82,15 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     table.add_column("what is left")
     for row in agreement.channels:
         left = "white" if row.white else "coloured"
-        table.add_row(row.channel, row.unit, f"{row.before:.3g}", f"{row.after:.3g}", f"{row.noise:.2g}", left)
+        table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
+    if worse := [row for row in agreement.channels if row.after > 1.02 * row.before]:
+        listed = ", ".join(f"{row.channel} of {row.log}" for row in worse)
+        console.print(
+            f"note: {listed} fits less well corrected than as recorded: the corrections are those that all channels "
+            "together make likeliest, each weighed by its own noise and colour, and these channels pay for the others.",
+            soft_wrap=True,
+        )
     for note in agreement.notes:
         console.print(f"note: {note}", soft_wrap=True)
 
@@ -87,7 +100,7 @@ def _findings(agreement: KinematicConsistency) -> Table:
     table = Table(title="Instruments, from kinematics alone", title_justify="left")
     table.add_column("what is wrong")
     table.add_column("where")
-    for heading in ("value", "deviation", "unit", "p"):
+    for heading in ("value ± standard error", "unit", "p-value"):
         table.add_column(heading, justify="right")
     groups = {group[0]: group[1:] for group in agreement.inseparable}
     for finding in agreement.findings:
@@ -99,5 +112,83 @@ def _findings(agreement: KinematicConsistency) -> Table:
 
 def _add_finding(table: Table, finding: InstrumentFinding, before: str) -> None:
     where = f"{finding.where} along {finding.axis}" if finding.axis else finding.where
-    numbers = (f"{finding.value:.4g}", f"{finding.std_error:.2g}", finding.unit, f"{finding.p_value:.1g}")
+    numbers = (with_deviation(finding.value, finding.std_error), finding.unit, p_value(finding.p_value))
     table.add_row(f"{before}{finding.kind.replace('_', ' ')}", where, *numbers)
+
+
+def closing_sentence(
+    quality: LogQuality,
+    agreement: KinematicConsistency | None,
+    whole_flight: str | None,
+    impossible: Sequence[str] = (),
+) -> tuple[str, bool]:
+    """The one verdict on a log, and whether close-loop can use it.
+
+    Parameters
+    ----------
+    quality : LogQuality
+    agreement : KinematicConsistency or None
+        What kinematics say of its instruments; None where that was not or could not be checked.
+    whole_flight : str or None
+        What to do with it where it is a whole flight.
+    impossible : sequence of str
+        Findings that cannot be.
+    """
+    lacking = [str(finding) for finding in quality.findings if finding.blocking]
+    if whole_flight is not None:
+        return f"The log cannot be used by close-loop as it is. {whole_flight}", False
+    if lacking:
+        return f"The log cannot be used by close-loop: {' '.join(lacking)}", False
+    if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
+        what = "correct units, signs and columns in the channel map, or choose another span"
+        return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False
+    if impossible:
+        return "The log can be used by close-loop; do not take over the sensor position that cannot be.", True
+    if agreement is not None and agreement.verdict is Agreement.CORRECTED:
+        return "The log can be used by close-loop, which looks for the instrument faults named here as well.", True
+    return "The log can be used by close-loop.", True
+
+
+def lively_sentence(found: FlightSegmentation) -> str:
+    """Where a log's lively stretches are, those that are no manoeuvre with the reason."""
+    parts = [f"{entry.start:.1f} to {entry.stop:.1f} s {KIND_WORDS[entry.kind]}" for entry in found.dynamic]
+    parts += [f"{entry.start:.1f} to {entry.stop:.1f} s ({entry.reason})" for entry in found.rejected]
+    return f"Lively: {', '.join(parts)}." if parts else ""
+
+
+def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) -> dict[str, Any]:
+    """What `check --json` says of one log, SI."""
+    return {
+        "log": quality.name,
+        "path": quality.path,
+        "samples": quality.samples,
+        "start": round(quality.start, 6),
+        "stop": round(quality.stop, 6),
+        "interval": float(f"{quality.interval:.7g}"),
+        "gaps": [[round(at, 6), round(length, 6)] for at, length in quality.gaps],
+        "channels": [
+            {
+                "name": channel.name,
+                "unit": channel.unit,
+                "minimum": _finite(channel.minimum),
+                "maximum": _finite(channel.maximum),
+                "missing": _finite(channel.missing),
+                "spikes": channel.spikes,
+                "stuck": _finite(channel.stuck),
+                "resolution": _finite(channel.quantum),
+                "noise": _finite(channel.noise),
+                "excitation": _finite(channel.excitation),
+            }
+            for channel in quality.channels
+        ],
+        "findings": [
+            {"problem": finding.problem.name.lower(), "subject": finding.subject, "sentence": str(finding)}
+            for finding in quality.findings
+        ],
+        "notes": list(quality.notes),
+        "instruments": None if agreement is None else agreement.verdict.name.lower(),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(f"{value:.7g}") if math.isfinite(value) else None

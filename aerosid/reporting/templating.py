@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from aerosid import notation
 from aerosid.flight_model.terms import Factor
-from aerosid.reporting import words
+from aerosid.reporting import prose, words
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -35,18 +36,22 @@ def page_environment(folder: Path) -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(
-        number=words.number,
-        deviation=words.with_deviation,
-        p_value=words.p_value,
+        number=notation.number,
+        deviation=notation.with_deviation,
+        p_value=notation.p_value,
         hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
         ratio=words.ratio,
         symbol=symbol_html,
         term=term_html,
         effect=words.effect_sentence,
         shown=_shown,
-        plain=words.plain,
+        plain=notation.plain,
         sentence=words.sentence,
-        si=words.si_unit,
+        si=notation.si_unit,
+        lag_one=lambda values: notation.number(values[1] if len(values) > 1 else None, 2),
+        prose=prose.prose,
+        words=lambda name: name.lower().replace("_", " "),
+        quantity=words.quantity,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment
@@ -82,4 +87,4 @@ def _factor_html(factor: Factor) -> Markup:
 
 def _shown(value: float | None, unit: str, digits: int = 2) -> str:
     """An SI number in the unit that the page shows."""
-    return words.number(None if value is None else value * words.shown_unit(unit).factor, digits)
+    return notation.number(None if value is None else value * words.shown_unit(unit).factor, digits)

@@ -1,4 +1,4 @@
-"""Numbers, symbols, units and effects as a person reads them; shared by the page, the figures and the console."""
+"""Symbols, shown units and names of effects; shared by the page, the figures and the console."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import NamedTuple
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Factor, parse_term
-from aerosid.loop.result import Effect
+from aerosid.loop.effect_rows import Effect
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import MISSING, SUPERSCRIPTS, number, si_unit
 
 DEGREES = 180.0 / math.pi
-MISSING = "–"
 
-_GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ"}
+_GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ", "sigma": "σ"}
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "L_w", "L_u", "I_yy")
 _ACCENTS = {"hat": "\u0302", "dot": "\u0307", "bar": "\u0304"}
-_SUBSCRIPTED = re.compile(r"(C|a|n|delta)_([A-Za-z]+)")
-_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_SUBSCRIPTED = re.compile(r"(C|I|L|a|h|n|delta|sigma)_([A-Za-z]+)")
+_DERIVATIVE = re.compile(r"C_([A-Za-z]+)_(\w+)")
 _ANGLES = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}
 
 
@@ -39,8 +40,12 @@ class Unit(NamedTuple):
 def symbol(name: str) -> Symbol:
     """The symbol of a channel, coefficient or variable; a name that the glossary does not know stays as it is."""
     matched = _SUBSCRIPTED.fullmatch(name)
-    if matched and (name in CHANNELS or name.startswith("C_") or name == "n_z"):
+    if matched and (name in CHANNELS or name in _MEASURES or name.startswith("C_")):
         return Symbol(_GREEK.get(matched[1], matched[1]), matched[2])
+    derivative = _DERIVATIVE.fullmatch(name)
+    if derivative:
+        inner = symbol(derivative[2])
+        return Symbol("C", derivative[1] + inner.base + inner.subscript)
     base, *marks = name.split("_")
     if (base in CHANNELS or base in _GREEK) and all(mark in _ACCENTS for mark in marks):
         return Symbol(_GREEK.get(base, base) + "".join(_ACCENTS[mark] for mark in marks))
@@ -56,45 +61,6 @@ def subscripted(name: str) -> str:
 def shown_unit(unit: str) -> Unit:
     """The unit for a person: degrees in place of radians, m/s² in place of m/s^2."""
     return Unit(si_unit(_ANGLES.get(unit, unit)), DEGREES if unit in _ANGLES else 1.0)
-
-
-def si_unit(unit: str) -> str:
-    """The unit that a number of result.json has, as it is set; empty without one."""
-    text = re.sub(r"\*\*|\^", "^", unit)
-    return "" if unit == "1" else re.sub(r"\^(-?\d)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """`value` to so many significant digits, with a true minus sign; a dash where there is none."""
-    if value is None or not math.isfinite(value):
-        return MISSING
-    if value == 0.0:
-        return "0"
-    exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
-    if -4 <= exponent < max(digits, 5):
-        return f"{value:.{max(digits - 1 - exponent, 0)}f}".replace("-", "−")
-    mantissa, power = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa}·10{str(int(power)).translate(_SUPERSCRIPTS)}".replace("-", "−")
-
-
-def with_deviation(value: float | None, std_error: float | None) -> str:
-    """`value ± std_error`, both cut at the second digit of the deviation; the value alone where that is unknown."""
-    if value is None or not math.isfinite(value):
-        return MISSING
-    if std_error is None or not math.isfinite(std_error) or std_error <= 0.0:
-        return number(value, 4)
-    places = 1 - math.floor(math.log10(float(f"{std_error:.1e}")))
-    if not 0 <= places <= 7:
-        digits = max(1, math.floor(math.log10(abs(value))) + places + 1) if value else 1
-        return f"{number(value, min(digits, 8))} ± {number(std_error, 2)}"
-    return f"{value:.{places}f} ± {std_error:.{places}f}".replace("-", "−")
-
-
-def p_value(value: float) -> str:
-    """A probability as engineers read it: below 10^-12 only its smallness is known."""
-    if not math.isfinite(value):
-        return MISSING
-    return "< 10⁻¹²" if value < 1e-12 else number(value, 2)
 
 
 def ratio(better: float | None, worse: float | None) -> str:
@@ -127,7 +93,18 @@ def _factor_label(factor: Factor) -> str:
     elif factor.shape == "pos":
         sign = "−" if factor.offset >= 0.0 else "+"
         body = f"pos({body} {sign} {abs(factor.offset):g})" if factor.offset else f"pos({body})"
-    return body if factor.power == 1 else body + str(factor.power).translate(_SUPERSCRIPTS)
+    return body if factor.power == 1 else body + str(factor.power).translate(SUPERSCRIPTS)
+
+
+_QUANTITIES = {"sigma": "standard deviation sigma_w", "length": "scale length"}
+"""Of numbers of effects whose own name says too little."""
+
+
+def quantity(name: str) -> str:
+    """The name of an effect's number in words: `time_constant` as time constant; a coefficient as it is."""
+    if symbol(name) != Symbol(name):
+        return name
+    return _QUANTITIES.get(name, name.replace("_", " "))
 
 
 def effect_name(effect: Effect) -> str:
@@ -136,11 +113,6 @@ def effect_name(effect: Effect) -> str:
         return f"{effect.where} {effect.term}"
     kind = effect.kind.replace("_", " ")
     return f"{kind} of {effect.where}" if effect.where else kind
-
-
-def plain(value: float | None) -> str:
-    """`value` to six significant digits without trailing zeros, for numbers that someone has set; a dash for none."""
-    return MISSING if value is None else f"{value:.6g}".replace("-", "−")
 
 
 def sentence(text: str) -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Callable
+import threading
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from aerosid.aircraft import save_aircraft
@@ -13,7 +17,7 @@ from aerosid.errors import AircraftError, UsageError
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import compose, report_html
 from aerosid.reporting.paper import report_pdf
-from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 
 TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
@@ -53,13 +57,14 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
     temporary: Path | None = None
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
-        for name, text_of in TEXTS.items():
-            text = text_of(result)
-            if text is not None:
-                _write(temporary / name, text)
         report = compose(result)
-        _write(temporary / PAGE, report_html(result, report, interactive=interactive))
-        (temporary / PAPER).write_bytes(report_pdf(result, report))
+        paper = temporary / PAPER
+        with _beside(lambda: paper.write_bytes(report_pdf(result, report))):
+            for name, text_of in TEXTS.items():
+                text = text_of(result)
+                if text is not None:
+                    _write(temporary / name, text)
+            _write(temporary / PAGE, report_html(result, report, interactive=interactive))
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
         written = _move(temporary, directory)
     except OSError as error:
@@ -73,6 +78,35 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
             if not any(folder.iterdir()):
                 folder.rmdir()
     return tuple(directory / name for name in written)
+
+
+@contextlib.contextmanager
+def _beside(task: Callable[[], object]) -> Iterator[None]:
+    """Does a task that writes a file while the block runs, in a copy of this process where the platform makes them.
+
+    Elsewhere, or where the copy fails, it is done after the block, so that its error is this process's own.
+    """
+    if sys.platform != "linux" or threading.active_count() > 1:  # a copy holds locks of threads that it has not
+        yield
+        task()
+        return
+    with warnings.catch_warnings():
+        # Python from 3.12 warns of threads of numerical libraries, which wait for work and hold nothing.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        copy = os.fork()
+    if copy == 0:
+        failed = 1
+        try:
+            task()
+            failed = 0
+        finally:
+            os._exit(failed)
+    try:
+        yield
+    finally:
+        _, status = os.waitpid(copy, 0)
+    if status != 0:
+        task()
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Find what the declared model lacks, keep what survives the noise, and say what else fits."""
+"""Attribution of the residual: structure search, gates, alternatives."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.evidence import Deviations, Score, deviations
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_rows import findings_of

@@ -1,4 +1,4 @@
-"""Strike out what an estimate holds and its deviations, corrected for coloured residuals, leave in doubt."""
+"""Backward elimination by corrected t-ratios."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from scipy.special import chdtri
 
 from aerosid.effects.sudden import is_sudden
-from aerosid.estimation.evidence import Deviations, deviations
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch

@@ -1,4 +1,4 @@
-"""The terms that are asked for: the aircraft file's own, and those of every family that the flights can show."""
+"""Candidate terms: the aircraft file's own and those of the library that the flights can show."""
 
 from __future__ import annotations
 

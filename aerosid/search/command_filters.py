@@ -1,4 +1,4 @@
-"""Tell what a surface does from what only takes noise out of its record."""
+"""Lags of a control that only filter the noise of its record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Terms that the fitted flights suggest, and that flights which were not fitted show by themselves."""
+"""Confirmation on validation flights of terms that the fitted flights only suggest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.special import ndtr, ndtri
 
 from aerosid.effects.sudden import is_sudden
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on

@@ -1,4 +1,4 @@
-"""The search beside gusts or forces of any shape."""
+"""Structure search beside gusts or unmodelled forces."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gust, unmodelled_forces
 from aerosid.estimation.effect_columns import with_gust
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.findings import Finding
 from aerosid.search.forward_selection import forward

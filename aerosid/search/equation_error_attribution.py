@@ -21,11 +21,12 @@ from aerosid.equation_error.decision import EquationErrorDecision, EvidenceFindi
 from aerosid.equation_error.estimate import Estimate
 from aerosid.equation_error.gusts import turbulence_of
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import Deviations, deviations, unexplained_channels
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, named

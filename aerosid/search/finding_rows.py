@@ -1,4 +1,4 @@
-"""Findings out of the parts of an estimate."""
+"""Findings from the parts of an estimate, with their p-values."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from scipy.special import chdtrc
 
-from aerosid.estimation.evidence import Deviations
+from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.search.backward_elimination import inflation_of, is_shown_as_a_whole
 from aerosid.search.findings import Finding, Part, found_among

@@ -1,4 +1,4 @@
-"""What a structure search adds to the declared model, and how it is reported: parts of an estimate, findings."""
+"""Findings: parts of an estimate beyond the declared model, and their labels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rounds of the search: the likeliest hypothesis enters, and what it makes doubtful leaves."""
+"""Forward selection by score tests."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from aerosid.effects import NoiseEffect
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.command_filters import is_no_filter
 from aerosid.search.restarts import afresh

@@ -1,4 +1,4 @@
-"""What stands of a search: without forces of any shape, on other flights, beside the one sensor that is left wrong."""
+"""Gates on the selected structure: unmodelled forces, validation flights, single-sensor explanations."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aerosid.effects import ActiveEffect, OutputEffect
-from aerosid.estimation.evidence import Deviations, unexplained_channels
+from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.backward_elimination import certain, pruned
 from aerosid.search.disturbance_search import Searched, in_forces
 from aerosid.search.findings import Part
@@ -120,7 +120,7 @@ def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refi
     wrong = unexplained_channels(completed, search.manoeuvres)
     if len(wrong) != 1:
         return completed
-    place = OUTPUTS.index(wrong[0])
+    place = search.manoeuvres[0].row(wrong[0])
     noise = max(float(manoeuvre.noise[place]) for manoeuvre in search.manoeuvres)
     left = float(np.sqrt(completed.variance[place]))
     odd = [

@@ -1,4 +1,4 @@
-"""Everything that is asked of a flight: a hypothesis for each term, sensor, control and moment that may be to blame."""
+"""Hypotheses of a flight: one for each candidate term and each offer of the catalogue."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from aerosid.effects import CATALOGUE, Flown
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 
 def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
@@ -43,7 +42,7 @@ def effect_hypotheses(
 
 def _flown(manoeuvre: Manoeuvre, span: float) -> Flown:
     flight = manoeuvre.flight
-    places = {name: OUTPUTS.index(name) for name in manoeuvre.outputs}
+    places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
     return Flown(
         log=manoeuvre.name,
         time=flight.time,

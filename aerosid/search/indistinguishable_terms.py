@@ -1,4 +1,4 @@
-"""Terms that a coefficient alone cannot tell from a late or wrong sensor, or from a slow control, that was found."""
+"""Terms that one coefficient alone cannot tell from a sensor's or a control's fault."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import refine_on
@@ -20,6 +20,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import Term
 from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.paper_chain import ChainSettings, feed
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, Part, found_among, labels, named
 
@@ -100,8 +101,8 @@ def told_of_rivals(rivals: Sequence[CoefficientRival]) -> list[str]:
 
 def _says(gain: float) -> str:
     if gain < 0.0:
-        return f"speak for the effect, by {-gain:.0f} in -2 ln L"
-    return f"do not speak against the term (-2 ln L {gain:.0f} lower)"
+        return f"speak for the effect, by a log-likelihood difference 2Δln L of {number(-gain)}"
+    return f"do not speak against the term (log-likelihood difference 2Δln L = {number(gain)} in its favour)"
 
 
 def _alike(
@@ -172,8 +173,10 @@ def _recorded(term: Term) -> Term:
 
 
 def _with_recorded_rate(log: Corrected) -> Corrected:
-    alpha, constants = np.arctan2(log.states[:, 1], log.states[:, 0]), log.model.constants
-    speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else log.flight.measured[:, 0]
+    axes, constants = log.model.axes, log.model.constants
+    u, w = (log.states[:, axes.integrated.index(name)] for name in ("u", "w"))
+    alpha, airspeed = np.arctan2(w, u), log.flight.measured[:, axes.outputs.index("V")]
+    speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else airspeed
     inputs = log.flight.inputs.copy()
     place = log.model.columns.index(RECORDED_RATE)
     inputs[:, place] = np.gradient(alpha, log.flight.time) * constants.mean_chord / (2.0 * speed)

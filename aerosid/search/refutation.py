@@ -1,4 +1,4 @@
-"""Hold what was found against flights that were not fitted: what predicts them worse is not what is missing."""
+"""Refutation by validation flights: findings that predict them worse are struck out."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import unexplained_channels
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
 
@@ -69,7 +68,7 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     for manoeuvre in manoeuvres:
         rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
         for name, value in rms.items():
-            i = OUTPUTS.index(name)
+            i = manoeuvre.row(name)
             if value is None:
                 return float("inf")
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())

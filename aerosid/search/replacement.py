@@ -1,4 +1,4 @@
-"""Try other hypotheses in the place of each found part: take a better one, list those within reach."""
+"""Replacement of selected parts by rival hypotheses, and the list of alternatives."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from aerosid.effects import KINDS, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import inflation_of, pruned
 from aerosid.search.command_filters import is_no_filter
 from aerosid.search.finding_rows import finding_of

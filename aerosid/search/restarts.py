@@ -1,4 +1,4 @@
-"""Begin again from the declared numbers where what is missing is gross."""
+"""Restarts from the declared values where the re-estimated model leaves a gross residual."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.estimation.score_test import Score
 from aerosid.search.command_filters import FILTERS
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import start_with

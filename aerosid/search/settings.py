@@ -1,4 +1,4 @@
-"""Settings of the structure search, and of the fits that it is made of."""
+"""Settings of the structure search."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The searches that are made one after another: beside gusts, without disturbances, among forces of any shape."""
+"""Starts of the structure search: plain, in gusts, among unmodelled forces, with separation."""
 
 from __future__ import annotations
 

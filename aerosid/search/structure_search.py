@@ -1,4 +1,4 @@
-"""What a search for structure looks for, and how it asks, prices and judges.
+"""The structure search: hypotheses, price of a structure, critical t-ratio.
 
 A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
 is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
@@ -18,18 +18,13 @@ from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import GRID, is_sudden, moment
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
-from aerosid.estimation.evidence import (
-    Deviations,
-    Linearised,
-    Score,
-    deviations,
-    score_hypotheses,
-    unexplained_channels,
-)
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine_on
+from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.estimation.score_test import Linearised, Score, score_hypotheses
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.terms import Term
 from aerosid.search.findings import Part
@@ -149,7 +144,7 @@ class StructureSearch:
         """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
         length = 0.0
         for manoeuvre in self.manoeuvres:
-            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.flight.measured[:, 0]))
+            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.measured("V")))
             length += float(np.ptp(time)) * speed
         return max(length / active.values[-1], 1.0)
 

@@ -1,4 +1,4 @@
-"""Terms that the flight suggests and does not prove: what an engineer would ask for next."""
+"""Terms suggested but not proven: below the critical t-ratio."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.notation import with_deviation
 from aerosid.search.finding_rows import finding_of
 from aerosid.search.findings import Finding
 from aerosid.search.structure_search import StructureSearch
@@ -65,8 +66,9 @@ def unproven_terms(
 def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
     """A sentence for each, for the notes."""
     return [
-        f"Not proven: {each.finding.where} {each.finding.term}, {each.finding.value:.3g} with a deviation of "
-        f"{each.finding.std_error:.2g}: {reason(each)}. Another flight, or declaring it, would decide."
+        f"Not proven: {each.finding.where} {each.finding.term} = "
+        f"{with_deviation(each.finding.value, each.finding.std_error)}: {reason(each)}. "
+        "Another flight, or declaring it, would decide."
         for each in unproven
     ]
 
@@ -74,5 +76,7 @@ def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
 def reason(each: Unproven) -> str:
     """Why it is not proven."""
     if each.ratio < each.asked:
-        return f"{each.ratio:.1f} deviations from zero, where {each.asked:.1f} are asked for among so many candidates"
-    return f"{each.ratio:.1f} deviations from zero, but unknown forces would leave as much, and more is missing"
+        return (
+            f"{each.ratio:.1f} standard errors from zero, where {each.asked:.1f} are asked for among so many candidates"
+        )
+    return f"{each.ratio:.1f} standard errors from zero, but unknown forces would leave as much, and more is missing"

@@ -1,4 +1,4 @@
-"""Fit hypotheses beside an estimate: which are worth it, where the fit begins, what a trial may save."""
+"""Trial fits of hypotheses from a given estimate."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from aerosid.effects import ActiveEffect, whole
 from aerosid.effects.sudden import at_moment
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.estimation.evidence import Score
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
 

@@ -1,4 +1,4 @@
-"""Sums of products of sensitivities: of hypotheses that are asked one at a time none with another's is wanted."""
+"""Normal equations of candidate columns taken one at a time, without their mutual products."""
 
 from __future__ import annotations
 

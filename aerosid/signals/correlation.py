@@ -1,4 +1,4 @@
-"""Correlate two series."""
+"""Pearson's correlation coefficient of two series."""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from aerosid.compiled import njit, njit_inline
 
@@ -101,6 +100,8 @@ def deadbanded(values: NDArray[np.float64], width: float) -> NDArray[np.float64]
     The band acts on a five-sample mean, and the rest of the signal passes: noise must not be cut by the band, or a
     band as wide as the noise would look like an improvement of every record.
     """
+    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+
     smooth = uniform_filter1d(values, min(5, values.size), mode="nearest")
     excursion = smooth - smooth[0]
     return np.asarray(values - np.clip(excursion, -width, width))

@@ -1,4 +1,4 @@
-"""Search numbers that are known by their size alone, in factors or in their logarithms: spreads, lengths, memories."""
+"""Search of positive parameters in their logarithms: standard deviations, scale lengths, time constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge a simulated channel against its measurement: Theil's coefficient, explained variance, whiteness."""
+"""Fit statistics of a simulated channel: Theil's inequality coefficient, explained variance, whiteness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recursive least squares by Givens rotations, and measures of how collinear the regressors are.
+"""Recursive least squares by Givens rotations, and collinearity of regressors.
 
 The recursion carries the triangular factor of the information matrix and not its inverse: the covariance form loses
 half of the digits where regressors nearly coincide, this one gives at the last sample what ordinary least squares by

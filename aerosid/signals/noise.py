@@ -1,4 +1,4 @@
-"""Standard deviation of the white noise of one measured channel, and the autocovariance of a residual.
+"""Noise level of a measured channel from its differences, and the autocovariance of a residual.
 
 The manoeuvre is smooth between corners, the noise is not: a normalised difference of high order suppresses the first
 and passes the second unchanged. Which order is high enough depends on the sampling rate, so it is chosen from the
@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 FloatArray = NDArray[np.float64]
 
@@ -94,6 +92,8 @@ def calmed(values: FloatArray, noise: float) -> FloatArray:
     Each sample becomes the mean over the widest window about it whose confidence interval still meets those of all
     narrower ones. Goldenshluger & Nemirovski, Mathematical Methods of Statistics 6, 1997.
     """
+    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+
     result = values.copy()
     low, high = values - _CONFIDENCE * noise, values + _CONFIDENCE * noise
     open_ = np.ones(values.size, dtype=np.bool_)
@@ -130,6 +130,8 @@ def fourier_noise(values: FloatArray, *, signal_share: float = 0.5) -> float:
     coefficients of the signal fall as k^-3; those of white noise stay level (Klein & Morelli 2006). The
     level is the median of the squared coefficients. A jump inside the record falls as 1/k only and raises the tail.
     """
+    import scipy.fft  # late: files are read and refused without it
+
     samples = np.asarray(values, dtype=np.float64)
     if samples.size < 10:
         return 0.0
@@ -179,6 +181,8 @@ def autocovariance(residual: FloatArray, max_lag: int) -> FloatArray:
 
 def _lagged_products(samples: FloatArray, lags: int) -> FloatArray:
     """sum_i x_i x_(i+k) for k = 0 .. lags - 1, through the power spectrum of the zero-padded record."""
+    import scipy.fft  # late: files are read and refused without it
+
     length = scipy.fft.next_fast_len(samples.size + lags, real=True)
     spectrum = scipy.fft.rfft(samples, length)
     products: FloatArray = scipy.fft.irfft(spectrum.real**2 + spectrum.imag**2, length)[:lags]

@@ -1,4 +1,4 @@
-"""Low-pass filters for measured channels, and the choice of one cut-off for all channels that meet in an equation.
+"""Low-pass prefilters, and one cut-off for all channels that meet in an equation.
 
 One filter for all, inputs included: a linear equation between channels survives a linear operator that is applied to
 each of them alike, whatever the operator takes away.
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from aerosid.compiled import njit
+from aerosid.notation import number, plain
 
 FloatArray = NDArray[np.float64]
 
@@ -130,7 +131,7 @@ def choose_cut_off(
         explanations.append(
             f"{name}: no noise to tell the signal from{role}"
             if sinks is None
-            else f"{name}: no signal worth keeping above {sinks:.3g} Hz, with noise of {deviation:.3g}{role}"
+            else f"{name}: no signal worth keeping above {number(sinks)} Hz, with noise of {number(deviation)}{role}"
         )
     counting = {name: f for name, f in per_channel.items() if f is not None and name not in driving}
     if not counting:
@@ -142,12 +143,12 @@ def choose_cut_off(
     # As for a brick wall: the share of the noise's deviation that passes is the root of the share of the band.
     if cut_off >= _WORTH**2 * nyquist:
         explanations.append(
-            f"not filtered: {leading} holds signal up to {counting[leading]:.3g} Hz of {nyquist:.3g} Hz that the "
-            "sampling resolves, so that a filter would take away next to nothing but signal"
+            f"not filtered: {leading} holds signal up to {number(counting[leading])} Hz of {number(nyquist)} Hz that "
+            "the sampling resolves, so that a filter would take away next to nothing but signal"
         )
         return CutOff(None, per_channel, tuple(explanations))
     explanations.append(
-        f"one cut-off for all channels: {_MARGIN:g} times the highest, {leading}, makes {cut_off:.3g} Hz"
+        f"one cut-off for all channels: {plain(_MARGIN)} times the highest, {leading}, makes {number(cut_off)} Hz"
     )
     return CutOff(cut_off, per_channel, tuple(explanations))
 

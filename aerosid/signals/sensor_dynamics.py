@@ -1,4 +1,4 @@
-"""Sensors that remember: how a lag, a delay or a scale passes on what noise does to the true signal.
+"""Sensor dynamics as a state-space model: lag, delay and scale as process noise meets them.
 
 A simulated response goes through a sensor's own operator, exactly. The noise along the way (gusts, the recorded
 surface, forces of any shape) is known by its statistics alone: there the sensor is a linear system of a few states
@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, expm
 
 from aerosid.compiled import njit_inline
 
@@ -29,6 +28,8 @@ class SensorDynamics(NamedTuple):
 
     def then(self, after: SensorDynamics) -> SensorDynamics:
         """The record of this sensor through another one."""
+        from scipy.linalg import block_diag  # late: files are read and refused without it
+
         memory = block_diag(self.memory, after.memory)
         own = self.entry.size
         memory[own:, :own] = np.outer(after.entry, self.read)
@@ -69,10 +70,10 @@ def late(delay: float) -> SensorDynamics:
 
 
 class SensorStates(NamedTuple):
-    """The eight outputs' sensors from sample to sample, true signals being linear in between; M states in all.
+    """The outputs' sensors from sample to sample, true signals being linear in between; M states in all.
 
     State m moves as s+ = `memory` s + `old` y + `new` y+, y the true output `source` (M,) before and y+ after; it
-    begins at `steady` y. Record i is `read` (8, M) s + `direct` (8,) y_i.
+    begins at `steady` y. Record i is `read` (m, M) s + `direct` (m,) y_i, of m outputs.
     """
 
     memory: Array
@@ -84,18 +85,20 @@ class SensorStates(NamedTuple):
     direct: Array
 
 
-def sensor_states(sensors: Iterable[tuple[int, SensorDynamics]], interval: float) -> SensorStates:
-    """Sampled every `interval` s; `sensors` gives each output's, those of one output from the motion to the record."""
+def sensor_states(sensors: Iterable[tuple[int, SensorDynamics]], interval: float, outputs: int) -> SensorStates:
+    """Of so many outputs, sampled every `interval` s; `sensors` gives each output's, from the motion to the record."""
     chains: dict[int, SensorDynamics] = {}
     for i, sensor in sensors:
         chains[i] = chains.get(i, AT_ONCE).then(sensor)
-    direct = np.ones(8)
+    from scipy.linalg import block_diag, expm  # late: files are read and refused without it
+
+    direct = np.ones(outputs)
     blocks: list[Array] = []
     old: list[float] = []
     new: list[float] = []
     steady: list[float] = []
     source: list[int] = []
-    read = np.zeros((8, sum(sensor.entry.size for sensor in chains.values())))
+    read = np.zeros((outputs, sum(sensor.entry.size for sensor in chains.values())))
     for i, sensor in chains.items():
         size = sensor.entry.size
         direct[i] = sensor.direct
@@ -123,18 +126,18 @@ def sensor_states(sensors: Iterable[tuple[int, SensorDynamics]], interval: float
     )
 
 
-def no_sensor_states() -> SensorStates:
-    """Sensors that show what is there."""
-    return sensor_states((), 1.0)
+def no_sensor_states(outputs: int) -> SensorStates:
+    """Sensors of so many outputs that show what is there."""
+    return sensor_states((), 1.0, outputs)
 
 
 @njit_inline
-def read_row(outputs_x: Array, outputs_u: Array, i: int, sensors: SensorStates, row: Array) -> None:
-    """Slopes of record i with respect to the states (5), the input errors (E) and the sensors' states, into `row`."""
+def read_row(outputs_x: Array, outputs_u: Array, i: int, sensors: SensorStates, row: Array, states: int) -> None:
+    """Slopes of record i with respect to so many states, the input errors (E) and the sensors' states, into `row`."""
     extra = outputs_u.shape[1]
-    for a in range(5):
+    for a in range(states):
         row[a] = sensors.direct[i] * outputs_x[i, a]
     for j in range(extra):
-        row[5 + j] = sensors.direct[i] * outputs_u[i, j]
+        row[states + j] = sensors.direct[i] * outputs_u[i, j]
     for m in range(sensors.source.shape[0]):
-        row[5 + extra + m] = sensors.read[i, m]
+        row[states + extra + m] = sensors.read[i, m]

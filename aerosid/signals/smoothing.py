@@ -1,4 +1,4 @@
-"""Smooth what drove a simulated flight away from its measurements: the fixed-interval solution for input errors.
+"""Fixed-interval smoothing of input errors along a simulated flight.
 
 Along a simulated flight, linearised, the errors of the inputs (a disturbance, an unmodelled force) with a memory from
 sample to sample move states and outputs. From all measurements of the record follow the input errors of every sample
@@ -32,13 +32,13 @@ def smooth_inputs(
 
     Parameters
     ----------
-    held : (N, 8)
+    held : (N, m)
         Which outputs were measured.
-    columns : (N, 8, C)
+    columns : (N, m, C)
         Differences from the simulated outputs, in SI.
     trace : Trace
         Linearisation along the simulated record.
-    output_variance : (8,)
+    output_variance : (m,)
         Noise variance of each output, SI squared.
     noise : InputNoise
         Variance and memory of each input's error.
@@ -53,25 +53,25 @@ def smooth_inputs(
     inverted, so that inputs without noise and states without error are no obstacle. The costate is that of
     Parameswaran & Raol 1994, eqs. (6)-(8), with lambda = 0 at the record's end.
     """
-    samples, _, width = columns.shape
-    extra = noise.variance.shape[0]
-    plain, size = 5 + extra, start.shape[0]
+    samples, outputs, width = columns.shape
+    states, extra = trace.outputs_x.shape[2], noise.variance.shape[0]
+    plain, size = states + extra, start.shape[0]
     before = np.zeros((samples, size, size))
     predicted = np.zeros((samples, size, width))
-    gains = np.zeros((samples, 8, size))
-    spreads = np.zeros((samples, 8))
-    innovations = np.zeros((samples, 8, width))
+    gains = np.zeros((samples, outputs, size))
+    spreads = np.zeros((samples, outputs))
+    innovations = np.zeros((samples, outputs, width))
     cov = start.copy()
-    x, moved = np.zeros((size, width)), np.zeros((5, width))
-    propagated, row = np.zeros((5, plain)), np.zeros(size)
+    x, moved = np.zeros((size, width)), np.zeros((states, width))
+    propagated, row = np.zeros((states, plain)), np.zeros(size)
     transition, half, entry = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, extra))
     for k in range(samples):
         before[k] = cov
         predicted[k] = x
-        for i in range(8):
+        for i in range(outputs):
             if not held[k, i]:
                 continue
-            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, states)
             spread = output_variance[i]
             for a in range(size):
                 total = 0.0
@@ -99,30 +99,30 @@ def smooth_inputs(
             x[:, :] = transition @ x
             propagate_with_sensors(cov, transition, entry, noise, half)
             continue
-        for a in range(5):
+        for a in range(states):
             for c in range(width):
                 total = 0.0
-                for b in range(5):
+                for b in range(states):
                     total += trace.transition[k, a, b] * x[b, c]
                 for j in range(extra):
-                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * x[5 + j, c]
+                    total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * x[states + j, c]
                 moved[a, c] = total
-        x[:5] = moved
+        x[:states] = moved
         for j in range(extra):
             for c in range(width):
-                x[5 + j, c] *= noise.memory[j]
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, noise.variance.shape[0])
+                x[states + j, c] *= noise.memory[j]
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra, trace.sizes)
     costate, information = np.zeros((size, width)), np.zeros((size, size))
     for back in range(samples):
         k = samples - 1 - back
-        for turn in range(8):
-            i = 7 - turn
+        for turn in range(outputs):
+            i = outputs - 1 - turn
             if not held[k, i]:
                 continue
-            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, states)
             _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information)
         for j in range(extra):
-            place = 5 + j
+            place = states + j
             for c in range(width):
                 total = predicted[k, place, c]
                 for a in range(size):

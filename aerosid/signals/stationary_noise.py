@@ -1,4 +1,4 @@
-"""Stationary noise of several channels: products with the inverse of its covariance, without forming it.
+"""Stationary multivariate noise: products with the inverse of its covariance, by its spectrum.
 
 The covariance of N samples of p channels is block Toeplitz, so that a product with it is a convolution; its inverse is
 applied by conjugate gradients, preconditioned with the circulant that lies nearest. Cost and memory grow as N log N.

@@ -10,12 +10,23 @@ from numpy.typing import NDArray
 from aerosid.compiled import njit_inline
 
 
-class Trace(NamedTuple):
-    """Outputs of one stretch with their derivatives, and the linearisation along the way; E extra inputs, C columns.
+class StateSizes(NamedTuple):
+    """How many states something depends on, `coupled`, and how many of them only themselves, `alone`, which come last.
 
-    `outputs` (n, 8); `block` (n, 8, C): column 0 is left for the residual, then free terms, initial state (5), and what
-    directions move; `transition` (n, 5, 5), `start` and `end` (n, 5, E) from each sample to the next; `outputs_x`
-    (n, 8, 5) and `outputs_u` (n, 8, E).
+    The lengths of the tuples say so: numba knows them when it compiles, and unrolls loops up to them.
+    """
+
+    coupled: tuple[int, ...]
+    alone: tuple[int, ...]
+
+
+class Trace(NamedTuple):
+    """Outputs of one stretch with their derivatives, and the linearisation along the way.
+
+    With n states, m outputs, E extra inputs and C columns, of N samples: `outputs` (N, m); `block` (N, m, C): column 0
+    is left for the residual, then free terms, initial state (n), and what directions move; `transition` (N, n, n),
+    `start` and `end` (N, n, E) from each sample to the next; `outputs_x` (N, m, n) and `outputs_u` (N, m, E); `sizes`
+    of the state.
     """
 
     outputs: NDArray[np.float64]
@@ -25,6 +36,7 @@ class Trace(NamedTuple):
     end: NDArray[np.float64]
     outputs_x: NDArray[np.float64]
     outputs_u: NDArray[np.float64]
+    sizes: StateSizes
 
 
 def among_inputs(trace: Trace, places: NDArray[np.int64]) -> Trace:
@@ -34,14 +46,17 @@ def among_inputs(trace: Trace, places: NDArray[np.int64]) -> Trace:
 
 
 @njit_inline
-def carry_columns(transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
-    """Write the columns (5, M) after a span with `transition` (5, 5) into `moved` (5, M)."""
-    width = columns.shape[1]
-    for i in range(5):
-        by_u, by_w, by_q, by_theta = transition[i, 0], transition[i, 1], transition[i, 2], transition[i, 3]
+def carry_columns(
+    transition: NDArray[np.float64], columns: NDArray[np.float64], moved: NDArray[np.float64], sizes: StateSizes
+) -> None:
+    """Write the columns (n, M) after a span with `transition` (n, n) into `moved` (n, M)."""
+    width, coupled = columns.shape[1], len(sizes.coupled)
+    for i in range(coupled + len(sizes.alone)):
         for c in range(width):
-            moved[i, c] = (by_u * columns[0, c] + by_w * columns[1, c]) + (
-                by_q * columns[2, c] + by_theta * columns[3, c]
-            )
-    for c in range(width):
-        moved[4, c] += columns[4, c]  # nothing depends on h but itself
+            total = transition[i, 0] * columns[0, c]
+            for k in range(1, coupled):
+                total += transition[i, k] * columns[k, c]
+            moved[i, c] = total
+    for i in range(coupled, coupled + len(sizes.alone)):
+        for c in range(width):
+            moved[i, c] += columns[i, c]

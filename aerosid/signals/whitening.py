@@ -1,4 +1,4 @@
-"""Whiten residuals of an open-loop simulation: the noise of measured inputs acts on the aircraft as process noise.
+"""Whitening of open-loop residuals: measured inputs' noise as process noise along the simulated flight.
 
 The noise of each sample of a measured surface moves the simulated states in the intervals on both sides of the sample
 and, directly, the accelerometers. The filter here knows that path along the simulated flight and turns residuals, and
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
-from aerosid.signals.trace import Trace, among_inputs, carry_columns
+from aerosid.signals.trace import StateSizes, Trace, among_inputs, carry_columns
 
 
 class InputNoise(NamedTuple):
@@ -40,7 +40,7 @@ def noisy_inputs_alone(noise: InputNoise, trace: Trace) -> tuple[InputNoise, Tra
 
 
 class WhiteningCarry(NamedTuple):
-    """What passes between stretches, changed in place; C columns (the residual first), S = 5 + E + sensors' states.
+    """What passes between stretches, changed in place; C columns (the residual first), S = n + E + sensors' states.
 
     `deviation` (S, C) estimated error of states, inputs and sensors; `covariance` (S, S).
     """
@@ -51,7 +51,8 @@ class WhiteningCarry(NamedTuple):
 
 def make_whitening_carry(noise: InputNoise, columns: int, trace: Trace, sensors: SensorStates) -> WhiteningCarry:
     """The carry at the first sample: the initial state is a parameter, so that only the inputs are uncertain."""
-    covariance = initial_covariance(np.zeros((5, 5)), noise, trace, sensors)
+    states = trace.outputs_x.shape[2]
+    covariance = initial_covariance(np.zeros((states, states)), noise, trace, sensors)
     return WhiteningCarry(np.zeros((covariance.shape[0], columns)), covariance)
 
 
@@ -59,10 +60,10 @@ def initial_covariance(
     state_covariance: NDArray[np.float64], noise: InputNoise, trace: Trace, sensors: SensorStates
 ) -> NDArray[np.float64]:
     """Covariance (S, S) of states, input errors and sensors' states at the first sample, where sensors are at rest."""
-    extra = noise.variance.size
-    plain = np.zeros((5 + extra, 5 + extra))
-    plain[:5, :5] = state_covariance
-    plain[5:, 5:] = np.diag(noise.variance)
+    states, extra = state_covariance.shape[0], noise.variance.size
+    plain = np.zeros((states + extra, states + extra))
+    plain[:states, :states] = state_covariance
+    plain[states:, states:] = np.diag(noise.variance)
     if sensors.source.size == 0:
         return plain
     shown = np.concatenate([trace.outputs_x[0], trace.outputs_u[0]], axis=1)
@@ -84,13 +85,13 @@ def whiten_stretch(
 
     Parameters
     ----------
-    held : (n, 8)
+    held : (N, m)
         Which outputs were measured.
-    columns : (n, 8, C)
+    columns : (N, m, C)
         The residual (measured minus simulated) and the derivatives of the simulated outputs.
     trace : Trace
         Linearisation along the simulated stretch.
-    output_variance : (8,)
+    output_variance : (m,)
         Noise variance of each output, SI squared.
     sensors : SensorStates
         What the sensors make of the noise on its way.
@@ -100,18 +101,19 @@ def whiten_stretch(
     Measurements of a sample enter one after the other, so that no matrix is factored.
     """
     extra, size, width = noise.variance.shape[0], carry.covariance.shape[0], columns.shape[2]
+    states = len(trace.sizes.coupled) + len(trace.sizes.alone)
     room = Room(
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
         np.zeros((size, width)),
-        np.zeros((5, 5 + extra)),
+        np.zeros((states, states + extra)),
         np.zeros((size, size)),
         np.zeros((size, size)),
         np.zeros((size, extra)),
     )
-    if extra == 1 and size == 6:  # one measured surface and sensors at once: loops of known length are unrolled
-        return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, 1, 6)
+    if extra == 1 and size == states + 1:  # one measured surface, sensors at once: loops of known length are unrolled
+        return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, 1, states + 1)
     return _whiten(held, columns, trace, output_variance, noise, sensors, carry, room, extra, size)
 
 
@@ -144,22 +146,22 @@ def _whiten(
     """As `whiten_stretch`, in work arrays that are given; `extra` inputs, `size` states in all."""
     deviation, cov = carry
     row, gain, kept, moved, propagated, half, transition, entry = room
-    width = columns.shape[2]
+    width, sizes = columns.shape[2], trace.sizes
     active = False
     for j in range(extra):
         if noise.variance[j] > 0.0:
             active = True
     log_sum = 0.0
     for k in range(columns.shape[0]):
-        volume = 1.0  # eight variances at most: their product is far from the ends of what a number holds
-        for i in range(8):
+        volume = 1.0  # a few variances: their product is far from the ends of what a number holds
+        for i in range(columns.shape[1]):
             if not held[k, i]:
                 for c in range(width):
                     columns[k, i, c] = 0.0
                 continue
             spread = output_variance[i]
             if active:
-                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, len(sizes.coupled) + len(sizes.alone))
                 for a in range(size):
                     kept[a] = 0.0
                 for b in range(size):
@@ -177,7 +179,7 @@ def _whiten(
                         left = cov[a, b] - gain[a] * kept[b]
                         cov[a, b] = left
                         cov[b, a] = left
-                _take_in(columns[k, i], deviation, row, gain, size)
+                _take_in(columns[k, i], deviation, row, gain, size, sizes)
             scale = 1.0 / np.sqrt(spread)
             volume *= spread
             for c in range(width):
@@ -185,13 +187,13 @@ def _whiten(
         log_sum += np.log(volume)
         if not active:
             continue
-        if size > 5 + extra:
+        if size > len(sizes.coupled) + len(sizes.alone) + extra:
             step_with_sensors(trace, k, noise, sensors, transition, entry)
             _carry_with_sensors(deviation, transition, moved)
             propagate_with_sensors(cov, transition, entry, noise, half)
             continue
-        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved, extra)
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra)
+        _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved, extra, sizes)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra, sizes)
     return log_sum
 
 
@@ -202,15 +204,16 @@ def _take_in(
     row: NDArray[np.float64],
     gain: NDArray[np.float64],
     size: int,
+    sizes: StateSizes,
 ) -> None:
     """Take out of one output's columns (C,) what is known of them, and learn from the rest."""
-    width = column.shape[0]
-    by_u, by_w, by_q, by_theta = row[0], row[1], row[2], row[3]
+    width, coupled = column.shape[0], len(sizes.coupled)
     for c in range(width):
-        column[c] -= (by_u * deviation[0, c] + by_w * deviation[1, c]) + (
-            by_q * deviation[2, c] + by_theta * deviation[3, c]
-        )
-    for a in range(4, size):
+        total = row[0] * deviation[0, c]
+        for a in range(1, coupled):
+            total += row[a] * deviation[a, c]
+        column[c] -= total
+    for a in range(coupled, size):
         slope = row[a]
         if slope != 0.0:
             for c in range(width):
@@ -231,22 +234,23 @@ def _carry_on(
     noise: InputNoise,
     moved: NDArray[np.float64],
     extra: int,
+    sizes: StateSizes,
 ) -> None:
     """The estimated errors at the next sample, in place; `moved` is room to work."""
-    width = deviation.shape[1]
-    carry_columns(transition, deviation, moved)
-    for a in range(5):
+    width, states = deviation.shape[1], len(sizes.coupled) + len(sizes.alone)
+    carry_columns(transition, deviation, moved, sizes)
+    for a in range(states):
         for j in range(extra):
             push = start[a, j] + end[a, j] * noise.memory[j]
             if push != 0.0 and noise.variance[j] > 0.0:
                 for c in range(width):
-                    moved[a, c] += push * deviation[5 + j, c]
+                    moved[a, c] += push * deviation[states + j, c]
         for c in range(width):
             deviation[a, c] = moved[a, c]
     for j in range(extra):
         memory = noise.memory[j]
         for c in range(width):
-            deviation[5 + j, c] *= memory
+            deviation[states + j, c] *= memory
 
 
 @njit_inline
@@ -282,28 +286,29 @@ def step_with_sensors(
     v (E,) is the fresh part of the inputs' errors. After the last sample of a stretch the outputs' slopes are kept.
     """
     extra = noise.variance.shape[0]
-    plain = 5 + extra
+    states = trace.outputs_x.shape[2]
+    plain = states + extra
     after = min(k + 1, trace.outputs_x.shape[0] - 1)
     for a in range(transition.shape[0]):
         for b in range(transition.shape[0]):
             transition[a, b] = 0.0
         for j in range(extra):
             entry[a, j] = 0.0
-    for a in range(5):
-        for b in range(5):
+    for a in range(states):
+        for b in range(states):
             transition[a, b] = trace.transition[k, a, b]
         for j in range(extra):
-            transition[a, 5 + j] = trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]
+            transition[a, states + j] = trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]
             entry[a, j] = trace.end[k, a, j]
     for j in range(extra):
-        transition[5 + j, 5 + j] = noise.memory[j]
-        entry[5 + j, j] = 1.0
+        transition[states + j, states + j] = noise.memory[j]
+        entry[states + j, j] = 1.0
     for m in range(sensors.source.shape[0]):
         i = sensors.source[m]
         for b in range(plain):
-            before = trace.outputs_x[k, i, b] if b < 5 else trace.outputs_u[k, i, b - 5]
+            before = trace.outputs_x[k, i, b] if b < states else trace.outputs_u[k, i, b - states]
             transition[plain + m, b] += sensors.old[m] * before
-            slope = trace.outputs_x[after, i, b] if b < 5 else trace.outputs_u[after, i, b - 5]
+            slope = trace.outputs_x[after, i, b] if b < states else trace.outputs_u[after, i, b - states]
             if slope != 0.0:
                 for c in range(plain):
                     transition[plain + m, c] += sensors.new[m] * slope * transition[b, c]
@@ -322,42 +327,44 @@ def propagate(
     noise: InputNoise,
     propagated: NDArray[np.float64],
     extra: int,
+    sizes: StateSizes,
 ) -> None:
     """Covariance of state and input error at the next sample: eq. (11), `extra` inputs' noise being the model error.
 
     With w+ = m w + v the state moves as Phi x + (start + m end) w + end v; v has the variance (1 - m^2) of w's own.
     """
-    size = 5 + extra
-    for a in range(5):
+    states = len(sizes.coupled) + len(sizes.alone)
+    size = states + extra
+    for a in range(states):
         for b in range(size):
             total = 0.0
-            for c in range(5):
+            for c in range(states):
                 total += transition[a, c] * cov[c, b]
             for j in range(extra):
-                total += (start[a, j] + end[a, j] * noise.memory[j]) * cov[5 + j, b]
+                total += (start[a, j] + end[a, j] * noise.memory[j]) * cov[states + j, b]
             propagated[a, b] = total
-    for a in range(5):
+    for a in range(states):
         for b in range(a + 1):
             total = 0.0
-            for c in range(5):
+            for c in range(states):
                 total += propagated[a, c] * transition[b, c]
             for j in range(extra):
                 fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
-                total += propagated[a, 5 + j] * (start[b, j] + end[b, j] * noise.memory[j])
+                total += propagated[a, states + j] * (start[b, j] + end[b, j] * noise.memory[j])
                 total += end[a, j] * fresh * end[b, j]
             cov[a, b] = total
             cov[b, a] = total
     for j in range(extra):
         for i in range(j + 1):
-            value = noise.memory[i] * cov[5 + i, 5 + j] * noise.memory[j]
-            cov[5 + i, 5 + j] = value
-            cov[5 + j, 5 + i] = value
+            value = noise.memory[i] * cov[states + i, states + j] * noise.memory[j]
+            cov[states + i, states + j] = value
+            cov[states + j, states + i] = value
         fresh = noise.variance[j] * (1.0 - noise.memory[j] * noise.memory[j])
-        cov[5 + j, 5 + j] += fresh
-        for a in range(5):
-            value = propagated[a, 5 + j] * noise.memory[j] + end[a, j] * fresh
-            cov[a, 5 + j] = value
-            cov[5 + j, a] = value
+        cov[states + j, states + j] += fresh
+        for a in range(states):
+            value = propagated[a, states + j] * noise.memory[j] + end[a, j] * fresh
+            cov[a, states + j] = value
+            cov[states + j, a] = value
 
 
 @njit_inline

@@ -18,7 +18,8 @@ from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import input_columns_of
+from aerosid.flight_model.flight import Flight
 from aerosid.signals.stationary_noise import StationaryNoise
 from aerosid.studies.many_flights import fly_many
 from aerosid.studies.noisy_inputs import InputPath, input_path
@@ -39,7 +40,7 @@ class Sensitivity:
 
     Attributes
     ----------
-    unknown : ndarray, shape (N, p, F + 5 + K)
+    unknown : ndarray, shape (N, p, F + n + K)
         With the free derivatives, the initial state and the numbers of effects.
     path : InputPath, ndarray of shape (N, p, E N), or None
         How errors of the noisy inputs reach the outputs: sample by sample, or with every recorded sample where an
@@ -200,7 +201,7 @@ def sensitivity(
     more than `MOST_NUMBERS` numbers measured where an effect other than a bias lies between a noisy input and the log.
     """
     flight = manoeuvre.flight
-    samples, places = flight.time.size, [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    samples, places = flight.time.size, [manoeuvre.row(name) for name in manoeuvre.outputs]
     between = bool(noisy.any()) and any(active.effect.kind != "sensor_bias" for active in effects)
     simple = all(isinstance(active.effect, InputEffect | OutputEffect) for active in effects)
     if not simple or (between and samples * len(places) > MOST_NUMBERS):
@@ -211,7 +212,7 @@ def sensitivity(
     if between:
         path = _slopes(model, manoeuvre, list(_input_pairs(model, manoeuvre, state, noisy, effects)), effects, places)
     elif noisy.any():
-        path = input_path(model, manoeuvre, state, flight.inputs[:, 8:], noisy, places)
+        path = input_path(model, manoeuvre, state, manoeuvre.extra_inputs, noisy, places)
     return Sensitivity(slopes, path, held, len(free))
 
 
@@ -224,7 +225,7 @@ def _slopes(
 ) -> FloatArray:
     """Central differences of the measured outputs, (N, p, pairs)."""
     sides = [side for pair in pairs for side in pair.sides]
-    nominal = acting_flight(model, manoeuvre, effects)[0].inputs[:, 8:]
+    nominal = _extra(model, acting_flight(model, manoeuvre, effects)[0])
     extra = [nominal if side.recorded is None and side.effects is effects else _acting(model, manoeuvre, side)
              for side in sides]  # fmt: skip
     responses = fly_many(
@@ -237,7 +238,7 @@ def _slopes(
     for k, side in enumerate(sides):
         for active in side.effects:
             if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
-                i = OUTPUTS.index(active.effect.where)
+                i = manoeuvre.row(active.effect.where)
                 given = responses[:, i : i + 1, k]
                 responses[:, i, k] = active.effect.output(manoeuvre.flight.time, given, active.values)[:, 0]
     widths = np.array([pair.width for pair in pairs])
@@ -293,18 +294,24 @@ def _input_pairs(
     effects: Sequence[ActiveEffect],
 ) -> Iterator[_Pair]:
     """Every sample of every noisy input."""
-    flight = manoeuvre.flight
+    flight, first = manoeuvre.flight, len(input_columns_of(manoeuvre.axes))
     middle = _Side(model.values, state, None, effects)
     for j in np.flatnonzero(noisy):
         for k in range(flight.time.size):
             upper, lower = (replace(middle, recorded=flight.inputs.copy()) for _ in range(2))
             for side, sign in ((upper, 1.0), (lower, -1.0)):
                 assert side.recorded is not None
-                side.recorded[k, 8 + j] += sign * _INPUT_STEP
+                side.recorded[k, first + j] += sign * _INPUT_STEP
             yield _Pair((upper, lower), 2.0 * _INPUT_STEP)
 
 
 def _acting(model: AerodynamicModel, manoeuvre: Manoeuvre, side: _Side) -> FloatArray:
     """The extra inputs (N, E) that act where these were recorded and these effects lie between."""
     flight = manoeuvre.flight if side.recorded is None else manoeuvre.flight._replace(inputs=side.recorded)
-    return acting_flight(model, replace(manoeuvre, flight=flight), side.effects)[0].inputs[:, 8:]
+    return _extra(model, acting_flight(model, replace(manoeuvre, flight=flight), side.effects)[0])
+
+
+def _extra(model: AerodynamicModel, flight: Flight) -> FloatArray:
+    """The inputs (N, E) past the leading ones."""
+    extra: FloatArray = flight.inputs[:, len(model.columns) - len(model.extra_columns) :]
+    return extra

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of, loads_of
 from aerosid.flight_model.terms import Term
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +26,7 @@ _GRAVITY = 9.80665
 def fly_many(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, states: FloatArray, extra: FloatArray
 ) -> FloatArray:
-    """Outputs (N, 8, K) of K flights at once, in the order of OUTPUTS, open loop.
+    """Outputs (N, m, K) of K flights at once, in the order of the longitudinal case's, open loop.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def fly_many(
         Time, the fixed inputs and the sensors' positions.
     values : ndarray, shape (T, K)
         Of the terms in each flight.
-    states : ndarray, shape (5, K)
+    states : ndarray, shape (n, K)
         The initial ones.
     extra : ndarray, shape (N, E, K)
         The extra inputs of each flight, linear between samples.
@@ -47,19 +47,19 @@ def fly_many(
 def fly_states(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, state: FloatArray, extra: FloatArray
 ) -> FloatArray:
-    """States u, w, q, theta, h (5, N) of one flight: terms' values (T,), initial state (5,), extra inputs (N, E)."""
+    """States u, w, q, theta, h (n, N) of one flight: terms' values (T,), initial state (n,), extra inputs (N, E)."""
     return _flown(model, manoeuvre, values[:, None], state[:, None], extra[:, :, None])[1][:, :, 0].T
 
 
 def _flown(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, states: FloatArray, extra: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Outputs (N, 8, K) and states (N, 5, K)."""
+    """Outputs (N, m, K) and states (N, n, K)."""
     flight = manoeuvre.flight
-    time, fixed = flight.time, flight.inputs[:, :8]
+    time, fixed = flight.time, flight.inputs[:, : len(input_columns_of(LONGITUDINAL))]
     x = np.array(states, dtype=np.float64)
-    outputs = np.empty((time.size, len(OUTPUTS), x.shape[1]))
-    passed = np.empty((time.size, 5, x.shape[1]))
+    outputs = np.empty((time.size, len(LONGITUDINAL.outputs), x.shape[1]))
+    passed = np.empty((time.size, *x.shape))
     for n in range(time.size):
         passed[n] = x
         outputs[n] = observed(model, x, values, fixed[n], extra[n], flight.positions)
@@ -81,14 +81,14 @@ def stepped(
     extra: tuple[FloatArray, FloatArray],
     interval: FloatArray | float,
 ) -> FloatArray:
-    """States (5, K) one sample later.
+    """States (n, K) one sample later.
 
     Parameters
     ----------
-    x : ndarray, shape (5, K)
+    x : ndarray, shape (n, K)
     values : ndarray, shape (T, K) or (T, 1)
-    fixed : pair of ndarray, shape (8,) or (8, K)
-        The fixed inputs at both samples.
+    fixed : pair of ndarray, shape (f,) or (f, K)
+        The f leading inputs at both samples.
     extra : pair of ndarray, shape (E, K)
         The extra inputs at both.
     interval : float, or ndarray of shape (K,)
@@ -96,7 +96,7 @@ def stepped(
     """
     steps = int(np.max(steps_in(interval)))
     h = interval / steps
-    names = model.columns[8:]
+    names = model.extra_columns
 
     def rates(at: float, x: FloatArray) -> FloatArray:
         held = (1.0 - at) * fixed[0] + at * fixed[1]
@@ -115,7 +115,7 @@ def stepped(
 def _rates(
     model: AerodynamicModel, x: FloatArray, values: FloatArray, fixed: FloatArray, extra: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """State rates (5, K) and specific force along x and z (2, K): (33)-(36) with the measured lateral motion."""
+    """State rates (n, K) and specific force along x and z (2, K): (33)-(36) with the measured lateral motion."""
     u, w, q, theta = x[0], x[1], x[2], x[3]
     rho, thrust, mass, sound, phi, p, r, beta = fixed
     constants = model.constants
@@ -154,7 +154,7 @@ def _coefficients(
     model: AerodynamicModel, values: FloatArray, variables: Mapping[str, FloatArray | float], alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """C_X, C_Z, C_m (K,), lift and drag turned into body axes."""
-    total = {name: np.zeros(alpha.size) for name in ("C_X", "C_Z", "C_m", "C_L", "C_D")}
+    total = {name: np.zeros(alpha.size) for name in loads_of(LONGITUDINAL)}
     for (coefficient, term), value in zip(model.entries, values, strict=True):
         total[coefficient] += value * _term(term, variables)
     sin, cos = np.sin(alpha), np.cos(alpha)
@@ -183,12 +183,13 @@ def observed(
     extra: FloatArray,
     positions: FloatArray,
 ) -> FloatArray:
-    """What the sensors at their positions see of states (5, K), (8, K); arguments as those of `stepped`."""
-    rates, (a_x, a_z) = _rates(model, x, values, fixed, dict(zip(model.columns[8:], extra, strict=True)))
+    """What the sensors at their positions see of states (n, K), (m, K); arguments as those of `stepped`."""
+    rates, (a_x, a_z) = _rates(model, x, values, fixed, dict(zip(model.extra_columns, extra, strict=True)))
     u, w, q, theta, h = x
-    p, r, beta = fixed[5], fixed[6], fixed[7]
+    lateral = dict(zip(input_columns_of(LONGITUDINAL), fixed, strict=True))
+    p, r, beta = lateral["p"], lateral["r"], lateral["beta"]
     v = np.hypot(u, w) * np.tan(beta)
-    vane, axial, normal = positions[1], positions[4], positions[5]
+    vane, axial, normal = (positions[LONGITUDINAL.outputs.index(name)] for name in ("alpha", "a_x", "a_z"))
     wind_u = u + q * vane[2] - r * vane[1]
     wind_w = w + p * vane[1] - q * vane[0]
     # Specific force at a place: that of the centre of gravity, and omega' x place + omega x (omega x place).

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import input_columns_of
 from aerosid.studies.many_flights import fly_states, observed, stepped, steps_in
 
 FloatArray = NDArray[np.float64]
@@ -29,11 +30,11 @@ class InputPath:
 
     Attributes
     ----------
-    transition : ndarray, shape (N - 1, 5, 5)
+    transition : ndarray, shape (N - 1, n, n)
         Of the state's deviation from sample to sample.
-    start, end : ndarray, shape (N - 1, 5, E)
+    start, end : ndarray, shape (N - 1, n, E)
         What a unit error of the input at the interval's two samples does to the state at its end.
-    outputs_x, outputs_u : ndarray, shape (N, p, 5) and (N, p, E)
+    outputs_x, outputs_u : ndarray, shape (N, p, n) and (N, p, E)
         What the outputs make of both.
     """
 
@@ -69,21 +70,21 @@ class InputPath:
         ValueError
             Where an output has no noise.
         """
-        inputs, outputs = input_variance.size, output_variance.size
+        inputs, outputs, states = input_variance.size, output_variance.size, self.outputs_x.shape[2]
         if not np.all(output_variance > 0.0):
             raise ValueError("an output without noise has no bound")
-        size = 5 + inputs + outputs
-        own = slice(5 + inputs, size)
+        size = states + inputs + outputs
+        own = slice(states + inputs, size)
         fresh = np.diag(np.concatenate([input_variance, output_variance * (1.0 - memory**2)]))
         mean = np.zeros((size, columns.shape[2]))
         covariance = np.zeros((size, size))
-        covariance[5:, 5:] = np.diag(np.concatenate([input_variance, output_variance]))
+        covariance[states:, states:] = np.diag(np.concatenate([input_variance, output_variance]))
         move, drive, seen = np.zeros((size, size)), np.zeros((size, inputs + outputs)), np.zeros((outputs, size))
         move[own, own] = np.diag(memory)
-        drive[5:] = np.eye(inputs + outputs)
+        drive[states:] = np.eye(inputs + outputs)
         seen[:, own] = np.eye(outputs)
         for k in range(columns.shape[0]):
-            seen[:, :5], seen[:, 5 : 5 + inputs] = self.outputs_x[k], self.outputs_u[k]
+            seen[:, :states], seen[:, states : states + inputs] = self.outputs_x[k], self.outputs_u[k]
             rows = seen[held[k]]
             if rows.size:
                 across = covariance @ rows.T
@@ -94,8 +95,8 @@ class InputPath:
                 covariance = covariance - gain @ gain.T
                 yield innovation
             if k + 1 < columns.shape[0]:
-                move[:5, :5], move[:5, 5 : 5 + inputs] = self.transition[k], self.start[k]
-                drive[:5, :inputs] = self.end[k]
+                move[:states, :states], move[:states, states : states + inputs] = self.transition[k], self.start[k]
+                drive[:states, :inputs] = self.end[k]
                 mean = move @ mean
                 covariance = move @ covariance @ move.T + drive @ fresh @ drive.T
 
@@ -108,25 +109,25 @@ def input_path(
     noisy: NDArray[np.bool_],
     places: list[int],
 ) -> InputPath:
-    """The path along the flight from `state` (5,) with the extra inputs (N, E): central differences of single steps.
+    """The path along the flight from `state` (n,) with the extra inputs (N, E): central differences of single steps.
 
     Parameters
     ----------
     noisy : ndarray of bool, shape (E,)
         Which of the extra inputs are recorded with noise.
     places : list of int
-        Which of OUTPUTS are measured.
+        Which of the outputs are measured.
     """
     flight = manoeuvre.flight
     x = fly_states(model, manoeuvre, model.values, state, inputs)
-    fixed, extra, values = flight.inputs[:, :8].T, inputs.T, model.values[:, None]
+    fixed, extra, values = flight.inputs[:, : len(input_columns_of(model.axes))].T, inputs.T, model.values[:, None]
     moves = np.diag(_STATE_STEPS)
     pushes = _INPUT_STEP * np.eye(extra.shape[0])[noisy]
     intervals = np.diff(flight.time)
 
     def step(x: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         # Intervals of as many integration steps together: a gap takes more than its neighbours.
-        result = np.empty((5, intervals.size))
+        result = np.empty((state.size, intervals.size))
         counts = steps_in(intervals)
         for count in np.unique(counts):
             k = np.flatnonzero(counts == count)

@@ -9,9 +9,10 @@ import numpy as np
 
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import prepare
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.paper_chain import run_chain
-from aerosid.studies.monte_carlo.search import search
+from aerosid.studies.monte_carlo.search import estimate_known
 from benchmarks.rivals.task import COEFFICIENTS, LIBRARY, Answer, Record, Task
 
 TERMS = LoopSettings(
@@ -35,7 +36,7 @@ class WholeLoop:
 
 def structure_told(task: Task, record: Record) -> Answer:
     """The maximum-likelihood estimate of the true derivatives, noise of the elevator counted."""
-    found = search(record.log, task.aircraft, "known", task.entries)
+    found = estimate_known(record.log, task.aircraft, task.entries)
     free, values = found.completed.free, found.completed.model
     rows = [
         (coefficient, str(term), values.value((coefficient, term)), float(deviation))

@@ -151,7 +151,12 @@ REFUSED = {
         _replaced("sigma = 0.1", "sgima = 0.1"),
         ["derivatives.C_m.delta_e.sgima", "sigma"],
     ),
-    "unknown coefficient": (GOOD + '[derivatives.C_n]\n"1" = { value = 1.0 }\n', ["derivatives.C_n", "C_X"]),
+    "unknown coefficient": (GOOD + '[derivatives.C_q]\n"1" = { value = 1.0 }\n', ["derivatives.C_q", "C_X"]),
+    "lateral coefficient alone": (
+        GOOD + '[derivatives.C_n]\n"1" = { value = 1.0 }\n',
+        ["derivatives.C_Y", "missing", "C_l, C_n"],
+    ),
+    "rate without span": (_replaced('"delta_e" =', '"p_hat" ='), ["reference.span [m]", "missing"]),
     "missing table": (
         _replaced("[mass]\nmass = 2280           # an integer is a number too\nI_yy = 6940.0\n", ""),
         ["table mass", "missing"],

@@ -14,8 +14,8 @@ from aerosid.compatibility import Agreement, check_kinematics
 from aerosid.compatibility.contradiction import Contradiction, contradictions
 from aerosid.compatibility.recording import read_recording
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting import write_report
 
 G = 9.80665

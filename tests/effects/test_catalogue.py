@@ -17,13 +17,13 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.verdict import Verdict
 
 Array = NDArray[np.float64]
-SPREAD = np.array([NOISE.get(name, 1.0) for name in OUTPUTS])
+SPREAD = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs])
 EXAMPLES = [
     pytest.param(name, planted, id=f"{name} {planted.where}")
     for name, kind in KINDS.items()
@@ -108,7 +108,10 @@ def flown(name: str, planted: Planted) -> FlightLog:
     model = with_columns_of(model, [effect])
     outputs = answered(model, manoeuvre, effect, initial_state(manoeuvre.flight))
     generator = np.random.default_rng(7)
-    truth = {**{channel: outputs[:, OUTPUTS.index(channel)] for channel in OUTPUTS}, "delta_e": quiet["delta_e"]}
+    truth = {
+        **{channel: outputs[:, LONGITUDINAL.outputs.index(channel)] for channel in LONGITUDINAL.outputs},
+        "delta_e": quiet["delta_e"],
+    }
     noisy = {c: truth[c] + deviation * generator.standard_normal(problem.time.size) for c, deviation in NOISE.items()}
     return with_channels(quiet, **noisy)
 

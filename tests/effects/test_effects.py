@@ -25,15 +25,15 @@ from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import self_consistent
 from aerosid.flight_model.aerodynamics import AerodynamicModel, values_by_name
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited
 
 Array = NDArray[np.float64]
 UNEVEN = np.cumsum(np.random.default_rng(0).uniform(0.01, 0.05, 80))
 EVEN = 0.03 * np.arange(200)
 WAVY = np.sin(2.0 * EVEN) + 0.3 * np.sign(np.sin(5.0 * EVEN))
-SPREAD = np.array([NOISE.get(name, 1.0) for name in OUTPUTS])
+SPREAD = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs])
 START = np.array([99.9, 1.46, 0.0, 0.0146, 1500.0])
 
 
@@ -179,7 +179,7 @@ def flown_by_hand(
         kind = active.effect.kind
         if not kind.startswith("sensor"):
             continue
-        i = OUTPUTS.index(active.effect.where)
+        i = LONGITUDINAL.outputs.index(active.effect.where)
         outputs[:, i] = {
             "sensor_bias": lambda y, n: y + n,
             "sensor_scale": lambda y, n: y * n,
@@ -271,7 +271,7 @@ def test_separation_is_that_of_a_sixth_state(flight: tuple[AerodynamicModel, Man
     terms = {key: value for key, value in values_by_name(model).items() if not key[1].startswith("offset")}
     wanted, point = fly_separating(START, wide.time, driving, terms, FRAME, SEPARATION)
     assert point.min() < 0.5 < 0.95 < point.max()
-    for i, name in enumerate(OUTPUTS):
+    for i, name in enumerate(LONGITUDINAL.outputs):
         effect = np.abs(wanted[:, i] - attached[:, i]).max()
         assert_allclose(outputs[:, i], wanted[:, i], rtol=0.0, atol=0.03 * effect, err_msg=name)
 
@@ -329,7 +329,7 @@ def test_whitening_remembers_as_the_dense_gaussian_does(sensor: OutputEffect | N
 
     def sensed(result: Array) -> Array:
         for fault in faults:
-            i = OUTPUTS.index(fault.effect.where)
+            i = LONGITUDINAL.outputs.index(fault.effect.where)
             assert isinstance(fault.effect, OutputEffect)
             result[:, i] = fault.effect.output(time, result[:, i : i + 1], fault.values)[:, 0]
         return result[held]

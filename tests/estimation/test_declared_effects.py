@@ -12,8 +12,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError
 from aerosid.estimation.declared_effects import declared_effects
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.verdict import Verdict
 
 Array = NDArray[np.float64]
 PROBLEM = Problem(duration=8.0, elevator="3211")

@@ -15,19 +15,19 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2, norm
 
 from aerosid.errors import EstimationError
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest, refine, whiten
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
 """The light transport with nothing left to find: twelve derivatives."""
 
-VARIANCE = np.array([NOISE.get(name, 1.0) for name in OUTPUTS]) ** 2
+VARIANCE = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs]) ** 2
 AS_GIVEN = RefinementSettings(steps=0)
 
 
@@ -80,8 +80,7 @@ def test_estimate_and_covariance_are_output_errors(
         manoeuvres,
         [model.entries[i] for i in free],
         variance=VARIANCE,
-        hold_variance=True,
-        filtering=False,
+        settings=RefinementSettings(hold_variance=True, filtering=False),
     )
     assert found.converged
     spread = np.sqrt(np.diag(covariance))
@@ -97,7 +96,9 @@ def test_noise_levels_are_the_residuals_root_mean_square(
 ) -> None:
     """At the likelihood's maximum over the variances, whatever level the search began with."""
     model, manoeuvres = two_flights
-    found = refine(model, manoeuvres, model.entries, filtering=False, variance=VARIANCE * 9.0)
+    found = refine(
+        model, manoeuvres, model.entries, variance=VARIANCE * 9.0, settings=RefinementSettings(filtering=False)
+    )
     squares, counts = np.zeros(8), np.zeros(8)
     for manoeuvre, state in zip(manoeuvres, found.states, strict=True):
         outputs, _ = simulate_outputs(state, manoeuvre.flight, found.model.values, model.table, model.constants)
@@ -122,15 +123,14 @@ def test_likelihood_with_elevator_noise_is_the_dense_gaussians(problem: Problem)
     flight = manoeuvre.flight._replace(measured=measured, input_variance=np.array([noise["delta_e"] ** 2]))
     manoeuvre = replace(manoeuvre, flight=flight)
     variance = small**2 * VARIANCE
-    best = refine(model, [manoeuvre], (), variance=variance, hold_variance=True)
+    best = refine(model, [manoeuvre], (), variance=variance, settings=RefinementSettings(hold_variance=True))
     found = refine(
         model,
         [manoeuvre],
         model.entries,
         states=best.states,
         variance=variance,
-        hold_variance=True,
-        settings=AS_GIVEN,
+        settings=replace(AS_GIVEN, hold_variance=True),
     )
     wanted = dense_gaussian(*stacked(model, flight, best.states[0], variance))
     assert found.cost == pytest.approx(wanted.squares + wanted.log_determinant, abs=0.02 + 1e-3 * wanted.squares)
@@ -179,7 +179,7 @@ def test_a_prior_is_one_more_measurement() -> None:
     problem = Problem(DECLARING, duration=6.0)
     model, manoeuvre = problem.prepared(problem.fly(seed=5))
     free = [entry("C_m", "alpha"), entry("C_m", "delta_e")]
-    held = {"variance": VARIANCE, "hold_variance": True}
+    held = {"variance": VARIANCE, "settings": RefinementSettings(hold_variance=True)}
     alone = refine(model, [manoeuvre], free, **held)
     own = np.sqrt(alone.covariance[0, 0])
     value = alone.model.value(free[0]) + 3.0 * own
@@ -282,6 +282,6 @@ def test_deviations_are_the_scatter_over_four_hundred_seeds(interval: float) -> 
     corrected, _, estimates = scatter(replace(QUICK, interval=interval), range(1000, 1400))
     calibrated(corrected, 1e-3, 1.07)
     levels = np.sqrt(np.mean([found.variance for found in estimates], axis=0))
-    for i, name in enumerate(OUTPUTS):
+    for i, name in enumerate(LONGITUDINAL.outputs):
         if name in NOISE:
             assert levels[i] / NOISE[name] == pytest.approx(1.0, abs=0.03), name

@@ -22,11 +22,11 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.motion_loop import added_along, self_consistent
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 
 Array = NDArray[np.float64]
-SPREAD = np.array([NOISE.get(name, 1.0) for name in OUTPUTS])
+SPREAD = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs])
 SEPARATING = ActiveEffect(flow_separation(0.12, "C_Z", ("C_X", "C_m")), (0.1, 25.0, 0.15, 0.2, -0.05, -0.03))
 AT_ONCE = ActiveEffect(flow_separation(0.12, "C_Z", ("C_m",)), (0.11, 15.0, 0.1, 0.0, -0.02))
 LIFTED = ActiveEffect(ground_effect("C_Z", 14.0), (0.3, 14.0))

@@ -61,7 +61,7 @@ def predict(
     places = np.arange(model.values.size) if free is None else np.array(free, dtype=np.int64)
     samples = flight.time.size
     if directions is None:
-        directions = no_directions(samples, flight.input_variance.size)
+        directions = no_directions(flight)
     carry = start_carry(start, flight, places.size, directions)
     width = carry.columns.shape[1]
     predicted, white = np.empty((samples, 8)), np.empty((samples, 8))

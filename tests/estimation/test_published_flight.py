@@ -11,12 +11,12 @@ from recordings import recording
 from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.declared_model import declared_model
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.formats import read_log
 
 PUBLISHED = {"V": 0.571, "alpha": 0.00228, "theta": 0.01205, "q": 0.00263, "a_x": 0.0246, "a_z": 0.217}
@@ -45,11 +45,11 @@ START = np.array([V * np.cos(ALPHA), V * np.sin(ALPHA), Q, THETA, 0.0])
 
 def test_residuals_are_the_published_ones(hfb: tuple[AerodynamicModel, Manoeuvre]) -> None:
     model, manoeuvre = hfb
-    settings = RefinementSettings(hold_states=True)
-    found = refine(model, [manoeuvre], model.entries, states=[START], filtering=False, settings=settings)
+    settings = RefinementSettings(hold_states=True, filtering=False)
+    found = refine(model, [manoeuvre], model.entries, states=[START], settings=settings)
     assert found.converged
     assert (found.states[0] == START).all()
-    level = dict(zip(OUTPUTS, np.sqrt(found.variance), strict=True))
+    level = dict(zip(LONGITUDINAL.outputs, np.sqrt(found.variance), strict=True))
     for channel, wanted in PUBLISHED.items():
         # Published to three digits.
         assert level[channel] == pytest.approx(wanted, rel=0.003)
@@ -58,7 +58,7 @@ def test_residuals_are_the_published_ones(hfb: tuple[AerodynamicModel, Manoeuvre
 
 def test_a_free_initial_state_fits_better_and_bounds_grow(hfb: tuple[AerodynamicModel, Manoeuvre]) -> None:
     model, manoeuvre = hfb
-    found = refine(model, [manoeuvre], model.entries, states=[START], filtering=False)
+    found = refine(model, [manoeuvre], model.entries, states=[START], settings=RefinementSettings(filtering=False))
     assert np.prod(found.variance[:7]) < 2.5e-24
     spread = deviations(found, [manoeuvre])
     # A study of this flight found plain deviations 2.3 to 4.8 times too small.

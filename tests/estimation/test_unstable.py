@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from problems import UNSTABLE, Problem, entry, with_thrust
 
-from aerosid.estimation.evidence import deviations, score_hypotheses
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.score_test import score_hypotheses
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.simulation import fly, input_row, trim
 from aerosid.logs.flight_log import FlightLog

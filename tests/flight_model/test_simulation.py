@@ -11,8 +11,8 @@ from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, SILENT, UNSTABLE, Probl
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import EstimationError
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
 
 
@@ -50,7 +50,7 @@ def test_flight_is_the_solution_of_the_equations(problem: Problem) -> None:
         "delta_e": level.delta_e + problem.deflection,
     }
     _, outputs = simulate(start, problem.time, inputs, terms, frame_of(problem.aircraft))
-    for i, name in enumerate(OUTPUTS):
+    for i, name in enumerate(LONGITUDINAL.outputs):
         assert_allclose(log[name], outputs[:, i], rtol=0.0, atol=2e-6 * (1.0 + np.ptp(outputs[:, i])), err_msg=name)
 
 

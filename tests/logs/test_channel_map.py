@@ -151,4 +151,4 @@ def test_bundled_maps_name_glossary_channels_and_a_known_format(path: Path) -> N
     assert channel_map.format in FORMATS
     assert set(channel_map.channels) - set(CHANNELS) <= {"elevator_tab"}
     assert {"V", "alpha", "q", "delta_e"} <= set(channel_map.channels)
-    assert all(entry.unit for entry in channel_map.channels.values())
+    assert all(entry.unit for alternatives in channel_map.channels.values() for entry in alternatives)

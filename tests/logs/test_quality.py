@@ -215,7 +215,10 @@ def test_real_manoeuvres_are_usable_and_free_of_false_alarms(name: str, channel_
     log = read_log(recording(name), Path(bundled_folder("flight_data")) / "channel_maps" / f"{channel_map}.toml")
     quality = check_log(log)
     assert quality.usable
-    assert {finding.problem for finding in quality.findings} <= {Problem.COARSE}
+    # The Citation's channels are filtered, ATTAS' alpha of the stall and altitude computed or recorded more slowly.
+    assert {finding.problem for finding in quality.findings} <= {Problem.COARSE, Problem.NOISE_UNKNOWN}
+    doubted = {finding.subject for finding in quality.findings if finding.problem is Problem.NOISE_UNKNOWN}
+    assert not doubted or name.startswith(("citation", "attas"))
 
 
 def test_unit_mistake_in_a_real_header_is_noticed(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.sensor import sensor_bias
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.flight_model.simulation import steps
 from aerosid.loop.next_flight.expected_information import (
     expected_deviations,
@@ -61,7 +61,7 @@ class Dense:
             values[places] = x[: places.size]
             bias = np.zeros_like(flight.measured)
             if estimate.effects:
-                bias[:, OUTPUTS.index("theta")] = x[places.size + 5]
+                bias[:, LONGITUDINAL.outputs.index("theta")] = x[places.size + 5]
             return outputs(values, x[places.size : places.size + 5], np.zeros(flight.time.size)) + bias[held]
 
         numbers = [value for active in estimate.effects for value in active.values]
@@ -212,7 +212,7 @@ def test_the_needed_difference_is_where_the_probability_is_95_per_cent() -> None
 
 def test_unmeasured_altitude_says_nothing_and_breaks_nothing() -> None:
     chosen, record = fitted("delta_e^2")
-    held = np.array([name != "h" for name in OUTPUTS])
+    held = np.array([name != "h" for name in LONGITUDINAL.outputs])
     without = replace(
         record,
         outputs=tuple(name for name in record.outputs if name != "h"),

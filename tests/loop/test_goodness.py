@@ -12,11 +12,12 @@ from problems import BOTH_SQUARES, LIGHT, NOISE, SILENT, Problem, declaring, ent
 from scipy.signal import lfilter
 from scipy.stats import binom, chi2
 
-from aerosid.estimation.evidence import deviations
+from aerosid.estimation.deviations import deviations
 from aerosid.estimation.maximum_likelihood import refine
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.goodness import correlation_matrix, scatter, variance_inflation
-from aerosid.loop.identification import LoopSettings, close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.settings import LoopSettings
+from aerosid.loop.verdict import Verdict
 from aerosid.signals.fit_statistics import explained_variance, noise_memories, theil, whiteness
 
 TERMS = LoopSettings(catalogue="terms")

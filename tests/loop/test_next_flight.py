@@ -19,22 +19,24 @@ from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.effects import ActiveEffect
 from aerosid.effects.sensor import sensor_bias
 from aerosid.errors import AircraftError, UsageError
-from aerosid.estimation.evidence import Deviations, deviations
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
+from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.next_flight.flight_limits import MARGIN, FlightLimits, read_limit
 from aerosid.loop.next_flight.input_design import DesignSettings
 from aerosid.loop.next_flight.plan import plan_next_flight
-from aerosid.loop.result import ClosedLoop, DerivativeRow, NextFlight, PlannedInput
+from aerosid.loop.next_flight.planned_flight import NextFlight, PlannedInput
+from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 from aerosid.reporting import report_html, write_report
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
-from aerosid.reporting.result_schema import result_text
-from aerosid.reporting.words import number
+from aerosid.reporting.result_json import result_text
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.findings import Finding
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
@@ -163,11 +165,11 @@ def test_given_limits_are_kept_and_narrower_ones_tell_less(
     assert narrow.questions[0].expected is not None
     assert plan.questions[0].expected is not None
     assert narrow.questions[0].expected < plan.questions[0].expected
-    if narrow.input is not None:
-        (alpha,) = (peak for peak in narrow.input.peaks if peak.name == "alpha")
-        assert alpha.given
-        assert -0.03 < alpha.lowest < alpha.highest < 0.06
-        assert narrow.input.rate == 0.2
+    limited = planned_input(narrow)
+    (alpha,) = (peak for peak in limited.peaks if peak.name == "alpha")
+    assert alpha.given
+    assert -0.03 < alpha.lowest < alpha.highest < 0.06
+    assert limited.rate == 0.2
 
 
 def test_the_plan_is_the_same_to_the_last_bit(undecided: tuple[Attribution, Manoeuvre], plan: NextFlight) -> None:

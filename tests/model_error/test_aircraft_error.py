@@ -14,10 +14,10 @@ from scipy.linalg import solve_continuous_are
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL, equation_of
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.simulation import doublet, fly, trim
 from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
-from aerosid.model_error.paper_chain import EQUATION
 
 Array = NDArray[np.float64]
 FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 100.0)
@@ -147,7 +147,7 @@ def test_a_small_planted_term_leaves_its_picture_in_d(key: tuple[str, str], fact
     model = model.extended([entry(*key)])
     found = estimate_aircraft_error(model, manoeuvre.flight, VARIANCE, factor * DENSITY)
     picture = size * found.responded[:, :, model.index(entry(*key))]
-    own = EQUATION[key[0]]
+    own = equation_of(LONGITUDINAL, key[0])
     error = found.d[:, own] - picture[:, own]
     assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(picture[:, own] ** 2))
 

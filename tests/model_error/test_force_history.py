@@ -16,7 +16,7 @@ from aerosid.model_error.force_history import ForceHistory, smooth_forces, smoot
 from aerosid.signals.delay_and_lag import lagged
 from aerosid.signals.sensor_dynamics import SensorDynamics, lagging, scaled, sensor_states
 from aerosid.signals.smoothing import smooth_inputs
-from aerosid.signals.trace import Trace
+from aerosid.signals.trace import StateSizes, Trace
 from aerosid.signals.whitening import InputNoise, initial_covariance
 
 Array = NDArray[np.float64]
@@ -90,6 +90,7 @@ def test_smoother_is_the_dense_gaussians_posterior(
         end=rng.normal(size=(samples, 5, extra)),
         outputs_x=rng.normal(size=(samples, 8, 5)),
         outputs_u=rng.normal(size=(samples, 8, extra)) * rng.integers(0, 2, size=(8, extra)),
+        sizes=StateSizes((0, 0, 0, 0), (0,)),
     )
     held = rng.random((samples, 8)) < 0.5
     held[5:7] = False
@@ -97,7 +98,7 @@ def test_smoother_is_the_dense_gaussians_posterior(
     noise = InputNoise(np.array([0.3, 0.0, 1.2]), np.array([0.0, 0.5, 0.8]))
     variance, start = rng.uniform(0.1, 2.0, size=8), np.diag([0.5, 0.0, 1.0, 0.2, 0.0])
     errors, variances = np.zeros((samples, extra, width)), np.zeros((samples, extra))
-    states = sensor_states(sensors.items(), 1.0)
+    states = sensor_states(sensors.items(), 1.0, 8)
     first = initial_covariance(start, noise, trace, states)
     smooth_inputs(held, columns, trace, variance, noise, states, first, errors, variances)
     mean, spread = dense_posterior(held, columns, trace, variance, noise, start, sense)

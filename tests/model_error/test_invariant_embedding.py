@@ -16,10 +16,9 @@ from aerosid.model_error.invariant_embedding import (
     information,
     measurement_update,
     predict_riccati,
-    solve_in_place,
-    step_work,
-    transition_step,
 )
+from aerosid.model_error.step_map import transition_step
+from aerosid.model_error.step_work import solve_in_place, step_work
 from aerosid.model_error.weights import step_covariance
 
 

@@ -26,7 +26,7 @@ MUTATIONS = {
         "invariant_embedding.py", "value += F[i, m] * S[m, j]", "value += F[m, i] * S[m, j]",
     ),
     "f_x is transposed in the continuous recursion": (
-        "invariant_embedding.py", "A[i, j] = F[i, j] * down * scale[j]", "A[i, j] = F[j, i] * down * scale[j]",
+        "step_map.py", "A[i, j] = F[i, j] * down * scale[j]", "A[i, j] = F[j, i] * down * scale[j]",
     ),
     "the discrete d belongs to the step after": (
         "discrete.py", "d[k - 1] = correction", "d[min(k, N - 2)] = correction",

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from problems import BOTH_SQUARES, LIGHT, NOISE, SILENT, Problem, declaring, entry
 
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.paper_chain import Chain, ChainSettings, choose_error_density, feed, run_chain
 
@@ -19,7 +19,7 @@ SQUARES = [entry(*key) for key in BOTH_SQUARES]
 
 def noisy_by_name(manoeuvre: Manoeuvre, scale: float = 1.0) -> Manoeuvre:
     """A manoeuvre without noise that the chain takes for a noisy one: weights and filter are those of flight."""
-    return replace(manoeuvre, noise=scale * np.array([NOISE.get(name, np.nan) for name in OUTPUTS]))
+    return replace(manoeuvre, noise=scale * np.array([NOISE.get(name, np.nan) for name in LONGITUDINAL.outputs]))
 
 
 def chain_on(problem: Problem, factor: float, settings: ChainSettings, scale: float = 1.0) -> Chain:
@@ -70,7 +70,7 @@ def test_the_filter_runs_where_it_is_asked_for() -> None:
     for i in range(4):
         left = (fed.flight.measured - clean.flight.measured)[inner, i]
         # Where the motion passes unchanged, what is left is the noise that the weight says.
-        assert np.var(left) / fed.variance[i] == pytest.approx(1.0, abs=0.5), OUTPUTS[i]
+        assert np.var(left) / fed.variance[i] == pytest.approx(1.0, abs=0.5), LONGITUDINAL.outputs[i]
 
 
 def test_the_users_weights_are_used_as_given() -> None:

@@ -13,15 +13,15 @@ from oracles.flight import Airframe
 from problems import LIGHT, NOISE, Problem, with_channels
 from scipy.signal import lsim
 
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.aerodynamics import values_by_name
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, steps, trim
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
-from aerosid.loop.result import Verdict
-from aerosid.loop.verdict import judge
-from aerosid.search.attribution import USUAL, Attribution, attribute
+from aerosid.loop.identification import identify
+from aerosid.loop.verdict import Verdict, judge
+from aerosid.search.attribution import USUAL, Attribution
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.separation_search import separation_at_first
 from aerosid.search.structure_search import StructureSearch
@@ -65,7 +65,7 @@ def recorded(problem: Problem, seed: int, channel: str, sense: Callable[[Array, 
 def sampled(problem: Problem, seed: int, outputs: Array, thrust: float, elevator: Array) -> FlightLog:
     """Outputs (N, 8) of an independent simulation as a log, with the usual noise."""
     generator = np.random.default_rng(seed)
-    truth = {**dict(zip(OUTPUTS, outputs.T, strict=True)), "delta_e": elevator}
+    truth = {**dict(zip(LONGITUDINAL.outputs, outputs.T, strict=True)), "delta_e": elevator}
     channels = {name: truth[name] + s * generator.standard_normal(problem.time.size) for name, s in NOISE.items()}
     template = problem.fly()
     return FlightLog("flight", problem.time, {**channels, "thrust": np.full(problem.time.size, thrust)}, template.units)
@@ -127,16 +127,10 @@ def separating(problem: Problem, seed: int) -> FlightLog:
 
 
 def searched(log: FlightLog) -> tuple[Attribution, Verdict]:
-    """What the loop does between reading and reporting, without the paper's chain."""
-    problem = Problem()
-    declared, manoeuvre = problem.prepared(log)
-    before = refine(declared, [manoeuvre], declared.entries)
-    hypotheses = (
-        *term_hypotheses(problem.candidates(log)),
-        *effect_hypotheses(declared, [manoeuvre], LIGHT.coefficients),
-    )
-    found = attribute(before, [manoeuvre], hypotheses, LIGHT.coefficients)
-    return found, judge(found, [manoeuvre])
+    """What the loop finds, and its verdict."""
+    identified = identify([log], LIGHT)
+    assert identified.found is not None
+    return identified.found, judge(identified.found, identified.manoeuvres)
 
 
 @dataclass(frozen=True)
@@ -216,9 +210,8 @@ def test_an_effect_that_no_catalogue_holds_blames_no_sensor() -> None:
     log = fly(problem.truth, level, problem.time, problem.deflection, further_inputs={"vane_2": loss}, **body)
     log = with_channels(log, vane_2=None, thrust=np.full(log.time.size, level.thrust))
     found, verdict = searched(log)
-    assert verdict is not Verdict.NOTHING_MISSING
-    if verdict is Verdict.EXPLAINED:
-        assert not any(finding.kind.startswith("sensor") for finding in found.findings)
+    assert verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+    assert not [finding.where for finding in found.findings if finding.kind.startswith("sensor")]
 
 
 def stalling_with_a_slow_gyro() -> tuple[Problem, FlightLog]:
@@ -241,7 +234,7 @@ def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None
     """Names that only look like a stall, once in, keep it out: where it is most of what is missing it comes first."""
     problem, log = stalling_with_a_slow_gyro()
     model, manoeuvre = problem.prepared(log)
-    before = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     hypotheses = (
         *term_hypotheses(problem.candidates(log)),
         *effect_hypotheses(model, [manoeuvre], LIGHT.coefficients),

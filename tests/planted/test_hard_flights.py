@@ -10,11 +10,12 @@ from problems import NOISE, SILENT, Problem, with_channels
 from scipy.signal import lfilter
 
 from aerosid.compatibility import check_kinematics
-from aerosid.estimation.evidence import unexplained_channels
 from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.result import ClosedLoop, Verdict
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from benchmarks.wide_detection import closed, written
 
 

@@ -12,8 +12,10 @@ from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry, with
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import LoopSettings, close_loop
-from aerosid.loop.result import ClosedLoop, Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
+from aerosid.loop.verdict import Verdict
 from aerosid.search.refutation import misfit, without_refuted
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch

@@ -13,8 +13,11 @@ from aerosid.compatibility.contradiction import contradictions
 from aerosid.compatibility.recording import read_recording
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
-from aerosid.loop.result import ClosedLoop, DerivativeRow, Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
+from aerosid.loop.verdict import Verdict
 
 pytestmark = pytest.mark.slow
 

@@ -14,7 +14,11 @@ import pytest
 from hostile_pages import HOSTILE, Page, hostile_result
 from problems_report import closed_loop
 
-from aerosid.loop.result import ClosedLoop, Effect, ErrorRow, Evidence, Parameter, Verdict
+from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
 
@@ -64,29 +68,27 @@ def test_what_is_to_be_decided_comes_first(page: Page) -> None:
 
 def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) -> None:
     wanted = [
-        result.summary,
         result.verdict.value,
         "−1.711 ± 0.019",
         "3.593 ± 0.041",
         "not used for the fit",
-        "cannot tell C_m alpha*delta_e from C_m alpha^2",
         "0.9700 ± 0.0097",  # CAP of the completed model
         "0.8365 ± 0.0084",  # alpha of level flight, deg
         "5.000 ± 0.050",  # frequency of the short period, rad/s
         "1 (1 to 2 within 2 σ)",
         "worse than 3",
-        "too little information on C_m alpha_dot_hat",
         "EL_L + EL_R",
         "1.2, 0, 0.4",
-        "4 samples of alpha are missing",
         result.prefilter.effect_on_estimates,
-        result.notes[0],
         result.aircraft.sha256,
         *(log.sha256 for log in (*result.identification, *result.validation)),
         np.__version__,
     ]
     for words in wanted:
         assert words in page.text, words
+    sentences = ["Cm and CX each lack a term in α2;", "cannot tell Cm α·δe from Cm α2", "information on Cm α̇̂"]
+    for sentence in (*sentences, "0.9077 kg/m³", "4 samples of α are missing"):
+        assert "".join(sentence.split()) in "".join(page.text.split()), sentence
 
 
 @pytest.mark.parametrize("unit", ["rad", "rad/s"])

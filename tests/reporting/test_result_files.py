@@ -19,12 +19,16 @@ from problems_report import closed_loop, simulated
 from rich.console import Console
 
 from aerosid.errors import UsageError
-from aerosid.loop.result import ClosedLoop, Effect, Evidence, Parameter, Verdict
+from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.verdict import Verdict
+from aerosid.notation import number, with_deviation
 from aerosid.reporting import ResultFile, print_summary, result_file, write_report
-from aerosid.reporting.result_schema import result_text
+from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, residuals_csv
 from aerosid.reporting.thinning import BINS, DRAWN_WHOLE, envelope
-from aerosid.reporting.words import number, symbol, with_deviation
+from aerosid.reporting.words import symbol
 
 FILES = {"result.json", "derivatives.csv", "residuals.csv", "report.html", "report.pdf"}
 FILES |= {"completed_aircraft.toml"}
@@ -187,7 +191,12 @@ def test_the_summary_says_verdict_effects_and_errors(verdict: Verdict) -> None:
     made = dataclasses.replace(made, summary="[red]not markup[/red]")
     print_summary(made, Console(file=stream, width=140))
     text = stream.getvalue()
-    for words in (verdict.name.lower(), "[red]not markup[/red]", "C_m has a term in alpha^2", "−1.711 ± 0.019"):
+    for words in (
+        verdict.name.lower().replace("_", " "),
+        "[red]not markup[/red]",
+        "C_m has a term in alpha^2",
+        "−1.711 ± 0.019",
+    ):
         assert words in text
     for row in made.errors:
         assert row.log in text

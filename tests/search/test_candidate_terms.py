@@ -13,8 +13,8 @@ from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import close_loop
-from aerosid.loop.result import Verdict
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.verdict import Verdict
 from aerosid.search.candidate_terms import candidate_entries
 
 Array = NDArray[np.float64]

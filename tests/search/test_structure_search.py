@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
-from aerosid.estimation.evidence import Linearised
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.score_test import Linearised
 from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.replacement import evident_price

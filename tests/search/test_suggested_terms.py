@@ -32,7 +32,7 @@ def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
     assert first.ratio == pytest.approx(first.finding.value / first.finding.std_error)
     (sentence, *_) = told_of_unproven([first])
     assert "C_X alpha^2" in sentence
-    assert "deviations from zero" in sentence
+    assert "standard errors from zero" in sentence
     assert not [each for each in unproven_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
 
 

@@ -19,7 +19,7 @@ SIGNAL = np.sin(1.5 * TIME) + 0.4 * np.cos(4.0 * TIME)
 
 def record(sensors: list[tuple[int, SensorDynamics]], signal: Array) -> Array:
     """Output 1 step by step through the sampled states."""
-    states = sensor_states(sensors, 0.05)
+    states = sensor_states(sensors, 0.05, 8)
     s = states.steady * signal[0]
     shown = [states.read[1] @ s + states.direct[1] * signal[0]]
     for before, after in pairwise(signal):
@@ -47,6 +47,6 @@ def test_faults_of_one_sensor_act_one_after_the_other() -> None:
 
 
 def test_an_early_or_quick_sensor_has_no_states() -> None:
-    states = sensor_states([(1, late(-0.1)), (2, lagging(0.0)), (3, scaled(2.0))], 0.05)
+    states = sensor_states([(1, late(-0.1)), (2, lagging(0.0)), (3, scaled(2.0))], 0.05, 8)
     assert states.source.size == 0
     assert states.direct.tolist() == [1.0, 1.0, 1.0, 2.0, 1.0, 1.0, 1.0, 1.0]

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from aerosid.signals.sensor_dynamics import no_sensor_states
-from aerosid.signals.trace import Trace
+from aerosid.signals.trace import StateSizes, Trace
 from aerosid.signals.whitening import InputNoise, make_whitening_carry, noisy_inputs_alone, whiten_stretch
 
 SAMPLES, EXTRA, WIDTH = 40, 3, 7
@@ -25,6 +25,7 @@ def linearisation(rng: np.random.Generator) -> Trace:
         rng.standard_normal((SAMPLES, 5, EXTRA)),
         rng.standard_normal((SAMPLES, 8, 5)),
         rng.standard_normal((SAMPLES, 8, EXTRA)),
+        StateSizes((0, 0, 0, 0), (0,)),
     )
 
 
@@ -32,7 +33,7 @@ def linearisation(rng: np.random.Generator) -> Trace:
 @pytest.mark.parametrize("noisy", [[1], [0, 2], []])
 def test_inputs_without_noise_change_nothing(noisy: list[int], memory: float) -> None:
     rng = np.random.default_rng(5)
-    trace, sensors = linearisation(rng), no_sensor_states()
+    trace, sensors = linearisation(rng), no_sensor_states(8)
     variance = np.zeros(EXTRA)
     variance[noisy] = 0.3
     noise = InputNoise(variance, np.full(EXTRA, memory))

@@ -11,7 +11,7 @@ import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
 from aerosid.errors import LogError, UsageError
-from aerosid.loop.identification import LoopSettings
+from aerosid.loop.settings import LoopSettings
 from aerosid.studies.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
 from aerosid.studies.batch.one_log import _at_first
 from aerosid.studies.batch.page import drawn_figure, page_html

@@ -13,7 +13,7 @@ from scipy.linalg import toeplitz
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.signals.stationary_noise import StationaryNoise
 from aerosid.studies.cramer_rao import Sensitivity, sensitivity
 from aerosid.studies.many_flights import fly_many
@@ -34,12 +34,12 @@ def true_flight(samples: int, interval: float) -> tuple[AerodynamicModel, Manoeu
 
 
 def white(manoeuvre: Manoeuvre, snr: float) -> tuple[Array, Array]:
-    """Autocovariances (p, p, N) of white noise, and its variances (8,) in the order of OUTPUTS."""
+    """Autocovariances (p, p, N) of white noise, and its variances (8,) in the order of LONGITUDINAL.outputs."""
     measured = manoeuvre.flight.measured
     variance = np.ones(8)
     noise = np.zeros((len(MEASURED), len(MEASURED), manoeuvre.flight.time.size))
     for i, name in enumerate(manoeuvre.outputs):
-        place = OUTPUTS.index(name)
+        place = LONGITUDINAL.outputs.index(name)
         variance[place] = noise[i, i, 0] = (np.std(measured[:, place]) / snr) ** 2
     return noise, variance
 
@@ -225,7 +225,7 @@ def test_noisy_inputs_bound_as_the_dense_covariance_of_what_they_cause(memory: f
     noise = noise[:, :, :1] * memory ** np.arange(float(samples))
     found = sensitivity(model, manoeuvre, start, model.entries, np.array([True]))
     assert found is not None
-    places = [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    places = [LONGITUDINAL.outputs.index(name) for name in manoeuvre.outputs]
     expected = dense_bound(found, noise, 10.0 * ELEVATOR * by_every_sample(model, manoeuvre, start, places))
     np.testing.assert_allclose(found.bound(noise, np.array([(10.0 * ELEVATOR) ** 2])), expected, rtol=1e-5)
     assert np.max(expected / dense_bound(found, noise)) > 1.8  # the inputs' noise counts here
@@ -260,7 +260,7 @@ def test_white_noise_is_least_squares_at_any_length() -> None:
     noise, variance = white(manoeuvre, 20.0)
     found = sensitivity(model, manoeuvre, start, [entry("C_m", "alpha"), entry("C_Z", "alpha")], np.array([True]))
     assert found is not None
-    deviation = np.sqrt(variance[[OUTPUTS.index(name) for name in manoeuvre.outputs]])
+    deviation = np.sqrt(variance[[LONGITUDINAL.outputs.index(name) for name in manoeuvre.outputs]])
     columns = (found.unknown[:, :, :6] / deviation[:, None]).reshape(-1, 6)
     expected = np.linalg.norm(np.linalg.inv(np.linalg.qr(columns, mode="r")), axis=1)[:2]
     np.testing.assert_allclose(found.bound(noise, np.zeros(1)), expected, rtol=1e-6)

@@ -16,7 +16,7 @@ from problems_report import closed_loop
 
 from aerosid.cli.main import main
 from aerosid.errors import UsageError
-from aerosid.loop.result import Verdict
+from aerosid.loop.verdict import Verdict
 from aerosid.studies.cross_check.effects_check import PLANTED, EffectCheck, Outcome, PlantedFlight, check_effect, judge
 from aerosid.studies.cross_check.paper_flight import PaperFlight, flown_by_jsbsim
 from aerosid.studies.cross_check.polynomial import coefficients_at

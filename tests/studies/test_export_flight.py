@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.settings import LoopSettings
 from aerosid.reporting.export.jsbsim_xml import ExportSettings, put_into
 
 TERMS_ALONE = LoopSettings(catalogue="terms", next_flight=False)

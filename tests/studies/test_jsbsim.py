@@ -15,7 +15,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import EstimationError
 from aerosid.flight_model.simulation import fly, trim
-from aerosid.loop.identification import close_loop
+from aerosid.loop.closed_loop import close_loop
 from aerosid.signals.delay_and_lag import lagged, rate_limited
 from aerosid.studies.jsbsim.elevator_inputs import Manoeuvre, manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim

@@ -12,9 +12,10 @@ from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.cli.main import main
 from aerosid.errors import UsageError
-from aerosid.flight_model.longitudinal import OUTPUTS, evaluate, make_workspace
+from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
+from aerosid.flight_model.workspace import make_workspace
 from aerosid.studies.paper import published, reproduce
 from aerosid.studies.paper.flight_example import ALPHA2, reference_flight
 from aerosid.studies.paper.table1 import make_table1
@@ -128,14 +129,24 @@ def test_the_paper_s_equations_are_those_of_the_flight_model():
     for name, column in (("V", speed), ("alpha", alpha), ("q", flight.states[:, 2]), ("theta", flight.states[:, 3])):
         np.testing.assert_allclose(column, log[name], rtol=1e-7, atol=1e-8)
     # And the candidate: what a unit of C_X and C_m in alpha^2 adds to the rates there.
-    work = make_workspace(len(model.columns) - 8, model.table)
+    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
     candidate = flight.candidate(flight.states, (2,))
     for k in (0, 90, 200):
         inputs = np.zeros(len(model.columns))
         inputs[:4] = aircraft.density, level.thrust, aircraft.mass, 340.0
         inputs[model.columns.index("delta_e")] = flight.elevator[k]
         x = np.array([*flight.states[k], 0.0])
-        evaluate(x, inputs, model.values, model.table, model.constants, np.zeros((len(OUTPUTS), 3)), work, True, False)
+        evaluate(
+            x,
+            inputs,
+            model.values,
+            model.table,
+            model.constants,
+            np.zeros((len(model.axes.outputs), 3)),
+            work,
+            True,
+            False,
+        )
         for place, entry in enumerate(undeclared):
             np.testing.assert_allclose(candidate[k, :, place], work.rates_p[:4, model.index(entry)], rtol=1e-12)
 

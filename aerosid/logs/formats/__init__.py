@@ -1,119 +1,274 @@
-"""Reads a recorded manoeuvre: one file a format, one table of formats, one function."""
+"""Log formats: one file a format, one table of formats, one function that reads."""
 
 from __future__ import annotations
 
 import gzip
 import hashlib
 import zlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats.ascii_columns import read_ascii_columns
-from aerosid.logs.formats.assembly import Assembled, assemble_mapped, assemble_native
-from aerosid.logs.formats.matlab5 import read_matlab5
-from aerosid.logs.formats.native_csv import looks_native, read_native_csv
+from aerosid.logs.flight_log import FlightLog, longest_stretch, stretches, with_fuel_used
+from aerosid.logs.formats.ascii_columns import holds_words
+from aerosid.logs.formats.assembly import Assembled, Place, assemble_mapped, assemble_native, cut_at_holes
+from aerosid.logs.formats.catalogue import FORMATS, Format
+from aerosid.logs.formats.native_csv import looks_native
 from aerosid.logs.formats.table import RawTable, shown
+from aerosid.logs.recording import Recording, Stream, column
 
-__all__ = ["FORMATS", "Format", "read_log"]
+if TYPE_CHECKING:
+    from aerosid.logs.formats.channel_map import ChannelMap
 
+__all__ = ["FORMATS", "Channels", "Format", "format_of", "read_log", "read_recording", "read_segments", "ready_maps"]
 
-@dataclass(frozen=True)
-class Format:
-    """One recorder format.
-
-    Attributes
-    ----------
-    read : callable
-        From the file's bytes and its name, for messages, to its columns.
-    suffixes : tuple of str
-        File suffixes by which the format is guessed; each may be followed by `.gz`.
-    self_describing : bool
-        Whether the file itself names channels and units, so that it needs no channel map.
-    description : str
-        One line for `aerosid formats`.
-    """
-
-    read: Callable[[bytes, str], RawTable]
-    suffixes: tuple[str, ...]
-    self_describing: bool
-    description: str
+Channels = str | Path | Mapping[str, Any]
+"""A channel map: its file, the name of a ready one, or its content."""
 
 
-FORMATS: dict[str, Format] = {
-    "csv": Format(read_native_csv, (".csv",), True, "aerosid's own: a header row `name [unit], ...`, then numbers"),
-    "ascii": Format(
-        read_ascii_columns,
-        (".asc", ".txt", ".dat", ".tsv", ".csv"),
-        False,
-        "columns separated by white space, comma, semicolon or tab, with or without header text",
-    ),
-    "mat": Format(read_matlab5, (".mat",), False, "MATLAB 5 to 7: one matrix, a struct, or one variable a channel"),
-}
+_READY = Path(__file__).resolve().parents[1] / "ready_maps"
 
 
-def read_log(path: str | Path, channel_map: str | Path | None = None) -> FlightLog:
+def ready_maps() -> dict[str, Path]:
+    """The channel maps that come with aerosid, by the name that `channels` takes."""
+    return {path.stem: path for path in sorted(_READY.glob("*.toml"))}
+
+
+def read_log(
+    path: str | Path,
+    channels: Channels | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    *,
+    across_holes: bool = False,
+) -> FlightLog:
     """The recorded manoeuvre as an immutable log in SI on its own time base.
 
     Parameters
     ----------
     path : str or Path
         The recording; may be compressed with gzip.
-    channel_map : str or Path, optional
-        The channel map. Without it: LOG.channels.toml beside the log, or channels.toml in its folder.
+    channels : str, Path or mapping, optional
+        The channel map: its file, the name of a ready one (`px4`), or its content, of which `{"theta": "ATT.Pitch"}` is
+        the shortest. Without it: LOG.channels.toml beside the log, channels.toml in its folder, or the ready map of
+        its format.
+    start, stop : float, optional
+        The span, s of the log's own time; the longest stretch without a hole inside it is read.
+    across_holes : bool
+        All stretches in one log, with nothing between them: for whole flights in which manoeuvres are sought.
 
     Raises
     ------
     LogError
-        If the recording cannot be read or used.
+        If the recording cannot be read or used, or nothing lies within the span.
     ChannelMapError
         If the map is wrong or does not fit the recording, or the format needs a map and there is none.
     """
-    path = Path(path)
-    label = str(path)
-    packed = _read_bytes(path)
-    data = _unpacked(packed, label)
-    map_path = None if channel_map is None else Path(channel_map)
-    assembled = _assemble(path, data, map_path)
-    return FlightLog(
+    whole = _read_whole(Path(path), channels)
+    if start is not None or stop is not None:
+        whole = whole.between(start, stop)
+    return whole if across_holes else longest_stretch(whole)
+
+
+def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[FlightLog, ...]:
+    """All stretches of a recording without a hole, each a log, in order of time.
+
+    Parameters
+    ----------
+    path, channels
+        As for `read_log`.
+
+    Raises
+    ------
+    LogError, ChannelMapError
+        As `read_log`.
+    """
+    return stretches(_read_whole(Path(path), channels))
+
+
+def _read_whole(path: Path, channels: Channels | None) -> FlightLog:
+    """Every stretch of a recording in one log that knows the holes between them."""
+    if _is_topic_folder(path):
+        parts, digest = _assemble_folder(path, channels)
+    else:
+        packed = _read_bytes(path)
+        parts, digest = _assemble(path, _unpacked(packed, str(path)), channels), hashlib.sha256(packed).hexdigest()
+    first = parts[0]
+    used = _used_map(path, channels)
+    log = FlightLog(
         name=_log_name(path),
-        time=assembled.time,
-        channels=assembled.channels,
-        units=assembled.units,
-        sources=assembled.sources,
-        positions=assembled.positions,
-        notes=tuple(assembled.notes),
-        path=label,
-        sha256=hashlib.sha256(packed).hexdigest(),
+        time=np.concatenate([part.time for part in parts]),
+        channels={name: np.concatenate([part.channels[name] for part in parts]) for name in first.channels},
+        units=first.units,
+        sources=first.sources,
+        positions=first.positions,
+        noise=first.noise,
+        resolution=first.resolution,
+        notes=tuple(first.notes),
+        path=str(path),
+        sha256=digest,
+        channel_map="" if used is None else str(used),
+        channel_map_sha256="" if used is None else hashlib.sha256(_read_bytes(used)).hexdigest(),
+        holes=tuple((float(a.time[-1]), float(b.time[0])) for a, b in pairwise(parts)),
     )
+    return with_fuel_used(log)
 
 
-def _assemble(path: Path, data: bytes, given_map: Path | None) -> Assembled:
-    from aerosid.logs.formats.channel_map import find_channel_map, load_channel_map
+def _used_map(path: Path, channels: Channels | None) -> Path | None:
+    """The file of the channel map, where it is beside the recording or given as one; ready maps are aerosid's own."""
+    from aerosid.logs.formats.channel_map import find_channel_map
 
+    if isinstance(channels, Mapping) or (channels is not None and not Path(channels).exists()):
+        return None
+    return find_channel_map(path, None if channels is None else Path(channels))
+
+
+def _is_topic_folder(path: Path) -> bool:
+    from aerosid.logs.formats.topic_folder import topic_files
+
+    return path.is_dir() and bool(topic_files(path))
+
+
+def _assemble_folder(path: Path, channels: Channels | None) -> tuple[list[Assembled], str]:
+    from aerosid.logs.formats.topic_folder import read_topic_folder
+    from aerosid.logs.mapped_recording import map_recording
+
+    recording, digest = read_topic_folder(path)
+    mapped = _mapping(path, channels) or _mapping(path, "px4")
+    assert mapped is not None  # the ready one comes with the package
+    mapping, map_label = mapped
+    return map_recording(recording, mapping, Place(str(path), map_label)), digest
+
+
+def format_of(path: str | Path) -> str:
+    """The key of `FORMATS` by which a file would be read with a map that names none.
+
+    Raises
+    ------
+    LogError
+        If it cannot be opened, or neither its content nor its suffix tells.
+    """
+    path = Path(path)
+    if _is_topic_folder(path):
+        return "ulog"
+    return _guess_format(path, _unpacked(_read_bytes(path), str(path)), mapped=True)
+
+
+def read_recording(path: str | Path, form: str | None = None) -> Recording:
+    """Everything that a file holds, as the recorder wrote it: nothing renamed, converted or resampled.
+
+    Parameters
+    ----------
+    path : str or Path
+        The recording; may be compressed with gzip.
+    form : str, optional
+        A key of `FORMATS`; guessed from the file where absent.
+
+    Raises
+    ------
+    LogError
+        If it cannot be read.
+    """
+    path = Path(path)
+    if form is None and _is_topic_folder(path):
+        from aerosid.logs.formats.topic_folder import read_topic_folder
+
+        return read_topic_folder(path)[0]
+    data = _unpacked(_read_bytes(path), str(path))
+    name = form or _guess_format(path, data, mapped=True)
+    if name == "ascii" and holds_words(data):
+        name = "text"
+    found = FORMATS[name].read(data, str(path))
+    return found if isinstance(found, Recording) else _as_recording(name, found)
+
+
+def _as_recording(name: str, table: RawTable) -> Recording:
+    """A table as the one stream of a recording; its columns go by their numbers where they have no names."""
+    from aerosid.logs.formats.delimited_text import numeric_clocks
+
+    names: list[str] = []
+    for index, held in enumerate(table.names):
+        plain = held or f"column {index + 1}"
+        names.append(plain if plain not in names else f"{plain} ({index + 1})")
+    columns = {held: column(table.values[:, index], table.units[index]) for index, held in enumerate(names)}
+    whole = {
+        f"{held} {left}{one.unit}{right}": held
+        for held, one in columns.items()
+        if one.unit
+        for left, right in ("[]", "()")
+    }
+    return Recording(name, (Stream("", columns, numeric_clocks(columns), aliases=whole),))
+
+
+def _mapping(path: Path, channels: Channels | None) -> tuple[ChannelMap, str] | None:
+    """The channel map and where it is from; None where there is none."""
+    from aerosid.logs.formats.channel_map import checked_map, find_channel_map, load_channel_map
+
+    if isinstance(channels, Mapping):
+        return checked_map(channels, "channels"), "channels"
+    given = None if channels is None else Path(channels)
+    if given is not None and not given.exists():
+        given = ready_maps().get(str(channels), given)
+    found = find_channel_map(path, given)
+    return None if found is None else (load_channel_map(found), str(found))
+
+
+def _assemble(path: Path, data: bytes, channels: Channels | None) -> list[Assembled]:
     label = str(path)
-    map_path = find_channel_map(path, given_map)
-    if map_path is None:
+    mapped = _mapping(path, channels)
+    if mapped is None:
         name = _guess_format(path, data, mapped=False)
-        if not FORMATS[name].self_describing:
+        if FORMATS[name].self_describing:
+            table = FORMATS[name].read(data, label)
+            assert isinstance(table, RawTable)  # what describes itself is one table
+            return cut_at_holes(assemble_native(table, label), label)
+        ready = FORMATS[name].ready_map
+        if ready is None:
             raise ChannelMapError(
                 f"{label}: a file of format `{name}` does not say what its columns mean; write a channel map "
-                f"{path.name}.channels.toml beside it, or name one with --channels."
+                f"{path.name}.channels.toml beside it (`aerosid channels` proposes one), or name one with --channels."
             )
-        return assemble_native(FORMATS[name].read(data, label), label)
-    mapping = load_channel_map(map_path)
+        mapped = _mapping(path, ready)
+        assert mapped is not None  # it comes with the package
+    mapping, map_label = mapped
     name = mapping.format or _guess_format(path, data, mapped=True)
     if name not in FORMATS:
         raise ChannelMapError(
-            f"{map_path}: key 'format' is {shown(name)}, but one of {', '.join(FORMATS)} was expected; correct it."
+            f"{map_label}: key 'format' is {shown(name)}, but one of {', '.join(FORMATS)} was expected; correct it."
         )
-    return assemble_mapped(FORMATS[name].read(data, label), mapping, label, str(map_path))
+    if name == "ascii" and mapping.text is not None:
+        name = "text"
+    return _mapped(name, data, mapping, Place(label, map_label))
+
+
+def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place) -> list[Assembled]:
+    if name == "text":
+        from aerosid.logs.formats.delimited_text import Dialect, read_delimited_text
+
+        text = mapping.text
+        dialect = None if text is None else Dialect(text.delimiter, text.decimal, text.names_line)
+        content: RawTable | Recording = read_delimited_text(data, place.log, dialect)
+    else:
+        content = FORMATS[name].read(data, place.log)
+    if isinstance(content, RawTable):
+        return cut_at_holes(assemble_mapped(content, mapping, place.log, place.map), place.log)
+    from aerosid.logs.mapped_recording import map_recording
+
+    return map_recording(content, mapping, place)
 
 
 def _guess_format(path: Path, data: bytes, *, mapped: bool) -> str:
-    """The format by the file's suffix; a CSV with a map is native only where its header carries units in brackets."""
+    """The format by how the file begins, else by its suffix.
+
+    A CSV is native only where its header carries units in brackets, and text where its rows hold words.
+    """
+    begun = next((name for name, form in FORMATS.items() if form.magic and data.startswith(form.magic)), None)
+    if begun is not None:
+        return begun
     suffix = Path(path.name.lower().removesuffix(".gz")).suffix
     candidates = [name for name, form in FORMATS.items() if suffix in form.suffixes]
     if not candidates:
@@ -122,6 +277,8 @@ def _guess_format(path: Path, data: bytes, *, mapped: bool) -> str:
             f"{path}: the suffix {shown(suffix)} tells no format (known are {', '.join(known)}); rename the file, or "
             "name the format in a channel map."
         )
+    if mapped and candidates[0] in ("csv", "ascii") and holds_words(data):
+        return "text"
     if mapped and candidates[0] == "csv" and not looks_native(data):
         return "ascii"
     return candidates[0]

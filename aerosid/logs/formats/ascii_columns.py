@@ -9,7 +9,8 @@ from aerosid.logs.formats.numbers import decode_text, is_number, parse_rows
 from aerosid.logs.formats.table import RawTable
 
 _DELIMITERS: tuple[str | None, ...] = (",", ";", "\t", None)
-_NAME_WITH_UNIT = re.compile(r"(.+?)\s*[\[(]([^\[\]()]*)[\])]")
+_NAME_WITH_UNIT = re.compile(r"(.+?)\s*(?!\[\d+\])[\[(]([^\[\]()]*)[\])]")  # `q[0]` is an element of an array
+_SAMPLE, _ROWS = 65536, 40  # bytes, and rows at their end, that show what rows are like
 _HEADER_LIMIT = 500  # lines of text before the first row of numbers: enough for any recorder's preamble
 
 
@@ -52,6 +53,16 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
         f"{path}: no row of numbers was found in its first {len(header)} lines, but columns of numbers (decimal point, "
         "separated by white space, comma, semicolon or tab) were expected; check that this is the right file."
     )
+
+
+def holds_words(data: bytes) -> bool:
+    """Whether most rows of a table hold clock times or words among their numbers, which `read_ascii_columns` refuses.
+
+    One wrong field in a table of numbers does not make it a table of words.
+    """
+    lines = data[:_SAMPLE].replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+    rows = [text for line in lines[-2 : max(2, len(lines) // 2) : -1][:_ROWS] if (text := _decode(line)).strip()]
+    return 2 * sum(_numeric_width(text) == (0, None) for text in rows) > len(rows)
 
 
 def _decode(raw: bytes) -> str:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aerosid.errors import ChannelMapError, LogError
+from aerosid.logs.derived_channels import LAWS
 from aerosid.logs.flight_log import ChannelSource, FloatArray, Position
 from aerosid.logs.formats.table import RawTable, shown
 from aerosid.logs.formats.units import UnitProblem, conversion
+from aerosid.logs.stamps import hole_notes, holes, spread_repeats
 from aerosid.nomenclature import CHANNELS
 
 if TYPE_CHECKING:
@@ -31,6 +34,8 @@ class Assembled:
     units: dict[str, str] = field(default_factory=dict)
     sources: dict[str, ChannelSource] = field(default_factory=dict)
     positions: dict[str, Position] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)
+    resolution: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -44,22 +49,22 @@ def assemble_native(table: RawTable, path: str) -> Assembled:
     """
     names = [name or "" for name in table.names]
     if "time" not in names:
-        raise LogError(f"{path}: the header has no column `time [s]` (it has {_listed(names)}); add it.")
+        raise LogError(f"{path}: the header has no column `time [s]` (it has {listed(names)}); add it.")
     values: dict[str, FloatArray] = {}
     log = Assembled(np.empty(0))
     for index, name in enumerate(names):
         unit = table.units[index]
         unit = "1" if unit is None else unit
         try:
-            values[name] = _in_glossary_unit(name, unit, _initialised(name, table.values[:, [index]], log.notes)[:, 0])
+            values[name] = in_glossary_unit(name, unit, initialised(name, table.values[:, [index]], log.notes)[:, 0])
         except UnitProblem as problem:
             raise LogError(f"{path}: channel {shown(name)} {problem}; correct the header.") from None
-        log.units[name] = _held_unit(name, unit)
+        log.units[name] = held_unit(name, unit)
         log.sources[name] = ChannelSource((name,), unit)
     log.time = _checked_time(values.pop("time"), table, path)
     log.channels = values
     del log.units["time"]
-    _derive_from_velocities(log)
+    derive_from_velocities(log)
     return log
 
 
@@ -73,50 +78,174 @@ def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: s
     LogError
         If time goes wrong.
     """
-    place = _Place(path, map_path)
+    place = Place(path, map_path)
+    if mapping.time is None:
+        raise ChannelMapError(f"{map_path}: key 'time' is missing; add it.")
     columns, unit = _read_with("time", mapping.time, table, place)
-    time = _scaled("time", mapping.time, columns.sum(axis=1), unit, place)
-    log = Assembled(_checked_time(time, table, path))
+    time = scaled("time", mapping.time, columns.sum(axis=1), unit, place)
+    table, time, notes = _judged_repeats(table, time)
+    log = Assembled(_checked_time(time, table, path), notes=notes)
     log.sources["time"] = _source(mapping.time, unit, table, 0.0)
-    for name, entry in mapping.channels.items():
+    taken: dict[str, ChannelColumnMap] = {}
+    for name, alternatives in mapping.channels.items():
         if name == "time":
             raise ChannelMapError(f"{map_path}: [channels] holds time; give it by the key `time` above [channels].")
+        entry = _first_held(name, alternatives, table, place, log.notes, optional=mapping.optional)
+        if entry is None:
+            continue
+        taken[name] = entry
         columns, unit = _read_with(name, entry, table, place)
-        recorded = _initialised(name, columns, log.notes).sum(axis=1)
-        log.channels[name] = _scaled(name, entry, recorded, unit, place)
-        log.units[name] = _held_unit(name, unit)
+        recorded = initialised(name, columns, log.notes).sum(axis=1)
+        log.channels[name] = scaled(name, entry, recorded, unit, place)
+        log.units[name] = held_unit(name, unit)
         log.sources[name] = _source(entry, unit, table, entry.delay)
         if entry.position is not None:
             log.positions[name] = entry.position
-    _move_earlier(log, mapping.channels, place)
-    _derive_from_velocities(log)
+        for given, declared in ((entry.noise, log.noise), (entry.resolution, log.resolution)):
+            if given is not None:
+                declared[name] = given * glossary_factor(name, unit)
+    _move_earlier(log, taken, place)
+    derive(log, mapping, place)
     return log
 
 
+def derive(log: Assembled, mapping: ChannelMap, place: Place) -> None:
+    """Adds what follows from the channels: by the map's laws, then from body velocities.
+
+    Raises
+    ------
+    ChannelMapError
+        If a law needs a channel that is not there, or its unit does not convert.
+    """
+    for name, entry in mapping.derived.items():
+        if name in log.channels:
+            continue
+        law = LAWS[entry.law]
+        parents = entry.from_ or tuple(quantity for quantity, _ in law.inputs)
+        lacking = [parent for parent in parents if parent not in log.channels]
+        if lacking and mapping.optional:
+            log.notes.append(f"{name}: not computed, {listed(lacking)} is not recorded")
+            continue
+        if lacking:
+            raise ChannelMapError(
+                f"{place.map}: [derived] {name} needs {listed(lacking)}, but {place.log} with this map holds "
+                f"{listed(tuple(log.channels))}; map it, or name another channel in `from`."
+            )
+        arguments = []
+        for parent, (_, wanted) in zip(parents, law.inputs, strict=True):
+            try:
+                factor, shift = conversion(log.units[parent], wanted)
+            except UnitProblem as problem:
+                raise ChannelMapError(f"{place.map}: [derived] {name}: {parent} {problem}; correct it.") from None
+            arguments.append(factor * log.channels[parent] + shift)
+        at = dict(zip("xyz", entry.position or (), strict=False))
+        values = law.compute(*arguments, *(at[axis] for axis in law.constants))
+        log.channels[name] = values
+        log.units[name] = held_unit(name, law.unit)
+        log.sources[name] = ChannelSource(parents, law.unit)
+        log.notes.append(f"{name}: computed from {', '.join(parents)} ({entry.law})")
+    derive_from_velocities(log)
+
+
+def _first_held(
+    name: str,
+    alternatives: tuple[ChannelColumnMap, ...],
+    table: RawTable,
+    place: Place,
+    notes: list[str],
+    *,
+    optional: bool,
+) -> ChannelColumnMap | None:
+    """The first alternative whose columns the file holds; None where none is there and none need be."""
+    for rank, entry in enumerate(alternatives):
+        try:
+            for column in entry.parts:
+                _column_index(name, column, table, place)
+        except ChannelMapError:
+            if rank + 1 < len(alternatives):
+                continue
+            if not optional:
+                raise
+            notes.append(f"{name}: not in the recording, left out")
+            return None
+        if len(alternatives) > 1:
+            notes.append(f"{name}: taken from {' + '.join(str(column) for column in entry.parts)}")
+        if entry.note is not None:
+            notes.append(f"{name}: {entry.note}")
+        return entry
+    return None
+
+
+def _judged_repeats(table: RawTable, time: FloatArray) -> tuple[RawTable, FloatArray, list[str]]:
+    """Repeated stamps: rows written twice are dropped, those of too coarse a clock spread; others are left as wrong."""
+    again = np.flatnonzero(np.diff(time) == 0.0) + 1
+    if again.size == 0:
+        return table, time, []
+    same = (table.values[again] == table.values[again - 1]) | np.isnan(table.values[again])
+    if bool(same.all()):
+        keep = np.ones(time.size, dtype=bool)
+        keep[again] = False
+        kept = RawTable(table.names, table.units, table.values[keep], None)
+        return kept, time[keep], [f"{again.size} rows repeat the one before them, stamp and all: they are left out"]
+    spread, note = spread_repeats(time)
+    return (table, time, []) if note is None else (table, spread, [note])
+
+
+def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
+    """The stretches of a table between holes in its stamps, in order of time; nothing is bridged.
+
+    Raises
+    ------
+    LogError
+        If none has enough samples.
+    """
+    cuts = holes(log.time)
+    if cuts.shape[0] == 0:
+        return [log]
+    starts = [0, *np.searchsorted(log.time, cuts[:, 1]), log.time.size]
+    spans = [(a, b) for a, b in pairwise(starts) if b - a >= FEWEST_SAMPLES]
+    if not spans:
+        raise LogError(
+            f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {FEWEST_SAMPLES} samples; record without "
+            "interruption."
+        )
+    log.notes += hole_notes([(low, high) for low, high in cuts.tolist()], len(spans), FEWEST_SAMPLES)
+    return [
+        replace(log, time=log.time[a:b], channels={name: values[a:b] for name, values in log.channels.items()})
+        for a, b in spans
+    ]
+
+
 @dataclass(frozen=True)
-class _Place:
+class Place:
     """The two files that a message about a mapped log names."""
 
     log: str
     map: str
 
 
-def _listed(names: list[str] | tuple[str, ...]) -> str:
+def listed(names: list[str] | tuple[str, ...]) -> str:
     """Names for a message: not more than a line of them."""
     text = ", ".join(shown(name, 24) for name in names[:12])
     return f"{text}, … {len(names)} in all" if len(names) > 12 else text or "none"
 
 
-def _held_unit(name: str, unit: str) -> str:
+def held_unit(name: str, unit: str) -> str:
+    """The unit a channel is held in: the glossary's, or the file's own where the glossary does not know it."""
     return CHANNELS[name].unit if name in CHANNELS else unit
 
 
-def _in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
+def in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
     """The values in the glossary's unit; as they are for a channel that the glossary does not know."""
     if name not in CHANNELS:
         return np.ascontiguousarray(values)
     factor, shift = conversion(unit, CHANNELS[name].unit)
     return np.ascontiguousarray(values) if (factor, shift) == (1.0, 0.0) else values * factor + shift
+
+
+def glossary_factor(name: str, unit: str) -> float:
+    """What a difference in the file's unit is in the glossary's."""
+    return abs(conversion(unit, CHANNELS[name].unit)[0]) if name in CHANNELS else 1.0
 
 
 def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
@@ -138,7 +267,7 @@ def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
     return np.ascontiguousarray(time)
 
 
-def _column_index(name: str, column: int | str, table: RawTable, place: _Place) -> int:
+def _column_index(name: str, column: int | str, table: RawTable, place: Place) -> int:
     """Where the column stands, from 0."""
     if isinstance(column, int):
         if column > len(table.names):
@@ -148,6 +277,9 @@ def _column_index(name: str, column: int | str, table: RawTable, place: _Place) 
             )
         return column - 1
     found = [index for index, held in enumerate(table.names) if held == column]
+    if not found:
+        # The header as it stands in the file, with its unit.
+        found = [index for index, header in enumerate(_headers(table)) if "".join(column.split()) in header]
     if len(found) == 1:
         return found[0]
     if found:
@@ -159,12 +291,20 @@ def _column_index(name: str, column: int | str, table: RawTable, place: _Place) 
     held_names = tuple(held for held in table.names if held)
     raise ChannelMapError(
         f"{place.map}: channel {name} is mapped to column {shown(column)}, but {place.log} holds "
-        f"{_listed(held_names) if held_names else 'columns without names'}; correct the name"
+        f"{listed(held_names) if held_names else 'columns without names'}; correct the name"
         f"{'' if held_names else ' to a number from 1'}."
     )
 
 
-def _read_with(name: str, entry: ColumnMap, table: RawTable, place: _Place) -> tuple[FloatArray, str]:
+def _headers(table: RawTable) -> list[tuple[str, ...]]:
+    """Each column's name with its unit in brackets, blanks aside."""
+    return [
+        () if name is None or unit is None else tuple("".join(f"{name}{a}{unit}{b}".split()) for a, b in ("[]", "()"))
+        for name, unit in zip(table.names, table.units, strict=True)
+    ]
+
+
+def _read_with(name: str, entry: ColumnMap, table: RawTable, place: Place) -> tuple[FloatArray, str]:
     """The entry's columns, shape (N, number of columns), and the unit they are read with."""
     indices = [_column_index(name, column, table, place) for column in entry.parts]
     units = {table.units[index] for index in indices}
@@ -176,10 +316,11 @@ def _read_with(name: str, entry: ColumnMap, table: RawTable, place: _Place) -> t
     return table.values[:, indices], unit
 
 
-def _scaled(name: str, entry: ColumnMap, recorded: FloatArray, unit: str, place: _Place) -> FloatArray:
+def scaled(name: str, entry: ColumnMap, recorded: FloatArray, unit: str, place: Place) -> FloatArray:
+    """Sign * scale * x + offset, in the glossary's unit; ChannelMapError where the unit does not convert."""
     values = entry.sign * entry.scale * recorded + entry.offset
     try:
-        return _in_glossary_unit(name, unit, values)
+        return in_glossary_unit(name, unit, values)
     except UnitProblem as problem:
         raise ChannelMapError(f"{place.map}: channel {name} of {place.log} {problem}; correct `unit`.") from None
 
@@ -192,7 +333,7 @@ def _source(entry: ColumnMap, unit: str, table: RawTable, delay: float) -> Chann
     return ChannelSource(tuple(labels), unit, float(entry.sign), entry.scale, entry.offset, delay)
 
 
-def _initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
+def initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
     """The recorded columns; what a recorder left in them before the channel started is missing."""
     word = (recorded != 0.0) & (np.abs(recorded) < _UNINITIALISED)
     count = int(np.count_nonzero(word))
@@ -202,7 +343,7 @@ def _initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArra
     return np.where(word, np.nan, recorded)
 
 
-def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place: _Place) -> None:
+def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place: Place) -> None:
     """Takes recording delays out: the value at t is the recording at t + delay, linear between samples."""
     span = float(log.time[-1] - log.time[0])
     for name, entry in entries.items():
@@ -223,7 +364,7 @@ def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place
         )
 
 
-def _derive_from_velocities(log: Assembled) -> None:
+def derive_from_velocities(log: Assembled) -> None:
     """V and alpha (and beta, with v) from the body velocities, where they are not recorded themselves."""
     if "u" not in log.channels or "w" not in log.channels:
         return

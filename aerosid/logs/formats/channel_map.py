@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StrictInt, StrictStr, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+    ValidationError,
+    model_validator,
+)
 
 from aerosid.errors import ChannelMapError
+from aerosid.logs.derived_channels import LAWS
 from aerosid.logs.formats.table import shown
 
 Column = Annotated[StrictInt, Field(ge=1)] | Annotated[StrictStr, Field(min_length=1)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class ColumnMap(BaseModel):
@@ -44,21 +57,109 @@ class ColumnMap(BaseModel):
 
 
 class ChannelColumnMap(ColumnMap):
-    """As `ColumnMap`, with what only a measured channel has: how late it is, s, and where its sensor sits, m."""
+    """As `ColumnMap`, with what only a measured channel has.
+
+    Attributes
+    ----------
+    delay : float
+        How late it is, s.
+    position : (float, float, float), optional
+        Where its sensor sits from the centre of gravity, m, body axes.
+    noise, resolution : float, optional
+        Standard deviation and resolution in the given unit; they win over what is estimated from the samples.
+    held : bool
+        Whether a sample holds until the next: a switch, a mode, a counter.
+    time : ColumnMap, optional
+        The column that holds its stamps, where that is another than the recording's.
+    clock : str, optional
+        Which of its stream's stamps to use, by name.
+    note : str, optional
+        What a reader of the result must know of it.
+    """
 
     delay: Finite = 0.0
+    noise: Positive | None = None
+    resolution: Positive | None = None
     position: tuple[Finite, Finite, Finite] | None = None
+    held: StrictBool = False
+    time: ColumnMap | None = None
+    clock: StrictStr | None = None
+    note: StrictStr | None = None
 
 
-class ChannelMap(BaseModel):
-    """One channel map file."""
+class DerivedMap(BaseModel):
+    """One channel that follows from others by a law."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_: Annotated[Literal[1], Field(alias="schema")]
+    law: StrictStr
+    from_: Annotated[tuple[StrictStr, ...] | None, Field(alias="from")] = None
+    position: tuple[Finite, Finite, Finite] | None = None
+
+    @model_validator(mode="after")
+    def _known(self) -> DerivedMap:
+        if self.law not in LAWS:
+            raise ValueError(f"`law` is one of {', '.join(LAWS)}")
+        law = LAWS[self.law]
+        if self.from_ is not None and len(self.from_) != len(law.inputs):
+            raise ValueError(f"`from` names {len(law.inputs)} channels: {', '.join(name for name, _ in law.inputs)}")
+        if law.constants and self.position is None:
+            raise ValueError("`position` of the vane from the centre of gravity is needed, m, body axes")
+        return self
+
+
+class TextMap(BaseModel):
+    """What a table of text is like, where the file itself does not tell it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    delimiter: Annotated[StrictStr, Field(min_length=1, max_length=1)] | None = None
+    decimal: Literal[".", ","] | None = None
+    names_line: Annotated[StrictInt, Field(ge=1)] | None = None
+
+
+def _as_alternatives(entry: Any) -> Any:
+    return [entry] if isinstance(entry, dict) else entry
+
+
+Alternatives = Annotated[tuple[ChannelColumnMap, ...], Field(min_length=1), BeforeValidator(_as_alternatives)]
+
+
+class ChannelMap(BaseModel):
+    """One channel map file.
+
+    Attributes
+    ----------
+    time : ColumnMap, optional
+        The column of time; not needed where the format knows each stream's stamps.
+    clock : str, optional
+        Which stamps to use in streams that have several, by name; the sample's own by default.
+    raster : float or str, optional
+        Rate, Hz, or the channel whose stamps all others are brought to; by default the slowest motion channel.
+    optional : bool
+        Whether channels that the recording lacks are left out with a note instead of being an error.
+    channels : dict of str to tuple of ChannelColumnMap
+        For each channel the places to look for it, in order.
+    derived : dict of str to DerivedMap
+        Channels that follow from these.
+    align : dict of str to str
+        Channel and reference: the clock of the channel's stream is laid over that of the reference's.
+    text : TextMap, optional
+        Separator, decimals and header of a table of text.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    schema_: Annotated[Literal[1], Field(alias="schema")] = 1
     format: StrictStr | None = None
-    time: ColumnMap
-    channels: Annotated[dict[str, ChannelColumnMap], Field(min_length=1)]
+    time: ColumnMap | None = None
+    clock: StrictStr | None = None
+    raster: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | StrictStr | None = None
+    optional: StrictBool = False
+    channels: Annotated[dict[str, Alternatives], Field(min_length=1)]
+    derived: dict[str, DerivedMap] = {}
+    align: dict[str, StrictStr] = {}
+    text: TextMap | None = None
 
 
 def find_channel_map(log: Path, given: Path | None) -> Path | None:
@@ -91,17 +192,41 @@ def load_channel_map(path: Path) -> ChannelMap:
         raise ChannelMapError(f"{path}: the channel map is no valid TOML ({reason}); correct that place.") from None
     except RecursionError:
         raise ChannelMapError(f"{path}: the channel map is nested too deeply; write it as the README shows.") from None
+    if "schema" not in content:
+        raise ChannelMapError(f"{path}: key 'schema' is missing; add it.")
+    return checked_map(content, str(path))
+
+
+def checked_map(content: Mapping[str, Any], label: str) -> ChannelMap:
+    """The map, checked.
+
+    Parameters
+    ----------
+    content : mapping
+        As a map file holds it; a mapping of channel names alone, each to a column's name or an entry, will do.
+    label : str
+        Where it is from, for messages.
+
+    Raises
+    ------
+    ChannelMapError
+        If a key or value is wrong; the message names the key.
+    """
+    if "channels" not in content:
+        whole = {name: {"column": entry} if isinstance(entry, str | int) else entry for name, entry in content.items()}
+        content = {"channels": whole} if "schema" not in content else content
     try:
-        return ChannelMap.model_validate(content)
+        return ChannelMap.model_validate(dict(content))
     except ValidationError as error:
-        raise ChannelMapError(f"{path}: {_first_problem(error)}") from None
+        raise ChannelMapError(f"{label}: {_first_problem(error)}") from None
 
 
 def _first_problem(error: ValidationError) -> str:
     """One sentence on the first thing that is wrong."""
     first = error.errors(include_url=False)[0]
     # The branches of a union are pydantic's, not keys of the file.
-    keys = [str(part) for part in first["loc"] if not str(part).startswith(("constrained-", "function-", "int", "str"))]
+    branches = ("constrained-", "function-", "int", "str", "tuple")
+    keys = [str(part) for part in first["loc"] if isinstance(part, str) and not part.startswith(branches)]
     key = shown(".".join(keys), 80)
     if first["type"] == "missing":
         return f"key {key} is missing; add it."

@@ -8,6 +8,7 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.numbers import decode_text, is_number, parse_rows
 from aerosid.logs.formats.table import RawTable, shown
 
+_UNIT = re.compile(rb"\s\[[^\]]*\]|\[[^\]\d][^\]]*\]")  # `q[0]` is an element of an array, `q [1]` has a unit
 _FIELD = re.compile(r"([^\[\]]+?)\s*\[([^\[\]]*)\]")
 
 
@@ -40,7 +41,7 @@ def looks_native(data: bytes) -> bool:
     """Whether the first row that is no comment carries units in brackets."""
     text = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r", b"\n")
     start, _ = _skip_comments(text)
-    return b"[" in text[start:].split(b"\n", 1)[0]
+    return _UNIT.search(text[start:].split(b"\n", 1)[0]) is not None
 
 
 def _skip_comments(text: bytes) -> tuple[int, int]:

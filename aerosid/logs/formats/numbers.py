@@ -11,6 +11,7 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.table import FloatArray, shown
 
 _BLOCK = 20_000  # lines
+_FEW = 100_000  # fields, which take less time one by one than the import of pandas
 _MISSING = frozenset({"", "nan", "+nan", "-nan"})
 
 
@@ -61,6 +62,8 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
     if not body:
         return np.empty((0, width)), False
     blanks = b"\n\n" in body or b"\n \n" in body
+    if width * (body.count(b"\n") + 1) <= _FEW:
+        return _parse_slowly(body, delimiter, width, first_line, path), blanks
     # pandas fills short rows with missing samples; a truncated file must not pass for a gap in the recording.
     even = delimiter is None or body.count(delimiter.encode()) == (width - 1) * (body.count(b"\n") + 1)
     values = _parse_fast(body, delimiter) if (even or blanks) and not _holds_words(body) else None
@@ -101,7 +104,7 @@ def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, firs
 
 def _parse_fast(body: bytes, delimiter: str | None) -> FloatArray | None:
     """The numbers by pandas' compiled parser, or None where anything in them is not a number."""
-    import pandas as pd
+    import pandas as pd  # late: a short log is read without it
 
     try:
         frame = pd.read_csv(

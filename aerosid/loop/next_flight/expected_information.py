@@ -1,4 +1,4 @@
-"""What a flight that has not been flown would tell: how far apart two models come, and how well derivatives are known.
+"""Expected information of a planned flight: discrimination of models and standard deviations.
 
 Two models that a record cannot tell apart are each fitted to it. On the flight to come the one predicts what the other
 cannot follow, however its parameters move within what the record leaves open: the square of that distance, in units of
@@ -44,7 +44,7 @@ def shared_information(estimate: Refinement) -> NDArray[np.float64]:
 
     The initial states of the records are free: they are projected out.
     """
-    free, states = len(estimate.free), 5 * len(estimate.states)
+    free, states = len(estimate.free), sum(state.size for state in estimate.states)
     size = estimate.information.shape[0]
     shared = np.array([*range(free), *range(free + states, size)], dtype=np.int64)
     return _projected(estimate.information, np.zeros(size), 0.0, shared).information
@@ -66,7 +66,8 @@ def prospect(estimate: Refinement, manoeuvre: Manoeuvre) -> Prospect:
         Where the model leaves |alpha| < 1.5 rad on it.
     """
     free = len(estimate.free)
-    size = free + 5 + sum(active.slopes for active in estimate.effects)
+    states = estimate.states[0].size
+    size = free + states + sum(active.slopes for active in estimate.effects)
     normal, slope, square = np.zeros((size, size)), np.zeros(size), 0.0
     for part in whiten(estimate, [manoeuvre]):
         residual = np.nan_to_num(part.residual).ravel()
@@ -74,7 +75,7 @@ def prospect(estimate: Refinement, manoeuvre: Manoeuvre) -> Prospect:
         normal += columns.T @ columns
         slope += columns.T @ residual
         square += float(residual @ residual)
-    shared = np.array([*range(free), *range(free + 5, size)], dtype=np.int64)
+    shared = np.array([*range(free), *range(free + states, size)], dtype=np.int64)
     return _projected(normal, slope, square, shared)
 
 

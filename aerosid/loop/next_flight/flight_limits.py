@@ -1,4 +1,4 @@
-"""The limits of a flight to come: what the aircraft file or the call gives, or little more than what was flown."""
+"""Limits of the next flight: those given, or the flown range with a margin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.loop.next_flight.predicted_flight import ELEVATOR
 
 GRAVITY = 9.80665
@@ -53,7 +53,7 @@ class FlightLimits:
 
         Parameters
         ----------
-        outputs : ndarray, shape (N, 8)
+        outputs : ndarray, shape (N, m)
             What the sensors would show, from trim.
         delta_e : ndarray, shape (N,)
             The elevator, rad.
@@ -76,12 +76,12 @@ class FlightLimits:
 
 
 def shown(outputs: NDArray[np.float64], delta_e: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """The limited quantities (N,) of a prediction (N, 8); n_z is that of the place where a_z is measured."""
+    """The limited quantities (N,) of a prediction (N, m); n_z is that of the place where a_z is measured."""
     return {
-        "alpha": outputs[:, OUTPUTS.index("alpha")],
-        "n_z": -outputs[:, OUTPUTS.index("a_z")] / GRAVITY,
-        "V": outputs[:, OUTPUTS.index("V")],
-        "theta": outputs[:, OUTPUTS.index("theta")],
+        "alpha": outputs[:, LONGITUDINAL.outputs.index("alpha")],
+        "n_z": -outputs[:, LONGITUDINAL.outputs.index("a_z")] / GRAVITY,
+        "V": outputs[:, LONGITUDINAL.outputs.index("V")],
+        "theta": outputs[:, LONGITUDINAL.outputs.index("theta")],
         ELEVATOR: delta_e,
     }
 
@@ -95,7 +95,7 @@ def flight_limits(
 
     Parameters
     ----------
-    flown : sequence of (ndarray (N, 8), ndarray (N,))
+    flown : sequence of (ndarray (N, m), ndarray (N,))
         Outputs of each record, as the completed model simulates them without noise, and its elevator.
     still : mapping of str to float
         The limited quantities in steady flight.

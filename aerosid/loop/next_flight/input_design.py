@@ -1,4 +1,4 @@
-"""Search for the elevator input that tells most of what the flights left open, by expected information.
+"""Input design by expected information.
 
 Every input is judged before it is flown, with the models that the flights were fitted by: how far the predictions of
 alternatives come apart although each may still move its parameters, and how small the deviations of derivatives become.

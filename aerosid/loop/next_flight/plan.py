@@ -1,4 +1,4 @@
-"""What to fly next: the questions that the flights left open, the input that answers them, and the expected answer."""
+"""The plan of the next flight: open questions, the input that answers them, the expected answers."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from aerosid.effects import StateEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL
 from aerosid.flight_model.input_shapes import Multisine
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.loop.derivative_table import SHOWN, DerivativeRow
 from aerosid.loop.next_flight.expected_information import (
     CERTAIN,
     Prospect,
@@ -33,9 +34,7 @@ from aerosid.loop.next_flight.input_design import (
     Unknown,
     rivals_of,
 )
-from aerosid.loop.result import (
-    SHOWN,
-    DerivativeRow,
+from aerosid.loop.next_flight.planned_flight import (
     NextFlight,
     PlannedHistory,
     PlannedInput,
@@ -253,7 +252,7 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
         if name in search.limits.ranges:
             values = [history[name] for history in histories]
             peaks.append(_peak(name, unit, values, search.limits.ranges[name], name in search.limits.given))
-    pitch_rate = [response[:, OUTPUTS.index("q")] for response in responses]
+    pitch_rate = [response[:, LONGITUDINAL.outputs.index("q")] for response in responses]
     peaks.append(_peak("q", CHANNELS["q"].unit, pitch_rate, None, False))
     shape = best.shape
     steps: list[PlannedStep] = []
@@ -272,7 +271,7 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
         delta_e=deflection,
         peaks=tuple(peaks),
         airspeed=search.steady.airspeed,
-        density=float(search.steady.inputs[0]),
+        density=float(search.steady.inputs[ATMOSPHERE_AND_BODY.index("rho")]),
         expected=_expected(responses),
         rival=search.rivals[0].label if search.rivals else "",
     )
@@ -283,7 +282,7 @@ def _expected(responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHist
     chosen, *rivals = responses
     histories = {}
     for name in ("alpha", "q", "theta", "a_z"):
-        column = OUTPUTS.index(name)
+        column = LONGITUDINAL.outputs.index(name)
         rival = rivals[0][:, column] if rivals else None
         histories[name] = PlannedHistory(CHANNELS[name].unit, chosen[:, column], rival)
     return histories

@@ -1,4 +1,4 @@
-"""A flight that has not been flown yet: from steady flight at a record's condition, as the estimators take a log."""
+"""Prediction of a planned flight from steady flight at a record's condition."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from scipy.optimize import root
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.flight_model.axes import state_vector
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.longitudinal import OUTPUTS
-from aerosid.flight_model.terms import INPUT_COLUMNS
 from aerosid.logs.flight_log import FlightLog
+from aerosid.notation import number
 
 ELEVATOR = "delta_e"
 _STILL = 0.01
 """s over which nothing may change in steady flight."""
-
-_LATERAL = tuple(INPUT_COLUMNS.index(name) for name in ("phi", "p", "r", "beta"))
 
 
 @dataclass(frozen=True)
@@ -29,27 +27,21 @@ class SteadyFlight:
 
     Attributes
     ----------
-    state : ndarray, shape (5,)
-        u, w [m/s], q [rad/s], theta [rad], h [m].
-    inputs : ndarray, shape (8 + E,)
+    state : ndarray, shape (n,)
+        SI.
+    inputs : ndarray, shape (I,)
         Of the record's columns; the elevator's is the one that holds this flight.
     elevator : int
         The elevator's column.
+    airspeed, alpha : float
+        True airspeed, m/s; angle of attack, rad.
     """
 
     state: NDArray[np.float64]
     inputs: NDArray[np.float64]
     elevator: int
-
-    @property
-    def airspeed(self) -> float:
-        """True, m/s."""
-        return float(np.hypot(self.state[0], self.state[1]))
-
-    @property
-    def alpha(self) -> float:
-        """Of attack, rad."""
-        return float(np.arctan2(self.state[1], self.state[0]))
+    airspeed: float
+    alpha: float
 
     @property
     def delta_e(self) -> float:
@@ -81,31 +73,34 @@ def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
     model, start = completed.model, completed.states[0]
     elevator = manoeuvre.columns.index(ELEVATOR)
     inputs = np.median(manoeuvre.flight.inputs[:5], axis=0)
-    inputs[list(_LATERAL)] = 0.0
-    airspeed = float(np.hypot(start[0], start[1]))
-    rows = np.zeros((2, len(model.columns)))
-    time, none, still = np.array([0.0, _STILL]), np.full((2, 8), np.nan), np.zeros((8, 3))
+    inputs[[manoeuvre.columns.index(name) for name in manoeuvre.axes.measured]] = 0.0
+    motion = dict(zip(model.axes.integrated, start.tolist(), strict=True))
+    airspeed = float(np.hypot(motion["u"], motion["w"]))
+    rows, outputs = np.zeros((2, len(model.columns))), len(model.axes.outputs)
+    time, none, still = np.array([0.0, _STILL]), np.full((2, outputs), np.nan), np.zeros((outputs, 3))
+    moving = [model.axes.integrated.index(name) for name in ("u", "w", "q")]
 
     def state_at(alpha: float, theta: float) -> NDArray[np.float64]:
-        return np.array([airspeed * np.cos(alpha), airspeed * np.sin(alpha), 0.0, theta, start[4]])
+        level = {"u": airspeed * np.cos(alpha), "w": airspeed * np.sin(alpha), "theta": theta, "h": motion["h"]}
+        return state_vector(model.axes, level)
 
     def drift(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
         alpha, delta_e, theta = unknown
         rows[:, : inputs.size] = inputs
         rows[:, elevator] = delta_e
         state = state_at(float(alpha), float(theta))
-        flight = Flight(time, rows, none, still, 1, np.zeros(rows.shape[1] - 8))
+        flight = Flight(time, rows, none, still, 1, np.zeros(len(model.extra_columns)))
         _, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
         change = np.nan_to_num(states[1] - states[0], nan=1e3)
-        return np.asarray(change[:3] / (np.array([9.8, 9.8, 1.0]) * _STILL))
+        return np.asarray(change[moving] / (np.array([9.8, 9.8, 1.0]) * _STILL))
 
-    begin = np.array([np.arctan2(start[1], start[0]), inputs[elevator], start[3]])
+    begin = np.array([np.arctan2(motion["w"], motion["u"]), inputs[elevator], motion["theta"]])
     solution = root(drift, begin, tol=1e-10)
     alpha, delta_e, theta = (float(number) for number in solution.x)
     if np.max(np.abs(drift(solution.x))) > 1e-6 or abs(alpha) > 0.6 or abs(delta_e) > 1.0 or abs(theta) > 1.2:
-        raise EstimationError(f"the completed model has no steady flight at {airspeed:.3g} m/s.")
+        raise EstimationError(f"the completed model has no steady flight at {number(airspeed)} m/s.")
     inputs[elevator] = delta_e
-    return SteadyFlight(state_at(alpha, theta), inputs, elevator)
+    return SteadyFlight(state_at(alpha, theta), inputs, elevator, airspeed, alpha)
 
 
 def planned_manoeuvre(
@@ -125,7 +120,7 @@ def planned_manoeuvre(
         Gives columns, sensors, their positions and the noise of the inputs.
     time, deflection : ndarray, shape (N,)
         s; the elevator's deflection from trim, rad, linear between samples.
-    measured : ndarray, shape (N, 8), optional
+    measured : ndarray, shape (N, m), optional
         What the sensors are to show; zero where none is given.
     longest_substep : float
         Of the integrator, s.
@@ -137,8 +132,8 @@ def planned_manoeuvre(
     flight = record.flight
     inputs = np.tile(steady.inputs, (time.size, 1))
     inputs[:, steady.elevator] += deflection
-    held = np.array([channel in record.outputs for channel in OUTPUTS])
-    shown = np.zeros((time.size, len(OUTPUTS))) if measured is None else measured
+    held = np.array([channel in record.outputs for channel in record.axes.outputs])
+    shown = np.zeros((time.size, len(record.axes.outputs))) if measured is None else measured
     interval = float(np.median(np.diff(time)))
     planned = Flight(
         time=np.array(time),
@@ -159,5 +154,5 @@ def sampling_ratio(record: Manoeuvre, time: NDArray[np.float64]) -> float:
 
 
 def at_steady(estimate: Refinement, state: NDArray[np.float64], ratio: float) -> Refinement:
-    """The estimate as it would see the flight to come: from `state` (5,), noise variances scaled by `ratio`."""
+    """The estimate as it would see the flight to come: from `state` (n,), noise variances scaled by `ratio`."""
     return replace(estimate, states=(state,), variance=estimate.variance * ratio)

@@ -11,7 +11,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Limits = tuple[float, float]
 Role = Literal[
-    "ink", "muted", "grid", "measured", "declared", "before", "after", "trimmed", "noise", "tolerance", "surface"
+    "ink",
+    "muted",
+    "grid",
+    "measured",
+    "declared",
+    "before",
+    "after",
+    "trimmed",
+    "noise",
+    "tolerance",
+    "tolerance-edge",
+    "surface",
 ]
 """What a mark stands for; style.css gives each role its colour, light and dark."""
 
@@ -19,6 +30,7 @@ DASHES: dict[str, tuple[float, ...]] = {
     "declared": (1.2, 1.6),
     "before": (5.0, 2.0),
     "trimmed": (7.0, 1.5, 1.5, 1.5),
+    "tolerance-edge": (0.8, 1.6),
 }
 """Strokes and gaps, pt, by which lines are told apart without their colours; a role that is not here is solid."""
 
@@ -30,6 +42,7 @@ WORDS: dict[str, str] = {
     "trimmed": "trimmed",
     "noise": "± 2 × noise",
     "tolerance": "tolerance",
+    "tolerance-edge": "tolerance",
 }
 """What a reader calls each role."""
 

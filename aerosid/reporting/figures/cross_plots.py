@@ -17,7 +17,7 @@ _DRAWN = 1500
 
 def cross_plots(pictures: Sequence[RegressorPicture]) -> Chart:
     """d(t) against each term, both through the same estimator, with the line of least squares."""
-    return tiled([_tile(picture) for picture in pictures])
+    return tiled([_tile(picture) for picture in pictures], columns=3, tile_height=84.0)
 
 
 def _tile(picture: RegressorPicture) -> Tile:

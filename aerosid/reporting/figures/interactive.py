@@ -37,8 +37,7 @@ DRAWN_WHOLE = 3000
 BINS = 1000
 """Spans that a longer one is drawn in."""
 
-_PIXELS_PER_POINT = 1.5
-_SMALL = {"title": {"text": "residual", "font": {"size": 10}}, "tickfont": {"size": 9}}
+_PIXELS_PER_POINT = 1.8
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}")
 
 
@@ -86,7 +85,7 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
     for i, panel in enumerate(chart.panels):
         y = "y" if i == 0 else f"y{i + 1}"
         edges = [round(edge / chart.height, 5) for edge in (panel.bottom, panel.bottom + panel.height)]
-        layout[y.replace("y", "yaxis")] = {**_axis(panel.y, edges, "x", 5), **(_SMALL if panel.quiet else {})}
+        layout[y.replace("y", "yaxis")] = _axis(panel.y, edges, "x", 5, quiet=panel.quiet)
         if not panel.x.bare:
             layout["xaxis"] = _axis(panel.x, [0, 1], y, 10)
         for mark in panel.marks:
@@ -98,10 +97,11 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
     return {"data": traces, "layout": layout}
 
 
-def _axis(axis: Axis, domain: Sequence[float], anchor: str, most: int) -> dict[str, Any]:
+def _axis(axis: Axis, domain: Sequence[float], anchor: str, most: int, *, quiet: bool = False) -> dict[str, Any]:
+    title, small = (10, 9) if quiet else (12, 11)
     return {
-        "title": {"text": label_html(axis.label), "font": {"size": 12}},
-        "tickfont": {"size": 11},
+        "title": {"text": label_html(axis.label), "font": {"size": title}},
+        "tickfont": {"size": small},
         "domain": list(domain),
         "range": list(axis.limits),
         "anchor": anchor,

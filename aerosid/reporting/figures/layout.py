@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aerosid.notation import plain
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Limits, Mark, Panel
 
 WIDTH = 540.0
 """Width of every chart, pt: on A4 it is printed at about its own size."""
 
-_LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 8.0, 6.0, 30.0
-_GAP_ACROSS, _GAP_UP = 52.0, 40.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 60.0, 8.0, 6.0, 30.0
+ACROSS = 14
+"""Characters, subscript braces counted, of a line of a label beside a low panel; longer ones are set upright."""
+_GAP_ACROSS, _GAP_UP = 60.0, 38.0
 _TILE_HEIGHT = 104.0
 _TALL = 50.0
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
@@ -22,7 +25,10 @@ _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 @dataclass(frozen=True)
 class Row:
-    """One strip as it is asked for: its height and the gap above it, pt, its label and limits in the unit shown."""
+    """One strip as it is asked for: its height and the gap above it, pt, its label and limits in the unit shown.
+
+    `quiet`: it belongs to the strip above and is never parted from it.
+    """
 
     height: float
     gap: float
@@ -62,9 +68,52 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
     for i, row in enumerate(rows):
         bottom -= row.gap + row.height
         time = Axis("time [s]", span, instants, bare=i < len(rows) - 1)
-        levels = Axis(row.label, row.limits, ticks(row.limits, 4 if row.height > _TALL else 2))
+        levels = Axis(row.label, row.limits, scale(row.limits, 4 if row.height > _TALL else 2))
         panels.append(Panel(_LEFT, bottom, WIDTH - _LEFT - _RIGHT, row.height, time, levels, row.marks, row.quiet))
     return Chart(WIDTH, height, tuple(panels), timeline)
+
+
+_FEW = 3
+"""Channels up to which a chart may be parted behind the first; of more, one alone says little."""
+
+
+def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
+    """A chart of strips in two: as many of its channels as fit the height, pt, and the others; None where few fit.
+
+    Parameters
+    ----------
+    chart : Chart
+        As `stacked` makes it; the strips of one channel stay together, and each part has its own time axis.
+    height : float
+        Room for the first part, pt.
+    """
+    groups: list[list[Panel]] = []
+    for panel in chart.panels:
+        if panel.quiet and groups:
+            groups[-1].append(panel)
+        else:
+            groups.append([panel])
+    top = chart.height
+    fitting = 0
+    for n, group in enumerate(groups, start=1):
+        if top - group[-1].bottom + _BOTTOM <= height:
+            fitting = n
+    least = 1 if len(groups) <= _FEW else 2
+    first = min(fitting, len(groups) - least)
+    if not chart.timeline or first < least:
+        return None
+    return _part(chart, groups[:first]), _part(chart, groups[first:])
+
+
+def _part(chart: Chart, groups: Sequence[Sequence[Panel]]) -> Chart:
+    """Some strips of a chart as one of their own, the lowest with the numbers of the time axis."""
+    panels = [panel for group in groups for panel in group]
+    top = panels[0].bottom + panels[0].height
+    drop = panels[-1].bottom - _BOTTOM
+    moved = [
+        replace(panel, bottom=panel.bottom - drop, x=replace(panel.x, bare=panel is not panels[-1])) for panel in panels
+    ]
+    return Chart(chart.width, top - drop + _TOP, tuple(moved), chart.timeline)
 
 
 def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HEIGHT) -> Chart:
@@ -78,7 +127,7 @@ def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HE
         left = _LEFT + column * (width + _GAP_ACROSS + _RIGHT)
         bottom = height - _TOP - tile_height - row * (tile_height + _GAP_UP)
         x = Axis(tile.x_label, tile.x_limits, ticks(tile.x_limits, 4))
-        y = Axis(tile.y_label, tile.y_limits, ticks(tile.y_limits, 4))
+        y = Axis(tile.y_label, tile.y_limits, scale(tile.y_limits, 4))
         panels.append(Panel(left, bottom, width, tile_height, x, y, tile.marks))
     return Chart(WIDTH, height, tuple(panels))
 
@@ -95,10 +144,25 @@ def ticks(limits: Limits, most: int) -> tuple[float, ...]:
     return tuple(round(k * step, 12) + 0.0 for k in range(first, last + 1))
 
 
+def scale(limits: Limits, most: int) -> tuple[float, ...]:
+    """As `ticks`, with more spaces where fewer than two numbers would stand: one number alone gives no scale."""
+    for spaces in range(most, most + 9):
+        found = ticks(limits, spaces)
+        if len(found) > 1:
+            return found
+    return ticks(limits, most)
+
+
+def label_lines(label: str) -> tuple[str, ...]:
+    """The label of a low strip set across in two lines, symbol and unit; one line where it is short or has no unit."""
+    name, bracket, unit = label.partition(" [")
+    return (name, bracket.strip() + unit) if unit else (label,)
+
+
 def tick_texts(values: Sequence[float]) -> list[str]:
     """The numbers at an axis, all with the decimals that tell neighbours apart."""
     if len(values) < 2:
-        return [f"{value:.6g}".replace("-", "−") for value in values]
+        return [plain(value) for value in values]
     step = values[1] - values[0]
     places = next((n for n in range(12) if abs(round(step, n) - step) < 1e-6 * step), 12)
     return [f"{value:.{places}f}".replace("-", "−") for value in values]

@@ -20,7 +20,7 @@ from aerosid.reporting.figures.chart import (
     Panel,
     Points,
 )
-from aerosid.reporting.figures.layout import tick_texts
+from aerosid.reporting.figures.layout import ACROSS, label_lines, tick_texts
 from aerosid.reporting.thinning import envelope, unbroken
 
 if TYPE_CHECKING:
@@ -66,6 +66,8 @@ class Paper:
         if role in ("noise", "tolerance"):
             below = np.array([0.0, 2.5])
             self._fill([ends - below, ends[::-1] + below], role)
+            if role == "tolerance":
+                self._stroke([ends - below, ends + below], "tolerance-edge", 0.5)
         elif role == "measured":
             self._dots(np.linspace(ends[0], ends[1], 5), role)
         else:
@@ -91,16 +93,27 @@ class Paper:
         small = _SMALL_FONT if panel.height < _TALL else _FONT - 0.5
         for text, y in zip(tick_texts(panel.y.ticks), up, strict=True):
             self.words(left - 4.0, float(y) - 0.35 * small, text, "muted", "right", small)
-        size, role = (_SMALL_FONT, "muted") if panel.quiet else (_FONT, "ink")
-        self.canvas.saveState()
-        self.canvas.translate(left - 42.0, 0.5 * (bottom + top))
-        self.canvas.rotate(90)
-        self.words(0.0, 0.0, panel.y.label, role, "center", size)
-        self.canvas.restoreState()
+        self._label(panel)
         if not panel.x.bare:
             for text, x in zip(tick_texts(panel.x.ticks), across, strict=True):
                 self.words(float(x), bottom - 11.0, text, "muted", "center", _FONT - 0.5)
             self.words(0.5 * (left + right), bottom - 24.0, panel.x.label, "ink", "center", _FONT)
+
+    def _label(self, panel: Panel) -> None:
+        """The vertical axis's label: upright beside a tall panel, across in two lines beside a low one."""
+        size, role = (_SMALL_FONT, "muted") if panel.quiet else (_FONT, "ink")
+        middle = panel.bottom + 0.5 * panel.height
+        lines = label_lines(panel.y.label)
+        if panel.height >= _TALL or max(map(len, lines)) > ACROSS:
+            self.canvas.saveState()
+            self.canvas.translate(panel.left - 44.0, middle)
+            self.canvas.rotate(90)
+            self.words(0.0, 0.0, panel.y.label, role, "center", size)
+            self.canvas.restoreState()
+            return
+        for n, line in enumerate(lines):
+            base = middle - 0.35 * size - (n - 0.5 * (len(lines) - 1)) * 1.35 * size
+            self.words(panel.left - 58.0, base, line, role, "left", size if n == 0 else _SMALL_FONT)
 
     def _mark(self, mark: Mark, panel: Panel) -> None:
         if isinstance(mark, Line):

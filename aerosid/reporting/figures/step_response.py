@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aerosid.loop.result import LinearRow
+from aerosid.loop.linear_analysis import LinearRow
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Chart, Corridor, Line, Mark, Role
-from aerosid.reporting.figures.layout import Row, limits_around, stacked
+from aerosid.reporting.figures.layout import Tile, limits_around, tiled
 from aerosid.reporting.words import shown_unit, subscripted
 
-_HEIGHT, _BETWEEN = 62.0, 12.0
+_HEIGHT = 70.0  # pt
 _ROLES: dict[str, Role] = {"declared": "declared", "completed": "after"}
 
 
@@ -22,7 +22,8 @@ def step_response_chart(rows: Sequence[LinearRow]) -> Chart:
     rows : sequence of LinearRow
         At least one.
     """
-    strips = []
+    tiles = []
+    span = (float(rows[0].step_time[0]), float(rows[0].step_time[-1]))
     for channel in rows[0].step:
         unit = shown_unit(CHANNELS[channel].unit)
         marks: list[Mark] = []
@@ -34,6 +35,5 @@ def step_response_chart(rows: Sequence[LinearRow]) -> Chart:
             marks.append(Line(row.step_time, response, _ROLES[row.model]))
         limits = limits_around(*(unit.factor * row.step[channel] for row in rows))
         label = f"{subscripted(channel)} [{unit.text}]"
-        strips.append(Row(_HEIGHT, _BETWEEN, label, limits, tuple(marks)))
-    span = (float(rows[0].step_time[0]), float(rows[0].step_time[-1]))
-    return stacked(strips, span, timeline="")
+        tiles.append(Tile("time [s]", label, span, limits, tuple(marks)))
+    return tiled(tiles, columns=2, tile_height=_HEIGHT)

@@ -7,19 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from aerosid.loop.result import Simulated
+from aerosid.loop.open_loop_errors import Simulated
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
 
-CHANNELS_A_CHART = 4
-"""Channels in one figure: with their residuals and the inputs they fill most of an A4 page."""
+CHANNELS_A_CHART = 8
+"""Channels in one figure: a flight is compared on one sheet."""
+
+TALLEST = 600.0
+"""Height, pt, that a figure's strips are pressed into: with legend and caption it fills a page of A4."""
 
 INPUTS_DRAWN = 3
 
-_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 34.0, 34.0, 84.0  # heights, pt
+_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 30.0, 46.0, 52.0  # heights, pt
 _WITHIN, _BETWEEN = 4.0, 12.0
 _LONGEST_LABEL = 16
 _MODELS: tuple[Role, ...] = ("declared", "before", "after")
@@ -47,6 +50,8 @@ def strip_chart(
         Lower and upper edge (N,), SI, of what a tolerance allows a channel; NaN where none applies.
     """
     time = simulated.log.time
+    natural = len(channels) * (_MAIN + _RESIDUAL + _WITHIN + _BETWEEN) + len(inputs) * (_INPUT + _BETWEEN)
+    pressed = min(1.0, TALLEST / natural)
     rows: list[Row] = []
     for name in channels:
         responses = _responses(simulated, name)
@@ -54,13 +59,16 @@ def strip_chart(
         edges = (corridors or {}).get(name)
         factor = shown_unit(_unit(name, simulated)).factor
         allowed = (factor * edges[0], factor * edges[1]) if edges else None
-        rows.append(_main_row(time, responses, axis_label(name, simulated), allowed))
+        rows.append(_main_row(time, responses, axis_label(name, simulated), allowed, pressed))
         limits = _residual_limits(responses, band)
-        rows.append(Row(_RESIDUAL, _WITHIN, "residual", limits, _residual_marks(time, responses, band), quiet=True))
+        label = f"Δ{axis_label(name, simulated)}"
+        marks = _residual_marks(time, responses, band)
+        rows.append(Row(pressed * _RESIDUAL, pressed * _WITHIN, label, limits, marks, quiet=True))
     for name in inputs:
         values = shown_unit(_unit(name, simulated)).factor * simulated.log[name]
         limits = limits_around(values)
-        rows.append(Row(_INPUT, _BETWEEN, axis_label(name, simulated), limits, (Line(time, values, "ink"),)))
+        line = Line(time, values, "ink")
+        rows.append(Row(pressed * _INPUT, pressed * _BETWEEN, axis_label(name, simulated), limits, (line,)))
     return stacked(rows, (float(time[0]), float(time[-1])), simulated.log.name)
 
 
@@ -75,7 +83,7 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
         marks.append(Points(history.time, history.d))
         if history.terms:
             marks.append(Line(history.time, history.explained, "after"))
-        label = f"d in {subscripted(history.coefficient)}"
+        label = f"d in {subscripted(history.coefficient)} [1]"
         rows.append(Row(_EQUATION, _BETWEEN, label, limits_around(history.d, history.explained), tuple(marks)))
     times = [history.time for history in histories]
     span = (min(float(time[0]) for time in times), max(float(time[-1]) for time in times))
@@ -105,7 +113,7 @@ def axis_label(name: str, simulated: Simulated) -> str:
     label = subscripted(name)
     if label == name and len(name) > _LONGEST_LABEL:
         label = name[: _LONGEST_LABEL - 1] + "…"
-    return f"{label} [{text}]" if text else label
+    return f"{label} [{text or 1}]"
 
 
 def _unit(name: str, simulated: Simulated) -> str:
@@ -134,7 +142,11 @@ def _shown(simulated: Simulated, channel: str, value: float) -> float:
 
 
 def _main_row(
-    time: FloatArray, responses: Mapping[Role, FloatArray], label: str, allowed: tuple[FloatArray, FloatArray] | None
+    time: FloatArray,
+    responses: Mapping[Role, FloatArray],
+    label: str,
+    allowed: tuple[FloatArray, FloatArray] | None,
+    pressed: float,
 ) -> Row:
     """The strip with the measured points and the simulations over them."""
     measured = responses["measured"]
@@ -142,15 +154,17 @@ def _main_row(
     marks.append(Points(time, measured))
     marks.extend(Line(time, responses[r], r, 1.0 if r == "after" else 1.2) for r in _MODELS if r in responses)
     limits = limits_around(measured, *(responses[role] for role in _MODELS if role in responses))
-    return Row(_MAIN, _BETWEEN, label, limits, tuple(marks))
+    return Row(pressed * _MAIN, pressed * _BETWEEN, label, limits, tuple(marks))
 
 
-def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Corridor]:
-    """A corridor for each stretch in which its edges are known."""
+def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Corridor | Line]:
+    """A faint corridor with fine edges for each stretch in which these are known."""
     held = np.isfinite(low) & np.isfinite(high)
     ends = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
     for start, stop in zip(ends[0::2], ends[1::2], strict=True):
-        yield Corridor(time[start:stop], low[start:stop], high[start:stop])
+        inside = slice(start, stop)
+        yield Corridor(time[inside], low[inside], high[inside])
+        yield from (Line(time[inside], edge[inside], "tolerance-edge", 0.5) for edge in (low, high))
 
 
 def _residual_marks(time: FloatArray, responses: Mapping[Role, FloatArray], band: float) -> tuple[Mark, ...]:

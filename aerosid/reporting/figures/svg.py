@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -19,7 +20,7 @@ from aerosid.reporting.figures.chart import (
     Panel,
     Points,
 )
-from aerosid.reporting.figures.layout import tick_texts
+from aerosid.reporting.figures.layout import ACROSS, label_lines, tick_texts
 from aerosid.reporting.thinning import envelope, unbroken
 
 FONT_SIZE = 8.0
@@ -75,13 +76,25 @@ def _frame(panel: Panel, height: float) -> str:
     small = _SMALL_FONT if panel.height < _TALL else FONT_SIZE - 0.5
     for text, y in zip(tick_texts(panel.y.ticks), up, strict=True):
         parts.append(_words(left - 4.0, float(y) + 0.35 * small, text, "muted", "right", small))
-    size, role = (_SMALL_FONT, "muted") if panel.quiet else (FONT_SIZE, "ink")
-    parts.append(_words(left - 42.0, 0.5 * (top + bottom), panel.y.label, role, "center", size, upright=True))
+    parts.extend(_label(panel, top, bottom))
     if not panel.x.bare:
         for text, x in zip(tick_texts(panel.x.ticks), across, strict=True):
             parts.append(_words(float(x), bottom + 11.0, text, "muted", "center", FONT_SIZE - 0.5))
         parts.append(_words(0.5 * (left + right), bottom + 24.0, panel.x.label, "ink", "center", FONT_SIZE))
     return "".join(parts)
+
+
+def _label(panel: Panel, top: float, bottom: float) -> Iterator[str]:
+    """The vertical axis's label: upright beside a tall panel, across in two lines beside a low one."""
+    size, role = (_SMALL_FONT, "muted") if panel.quiet else (FONT_SIZE, "ink")
+    middle = 0.5 * (top + bottom)
+    lines = label_lines(panel.y.label)
+    if panel.height >= _TALL or max(map(len, lines)) > ACROSS:
+        yield _words(panel.left - 44.0, middle, panel.y.label, role, "center", size, upright=True)
+        return
+    for n, line in enumerate(lines):
+        base = middle + 0.35 * size + (n - 0.5 * (len(lines) - 1)) * 1.35 * size
+        yield _words(panel.left - 58.0, base, line, role, "left", size if n == 0 else _SMALL_FONT)
 
 
 def _mark(mark: Mark, panel: Panel, height: float) -> str:

@@ -12,13 +12,14 @@ from reportlab.platypus import (
     ListFlowable,
     ListItem,
     LongTable,
-    PageBreak,
     Paragraph,
     Spacer,
     Table,
     TableStyle,
 )
 
+from aerosid.reporting.figures.chart import Chart
+from aerosid.reporting.figures.layout import parted
 from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.figures.pdf import Paper
 from aerosid.reporting.paper.elements import Element
@@ -26,33 +27,71 @@ from aerosid.reporting.paper.inline import markup
 from aerosid.reporting.paper.tables import table
 from aerosid.reporting.paper.typeface import colours, registered, style
 
-_TEXT, _QUIET, _HEADING = 8.5, 7.5, 10.5
+_TEXT, _QUIET, _HEADING = 8.0, 7.0, 10.0
 _LEAST = 120.0
 """Room, pt, that the headings and the first rows of a long table need."""
 
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
+_NAMES = 92.0
+"""Width, pt, of the column of names in a list of facts."""
 _CARD, _CARD_EDGE = 363.0, 10.0
 """Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
+
+_SMALL = 0.7
+"""Scale of a figure of class `small`."""
 
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 
 
 class Drawing(Flowable):
-    """A chart with its legend, shrunk to the width of the page."""
+    """A chart between its legend and its caption, shrunk to the width of the page; strips may go on overleaf."""
 
-    def __init__(self, figure: Figure, keys: list[tuple[str, str]], width: float) -> None:
+    def __init__(
+        self,
+        chart: Chart,
+        keys: Sequence[tuple[str, str]],
+        captions: tuple[str, str],
+        width: float,
+        largest: float = 1.0,
+        heads: Sequence[Paragraph] = (),
+    ) -> None:
         super().__init__()
-        self.chart = figure.chart
-        self.scale = min(width / self.chart.width, 1.0)
-        self.keys = list(_set_out(keys, self.chart.width))
+        self.chart, self.words, self.captions, self.width, self.heads = chart, keys, captions, width, heads
+        self.scale = min(width / chart.width, largest)
+        self.keys = list(_set_out(keys, chart.width))
         self.legend = _KEY_HEIGHT * (self.keys[-1][3] + 1) + 4.0 if self.keys else 0.0
+        self.caption = Paragraph(captions[0], style(_QUIET, "muted"))
+        self.below = self.caption.wrap(width, 1e4)[1] + 2.0
+        self.above = sum(head.wrap(width, 1e4)[1] + 3.0 for head in heads)
+        self.spaceBefore, self.spaceAfter = 6.0, 6.0
+
+    def under(self, heads: Sequence[Paragraph]) -> Drawing:
+        """The same with headings above it, which it takes along to where its first strips stand."""
+        return Drawing(self.chart, self.words, self.captions, self.width, self.scale, heads)
 
     def wrap(self, *_room: float) -> tuple[float, float]:
         """Width and height, pt."""
-        return self.scale * self.chart.width, self.scale * (self.chart.height + self.legend)
+        return self.width, self.above + self.scale * (self.chart.height + self.legend) + self.below
+
+    def split(self, _width: float, room: float) -> list[Flowable]:
+        """The strips that fit the room, pt, and the others; nothing where too few fit to be worth it."""
+        parts = parted(self.chart, (room - self.below - self.above) / self.scale - self.legend)
+        if parts is None:
+            return []
+        return [
+            Drawing(parts[0], self.words, self.captions, self.width, self.scale, self.heads),
+            Drawing(parts[1], self.words, (self.captions[1],) * 2, self.width, self.scale),
+        ]
 
     def draw(self) -> None:
-        """The legend, and the chart below it."""
+        """The headings, the legend, the chart below it, and the caption."""
+        top = self.wrap()[1]
+        for head in self.heads:
+            top -= head.height
+            head.drawOn(self.canv, 0.0, top)
+            top -= 3.0
+        self.caption.drawOn(self.canv, 0.0, 0.0)
+        self.canv.translate(0.0, self.below)
         self.canv.scale(self.scale, self.scale)
         paper = Paper(self.canv, colours(), registered())
         for role, words, x, line in self.keys:
@@ -90,16 +129,20 @@ def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
 
 
 def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
-    """The flowables with long tables free to begin on the page of their headings, some rows below them.
+    """The flowables with long tables and strip charts free to begin on the page of their headings.
 
-    Kept together with its headings, a table that fits a page would leave the rest of the page before it empty.
+    Kept whole with its headings, a table or a chart that fits a page would leave the rest of the page before it empty.
     """
     heads: list[Any] = []
     for flowable in flowables:
         if isinstance(flowable, Paragraph) and flowable.style.keepWithNext:
             heads.append(flowable)
             continue
-        if heads and isinstance(flowable, LongTable):
+        if isinstance(flowable, Drawing) and flowable.chart.timeline:
+            yield flowable.under(heads)
+            heads = []
+            continue
+        if isinstance(flowable, LongTable):
             yield CondPageBreak(_LEAST)
             for head in heads:
                 head.keepWithNext = False
@@ -110,7 +153,7 @@ def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
 
 
 def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:
-    if element.tag in _SKIPPED or "legend" in element.classes:
+    if element.tag in _SKIPPED or element.classes & {"legend", "on-screen"}:
         return
     if element.tag in ("h3", "summary"):
         yield Paragraph(markup(element), style(_HEADING, bold=True, before=8.0, after=2.0, together=True))
@@ -124,6 +167,9 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
             yield ListFlowable(items, bulletType="bullet", start="•", leftIndent=12, bulletFontSize=_TEXT)
     elif element.tag == "dl":
         facts = [(next(entry.all("dt")), next(entry.all("dd"))) for entry in element.elements()]
+        if "lines" in element.classes:
+            yield _lines(facts, width)
+            return
         words = ", ".join(f"<b>{markup(name)}</b> {markup(value)}" for name, value in facts)
         yield Paragraph(words, style(_TEXT, after=3.0))
     elif element.tag == "table":
@@ -136,6 +182,22 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
         yield from _card(element, figures, width)
     else:
         yield from blocks(element, figures, width)
+
+
+def _lines(facts: Sequence[tuple[Element, Element]], width: float) -> Table:
+    """Facts one below another, their names in a column of their own."""
+    cells = [
+        [Paragraph(markup(name), style(_QUIET, "muted")), Paragraph(markup(text), style(_QUIET))]
+        for name, text in facts
+    ]
+    rules: list[Any] = [
+        ("VALIGN", (0, 0), (-1, -1), "TOP"),
+        ("LEFTPADDING", (0, 0), (-1, -1), 0.0),
+        ("RIGHTPADDING", (0, 0), (-1, -1), 6.0),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 0.5),
+    ]
+    return Table(cells, colWidths=[_NAMES, width - _NAMES], style=TableStyle(rules), hAlign="LEFT", spaceAfter=4.0)
 
 
 def _paragraph_style(element: Element) -> Any:
@@ -158,11 +220,10 @@ def _figure(element: Element, figures: Mapping[str, Figure], width: float) -> It
             role = next(iter(key.all("svg"))).attributes["class"].removeprefix("line-")
             keys.append((role, " ".join(key.text().split())))
     caption = next(iter(element.all("figcaption")))
-    drawing = Drawing(figures[element.attributes["id"]], keys, width)
-    drawing.keepWithNext = True
-    drawing.spaceBefore = 6.0
-    yield drawing
-    yield Paragraph(markup(caption), style(_QUIET, "muted", before=2.0, after=6.0))
+    figure = figures[element.attributes["id"]]
+    more = f"<b>Figure {figure.number}, continued.</b>"
+    largest = _SMALL if "small" in element.classes else 1.0
+    yield Drawing(figure.chart, keys, (markup(caption), more), width, largest)
 
 
 def _verdict(element: Element, width: float) -> Table:
@@ -184,7 +245,7 @@ def _verdict(element: Element, width: float) -> Table:
 
 
 def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:
-    """A card to be cut out and taken along, whole on a sheet of its own, in the column of an A5 sheet."""
+    """A card to be cut out and taken along: whole on one sheet, in the column of an A5 sheet."""
     column = min(width, _CARD)
     rules: list[Any] = [
         ("BOX", (0, 0), (-1, -1), 1.0, colours()["ink"]),
@@ -192,6 +253,4 @@ def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iter
         ("RIGHTPADDING", (0, 0), (-1, -1), _CARD_EDGE),
     ]
     content = list(blocks(element, figures, column - 2.0 * _CARD_EDGE))
-    yield PageBreak()
-    yield Table([[content]], colWidths=[column], style=TableStyle(rules), hAlign="LEFT")
-    yield PageBreak()
+    yield Table([[content]], colWidths=[column], style=TableStyle(rules), hAlign="LEFT", splitByRow=0)

@@ -39,7 +39,7 @@ def report_pdf(result: ClosedLoop, report: Report) -> bytes:
     """
     sections = [(section.title, section.name, parsed(_PICTURE.sub("", body))) for section, body in report.parts]
     foot = f"aerosid {result.version}, seed {result.seed}. Angles in degrees; in radians in result.json and the tables."
-    head = _head(result)
+    head = _head(result, report)
     return _sheets("Model error report", result.aircraft.name, head, sections, report.figures, result.version, foot)
 
 
@@ -104,7 +104,7 @@ class _Heading(Paragraph):
     """A section's title, with its place in the document's outline."""
 
     def __init__(self, title: str, name: str) -> None:
-        super().__init__(_text(title), style(13.0, bold=True, before=14.0, after=4.0, together=True))
+        super().__init__(_text(title), style(12.5, bold=True, before=11.0, after=3.0, together=True))
         self.title, self.name = title, name
 
     def draw(self) -> None:
@@ -142,14 +142,14 @@ class _Numbered(Canvas):
         super().save()
 
 
-def _head(result: ClosedLoop) -> list[Any]:
-    """What the page's head says: the flights and the aircraft file."""
+def _head(result: ClosedLoop, report: Report) -> list[Any]:
+    """What the page's head says: the flights and the aircraft file, then the title block."""
     facts = (
         ("Fitted on", ", ".join(log.name for log in result.identification)),
         ("Validated on", ", ".join(log.name for log in result.validation) or "no flight"),
-        ("Aircraft file", result.aircraft.path),
     )
-    return [Paragraph(f"<b>{name}:</b> {_text(words)}", style(8.5)) for name, words in facts]
+    lines = [Paragraph(f"<b>{name}:</b> {_text(words)}", style(8.5)) for name, words in facts]
+    return [*lines, *blocks(parsed(report.title), {}, A4[0] - 2.0 * _SIDE)]
 
 
 def _text(words: str) -> str:

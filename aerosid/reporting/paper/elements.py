@@ -34,7 +34,9 @@ class Element:
             yield from child.all(tag)
 
     def text(self) -> str:
-        """The texts within, blanks as they are."""
+        """The texts within, blanks as they are, a break as a vertical tab."""
+        if self.tag == "br":
+            return "\v"
         return "".join(child if isinstance(child, str) else child.text() for child in self.children)
 
 

@@ -24,7 +24,7 @@ def printable(text: str) -> str:
 def _part(child: Element | str) -> str:
     if isinstance(child, str):
         return escape(printable(child))
-    if child.tag in ("svg", "input"):
+    if child.tag in ("svg", "input") or "on-screen" in child.classes:
         return ""
     if child.tag == "br":
         return "<br/>"

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+from xml.sax.saxutils import escape
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import Flowable, LongTable, Paragraph, Table, TableStyle
 
 from aerosid.reporting.paper.elements import Element
 from aerosid.reporting.paper.inline import markup, printable
-from aerosid.reporting.paper.typeface import colours, registered, style
+from aerosid.reporting.paper.typeface import colours, style
 
-_SIZE, _HEAD_SIZE = 7.0, 6.5
+_SIZE, _HEAD_SIZE, _HASH_SIZE = 7.0, 6.5, 5.2
 _PADDING = 3.0
 _LONG = 12
 """Rows beyond which a table may begin on one page and end on another."""
 _SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
+_SCALES = (1.0, 0.94, 0.88, 0.82, 0.76)
+"""Of the type in a table, the largest first: the smallest that is still read on paper is 5.3 pt."""
+_LONGEST_WORD = 130.0
+"""Width, pt, that one word may claim; a longer one, a path as a rule, is broken after its separators."""
+_PIECES = re.compile(r"[^/\\_.,-]+[/\\_.,-]*|[/\\_.,-]+")
+
+
+_NO_ROW = Element("tr")
 
 
 @dataclass(frozen=True)
@@ -35,15 +45,15 @@ def table(element: Element, width: float) -> Table:
     rows = [(row, _cells(row, head=part.tag == "thead")) for part in _parts(element) for row in part.all("tr")]
     columns = max((cell.column + cell.span for _, cells in rows for cell in cells), default=1)
     heads = sum(1 for part in _parts(element) if part.tag == "thead" for _ in part.all("tr"))
-    widths = _widths([cells for _, cells in rows], columns, width)
+    scale, widths = _fitted([cells for _, cells in rows], columns, width)
     grid: list[list[Any]] = [[""] * columns for _ in rows]
     rules: list[tuple[Any, ...]] = [
         ("VALIGN", (0, 0), (-1, -1), "TOP"),
         ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
         ("LEFTPADDING", (0, 0), (-1, -1), _PADDING),
         ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
-        ("TOPPADDING", (0, 0), (-1, -1), 1.5),
-        ("BOTTOMPADDING", (0, 0), (-1, -1), 2.0),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.8),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.6),
         ("LINEBELOW", (0, 0), (-1, -1), 0.25, colours()["rule"]),
         ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
     ]
@@ -53,7 +63,8 @@ def table(element: Element, width: float) -> Table:
         for cell in cells:
             if cell.span > 1:
                 rules.append(("SPAN", (cell.column, i), (cell.column + cell.span - 1, i)))
-            grid[i][cell.column] = _content(cell, row, sum(widths[cell.column : cell.column + cell.span]))
+            across = sum(widths[cell.column : cell.column + cell.span])
+            grid[i][cell.column] = _content(cell, _style(cell, row, scale), across)
     kind = LongTable if len(grid) > _LONG else Table
     return kind(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
 
@@ -97,44 +108,71 @@ class _OneLine(Flowable):
             self.canv.drawString(0.0, base, self.text)
 
 
-def _content(cell: _Cell, row: Element, width: float) -> Any:
-    its_style = _style(cell, row)
+def _content(cell: _Cell, its_style: Any, width: float) -> Any:
     if all(isinstance(child, str) for child in cell.element.children):
         text = " ".join(printable(cell.element.text()).split())
         if stringWidth(text, its_style.fontName, its_style.fontSize) <= width - 2.0 * _PADDING:
             return _OneLine(text, its_style)
+        lines = _lines(text, its_style, width - 2.0 * _PADDING)
+        return Paragraph("<br/>".join(map(escape, lines)), its_style)
     return Paragraph(markup(cell.element), its_style)
 
 
-def _style(cell: _Cell, row: Element) -> Any:
+def _lines(text: str, its_style: Any, width: float) -> list[str]:
+    """The text in lines of a width, pt, broken at blanks, and after separators where a word alone is too long."""
+    lines = [""]
+    for word in text.split():
+        pieces = [word]
+        if stringWidth(word, its_style.fontName, its_style.fontSize) > width:
+            pieces = _PIECES.findall(word)
+        for n, piece in enumerate(pieces):
+            joint = " " if n == 0 and lines[-1] else ""
+            longer = lines[-1] + joint + piece
+            if lines[-1] and stringWidth(longer, its_style.fontName, its_style.fontSize) > width:
+                lines.append(piece)
+            else:
+                lines[-1] = longer
+    return lines
+
+
+def _style(cell: _Cell, row: Element, scale: float = 1.0) -> Any:
     right = "n" in cell.element.classes
     if cell.head:
-        return style(_HEAD_SIZE, "muted", bold=True, right=right)
+        return style(scale * _HEAD_SIZE, "muted", bold=True, right=right)
+    if "hash" in cell.element.classes:
+        return style(_HASH_SIZE, "muted")
     bold = "strong" in cell.element.classes or "group" in row.classes
-    return style(_SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
+    return style(scale * _SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
 
 
-def _widths(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> list[float]:
-    """Every column as wide as its longest text where that fits, else between its longest word and that."""
-    typeface = registered()
-    bold = f"{typeface}-Bold"
-    least, most = [0.0] * columns, [0.0] * columns
-    for cell in (cell for cells in rows for cell in cells if cell.span == 1):
-        strong = cell.head or "strong" in cell.element.classes
-        words = printable(cell.element.text()).split()
-        size = _HEAD_SIZE if cell.head else _SIZE
-        lengths = [stringWidth(word, bold if strong else typeface, size) for word in words] or [0.0]
-        blank = stringWidth(" ", typeface, size)
-        # Numbers keep their deviation in one line.
-        whole = sum(lengths) + blank * (len(lengths) - 1)
-        longest = whole if "n" in cell.element.classes and not cell.head else max(lengths)
-        least[cell.column] = max(least[cell.column], longest + 2.0 * _PADDING + 1.0)
-        most[cell.column] = max(most[cell.column], whole + 2.0 * _PADDING + 1.0)
+def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tuple[float, list[float]]:
+    """The largest scale of the type at which no word and no number has to be broken, and the columns' widths, pt."""
+    for scale in _SCALES:
+        least, most = _needs(rows, columns, scale)
+        if sum(least) <= width:
+            break
+    else:
+        return scale, [need * width / sum(least) for need in least]
     room = width - sum(least)
     wanted = [m - n for m, n in zip(most, least, strict=True)]
-    if room < 0.0:
-        return [n * width / sum(least) for n in least]
     if sum(wanted) <= room:
         spare = min((room - sum(wanted)) / columns, 14.0)
-        return [m + spare for m in most]
-    return [n + room * w / sum(wanted) for n, w in zip(least, wanted, strict=True)]
+        return scale, [m + spare for m in most]
+    return scale, [n + room * w / sum(wanted) for n, w in zip(least, wanted, strict=True)]
+
+
+def _needs(rows: Sequence[Sequence[_Cell]], columns: int, scale: float) -> tuple[list[float], list[float]]:
+    """What every column needs for its longest word or number, and for its longest text in one line; pt."""
+    least, most = [0.0] * columns, [0.0] * columns
+    for cell in (cell for cells in rows for cell in cells if cell.span == 1):
+        its_style = _style(cell, _NO_ROW, scale)
+        font = its_style.fontName, its_style.fontSize
+        lines = [" ".join(line.split()) for line in printable(cell.element.text()).split("\v")]
+        whole = max(stringWidth(line, *font) for line in lines)
+        word = max((stringWidth(word, *font) for line in lines for word in line.split()), default=0.0)
+        # A number keeps its standard error in one line.
+        together = ("n" in cell.element.classes and not cell.head) or "hash" in cell.element.classes
+        need = whole if together else min(word, _LONGEST_WORD)
+        least[cell.column] = max(least[cell.column], need + 2.0 * _PADDING + 1.0)
+        most[cell.column] = max(most[cell.column], whole + 2.0 * _PADDING + 1.0)
+    return least, most

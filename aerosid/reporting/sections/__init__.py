@@ -17,10 +17,12 @@ from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.sections import (
     alternatives,
     candidates,
+    card,
     decision,
     derivatives,
     effects,
     fit,
+    glossary,
     instruments,
     linear,
     next_flight,
@@ -29,6 +31,7 @@ from aerosid.reporting.sections import (
     qualification,
     readings,
     residual,
+    screening,
 )
 
 Context = dict[str, Any]
@@ -57,6 +60,9 @@ SECTIONS = (
     Section("linear", "Modes and flying qualities", linear.context),
     Section("fit", "Fit of every flight", fit.context),
     Section("readings", "What was read", readings.context),
-    Section("origin", "Versions and inputs", origin.context),
+    Section("origin", "Versions", origin.context),
+    Section("screening", "Appendix A: candidates screened", screening.context),
+    Section("glossary", "Appendix B: symbols and terms", glossary.context),
+    Section("card", "Pilot’s card", card.context),
 )
 """The report from top to bottom."""

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.screening import RegressorPicture
+from aerosid.notation import number
 from aerosid.reporting.figures.cross_plots import cross_plots
 from aerosid.reporting.figures.numbered import Figure, FigureBook
-from aerosid.reporting.words import number
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
-    """d(t) against the found terms and their closest rivals, and the screening, largest gain first."""
-    screening = sorted(result.screening, key=lambda row: -row.gain if math.isfinite(row.gain) else math.inf)
+    """d(t) against the found terms and their closest rivals, and how many candidates were screened."""
     return {
-        "screening": screening,
-        "chosen": [row for row in screening if row.chosen],
+        "screening": result.screening,
+        "chosen": [row for row in result.screening if row.chosen],
         "plots": _plots(result.regressors, figures) if result.regressors else None,
     }
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, FitRow
+from aerosid.loop.goodness import FitRow
+from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.autocorrelations import autocorrelations
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 
@@ -21,7 +22,8 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
     drawn = {
         log: _figure(log, [row for row in result.fit if row.log == log], samples.get(log, 1), figures) for log in logs
     }
-    return {"coefficients": result.coefficients, "logs": logs, "figures": drawn, "innovations": result.innovations}
+    innovations = {(row.log, row.channel): row for row in result.innovations}
+    return {"coefficients": result.coefficients, "logs": logs, "figures": drawn, "innovations": innovations}
 
 
 def _figure(log: str, rows: list[FitRow], samples: int, figures: FigureBook) -> Figure | None:

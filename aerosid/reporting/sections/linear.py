@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, LinearRow, Parameter
+from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.quantity import Parameter
+from aerosid.loop.result import ClosedLoop
+from aerosid.notation import MISSING, number, with_deviation
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.step_response import step_response_chart
-from aerosid.reporting.words import MISSING, Unit, number, shown_unit, with_deviation
+from aerosid.reporting.words import Unit, shown_unit
 
 _WORDS = {
     "alpha": "angle of attack",

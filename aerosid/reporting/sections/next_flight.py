@@ -1,22 +1,22 @@
-"""What to fly next: the input, the answer that is expected of it, and the pilot's card."""
+"""Next flight: the designed input, its expected response, and the open questions that it answers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
-from aerosid.loop.next_flight.flight_limits import MARGIN
-from aerosid.loop.result import ClosedLoop, PlannedInput, PlannedPeak, Question
+from aerosid.loop.next_flight.planned_flight import PlannedInput, Question
+from aerosid.loop.result import ClosedLoop
+from aerosid.notation import number
 from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.words import number, shown_unit, subscripted
+from aerosid.reporting.words import shown_unit, subscripted
 
 _STRIP, _GAP = 46.0, 12.0  # pt
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
-    """The questions, and the input with its card where there is one; None where nothing is left to decide."""
+    """The questions, and the input where there is one; None where nothing is left to decide."""
     ahead = result.next_flight
     if ahead is None:
         return None
@@ -35,11 +35,6 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
         "planned": planned,
         "figure": figure,
         "answers": [(question, _answer(question)) for question in ahead.questions],
-        "decides": [_decides(question) for question in ahead.questions if question.repeats is not None],
-        "card": planned is not None,
-        "percent": round(100 * MARGIN),
-        "limits": [] if planned is None else [_limit(peak) for peak in planned.peaks],
-        "repeats": max((question.repeats or 1 for question in ahead.questions), default=1),
     }
 
 
@@ -67,17 +62,17 @@ def _scaled(factor: float, values: FloatArray | None) -> list[FloatArray]:
 def _answer(question: Question) -> str:
     """What the input is expected to say, as a sentence."""
     if question.kind == "derivative":
-        now = "is unknown" if question.present is None else f"is ± {number(question.present, 2)}"
+        now = "is unknown" if question.present is None else f"is {number(question.present, 2)}"
         if question.expected is None:
-            return f"Its deviation {now}. {question.elsewhere}"
-        said = f"Its deviation {now}; expected afterwards ± {number(question.expected, 2)}"
-        said += f", to be shown it must be ± {number(question.needed, 2)}. "
+            return f"Its standard error {now}. {question.elsewhere}"
+        said = f"Its standard error {now}; expected afterwards {number(question.expected, 2)}"
+        said += f", to be shown it must be {number(question.needed, 2)}. "
         return said + _flights(question)
     if question.expected is None or question.probability is None:
         return question.elsewhere
     likely = "more than 99.9 %" if question.probability > 0.999 else f"{number(100 * question.probability, 3)} %"
     said = (
-        f"Expected difference of −2 ln L {number(question.expected, 3)}, whichever is true "
+        f"Expected log-likelihood difference 2Δln L {number(question.expected, 3)}, whichever is true "
         f"({number(question.needed, 3)} decide): one flight tells them apart with a probability of {likely}. "
     )
     return said + _flights(question)
@@ -87,24 +82,3 @@ def _flights(question: Question) -> str:
     if question.repeats is None:
         return question.elsewhere
     return "One flight decides it." if question.repeats == 1 else f"{question.repeats} flights decide it together."
-
-
-def _decides(question: Question) -> str:
-    if question.kind == "derivative":
-        return f"{question.subject} becomes known"
-    return f"{question.subject} or {question.rival}"
-
-
-def _limit(peak: PlannedPeak) -> Mapping[str, Any]:
-    """A line of the card in the unit shown."""
-    unit = shown_unit(peak.unit)
-    return {
-        "name": peak.name,
-        "unit": unit.text,
-        "trim": number(unit.factor * peak.trim, 3),
-        "low": number(unit.factor * peak.lowest, 3),
-        "high": number(unit.factor * peak.highest, 3),
-        "abort_low": None if peak.limit_low is None else number(unit.factor * peak.limit_low, 3),
-        "abort_high": None if peak.limit_high is None else number(unit.factor * peak.limit_high, 3),
-        "given": peak.given,
-    }

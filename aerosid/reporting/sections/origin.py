@@ -1,4 +1,4 @@
-"""What is needed to get the same report again."""
+"""Versions of the software that made the report."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.result_schema import input_files
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
-    """Versions, seed and the checksums of every input."""
+    """Versions of the packages that compute."""
     packages = {"aerosid": result.version, "Python": platform.python_version()}
     for name in ("numpy", "scipy", "numba"):
         try:
             packages[name] = version(name)
         except PackageNotFoundError:
             packages[name] = "not installed"
-    return {"packages": packages, "inputs": input_files(result)}
+    return {"packages": packages}

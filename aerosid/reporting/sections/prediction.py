@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.result import ClosedLoop, ErrorRow, Simulated
+from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_draw, strip_chart
+from aerosid.reporting.judgement import headline_rows
 from aerosid.reporting.simulator_tolerances import within
 from aerosid.reporting.tables import measured_channels
-from aerosid.reporting.words import number, shown_unit
+from aerosid.reporting.words import shown_unit
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """Strip charts and errors of every log."""
     wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
     groups = {(group["log"], group["role"]): group for group in by_log(result.errors)}
+    told = {row.role for row in headline_rows(result)}
     logs = []
     for simulated in sorted(result.simulated, key=lambda simulated: simulated.role != "validation"):
         rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
@@ -31,7 +35,8 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
             chart = strip_chart(simulated, channels, inputs, noise, corridors)
             label = f"Time histories of {', '.join(channels)}, their residuals, and {', '.join(inputs) or 'no input'}"
             drawn.append(figures.add(chart, _caption(simulated, channels, rows), label))
-        errors = groups.get((simulated.log.name, simulated.role))
+        # The flights of the decision have their errors there.
+        errors = None if simulated.role in told else groups.get((simulated.log.name, simulated.role))
         logs.append(
             {
                 "log": simulated.log,

@@ -14,4 +14,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for row in comparisons(result):
         groups.setdefault((row.log, row.role, row.source), []).append(row)
-    return {"groups": groups} if groups else None
+    sources = list(dict.fromkeys(source for _, _, source in groups))
+    return {"groups": groups, "sources": sources} if groups else None

@@ -8,9 +8,9 @@ import numpy as np
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.force_history import ErrorHistory
+from aerosid.notation import number
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import model_error_chart
-from aerosid.reporting.words import number
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

@@ -11,6 +11,8 @@ from pathlib import Path
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.formats import FORMATS
 from aerosid.logs.formats.channel_map import find_channel_map
+from aerosid.logs.spans import Span, is_segment_file, parse_span, read_segment_file, read_span
+from aerosid.manoeuvres import find_manoeuvres, longitudinal_manoeuvres
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class LogFile:
     Attributes
     ----------
     path : str
-        As it is opened.
+        As it is opened: the recording, or a span of it as LOG@FROM:TO.
     name : str
         By which tables call it, and the folder of its report: its path below the batch's folder without the suffix,
         with it where two logs would have the same.
@@ -44,7 +46,8 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
     Parameters
     ----------
     source : Path
-        A folder, or a file with one path a line, relative to its own folder; `#` begins a comment.
+        A folder; a file with one path or LOG@FROM:TO a line, relative to its own folder, `#` begins a comment; or a
+        segment file.
     channels : Path, optional
         The channel map for all of them.
     but_in : Path, optional
@@ -68,13 +71,61 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
         ]
         if not paths:
             raise UsageError(f"{source}: no log is in this folder; known suffixes are {', '.join(sorted(suffixes))}.")
+    elif is_segment_file(source):
+        return tuple(_of_span(span, channels) for span in read_segment_file(source))
     else:
         root = source.parent
-        paths = [root / line for line in _lines(source)]
-        if not paths:
+        spans = [parse_span(root / line) for line in _lines(source)]
+        if not spans:
             raise UsageError(f"{source}: it lists no log; write one path a line.")
+        if any(not span.whole for span in spans):
+            return _distinct(tuple(_of_span(span, channels) for span in spans))
+        paths = [span.path for span in spans]
     names = _names(paths, root)
     return tuple(LogFile(str(path), name, _content(path, channels)) for path, name in zip(paths, names, strict=True))
+
+
+def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[LogFile, ...]:
+    """The elevator manoeuvres that are found in each log, in the log's place.
+
+    Parameters
+    ----------
+    logs : sequence of LogFile
+    channels : Path, optional
+        The channel map for all of them.
+
+    Raises
+    ------
+    LogError
+        Where a log cannot be read, or not one manoeuvre is found in all of them.
+    """
+    found = []
+    for entry in logs:
+        span = parse_span(entry.path)
+        log = read_span(span, channels, across_holes=True)
+        for manoeuvre in longitudinal_manoeuvres(find_manoeuvres(log)):
+            name = f"{entry.name}_{manoeuvre.start:.0f}_{manoeuvre.kind}"
+            cut = Span(span.path, round(manoeuvre.cut_from, 6), round(manoeuvre.cut_to, 6), "", name)
+            found.append(_of_span(cut, channels))
+    if not found:
+        raise LogError(
+            f"no elevator manoeuvre was found in {len(logs)} logs; see what `aerosid find LOG --rejected` lists."
+        )
+    return _distinct(tuple(found))
+
+
+def _of_span(span: Span, channels: Path | None) -> LogFile:
+    stem = Path(span.path.name.removesuffix(".gz")).stem
+    ends = "" if span.whole else f"_{span.start or 0.0:.6g}-{'end' if span.stop is None else f'{span.stop:.6g}'}"
+    content = hashlib.sha256(f"{_content(span.path, channels)}|{span.start}|{span.stop}".encode()).hexdigest()
+    return LogFile(str(span), span.name or f"{stem}{ends}", content)
+
+
+def _distinct(logs: tuple[LogFile, ...]) -> tuple[LogFile, ...]:
+    twice = [name for name, count in Counter(log.name for log in logs).items() if count > 1]
+    if twice:
+        raise UsageError(f"{twice[0]}: two spans have this name; name them in a segment file.")
+    return logs
 
 
 def _lines(source: Path) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,11 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats import read_log
-from aerosid.loop.identification import LoopSettings, close_loop
+from aerosid.logs.spans import parse_span, read_span, require_samples
+from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
+from aerosid.manoeuvres import whole_flight_sentence
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
 
@@ -59,9 +61,12 @@ def close_one(task: BatchTask, key: str) -> Row:
         As `read_log` and `close_loop`.
     """
     path, name = task.paths[key]
-    log = read_log(path, task.channels)
-    if log.samples < FEWEST:
-        raise LogError(f"{path}: {log.samples} samples are too few to estimate anything; give at least {FEWEST}.")
+    span = parse_span(path)
+    log = require_samples(read_span(span, task.channels), FEWEST)
+    if not span.whole:
+        log = replace(log, name=name)
+    if (sentence := whole_flight_sentence(log)) is not None:
+        raise LogError(sentence)
     result = close_loop([log], task.aircraft, settings=task.settings)
     if task.reports is not None:
         write_report(result, task.reports / name, interactive=False)  # 5 MB less a log

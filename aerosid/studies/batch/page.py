@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from aerosid import __version__
+from aerosid import __version__, notation
 from aerosid.reporting import words
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.templating import page_environment, page_style
@@ -72,4 +72,4 @@ def _effects(row: dict[str, list[dict[str, str]]]) -> str:
             names.append(f"{effect['where']} {effect['term']}")
         else:
             names.append(f"{kind} of {effect['where']}" if effect["where"] else kind)
-    return ", ".join(names) or words.MISSING
+    return ", ".join(names) or notation.MISSING

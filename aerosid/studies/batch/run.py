@@ -12,7 +12,7 @@ from pathlib import Path
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
-from aerosid.loop.identification import LoopSettings
+from aerosid.loop.settings import LoopSettings
 from aerosid.studies.batch.logs import LogFile
 from aerosid.studies.batch.one_log import BatchTask, close_one
 from aerosid.studies.batch.table import Measured, TableRow, conditions, derivative_table, measured

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 
+from aerosid import notation
 from aerosid.flight_model.terms import Factor
 from aerosid.reporting import words
 from aerosid.studies.batch.one_log import CONDITION
@@ -62,7 +63,7 @@ def condition_words(row: TableRow) -> list[str]:
     for name in CONDITION:
         value = row.condition[name]
         factor = words.shown_unit(UNITS[name]).factor
-        shown.append(words.MISSING if value is None else words.number(factor * value, 3 if name != "h" else 4))
+        shown.append(notation.MISSING if value is None else notation.number(factor * value, 3 if name != "h" else 4))
     return shown
 
 
@@ -75,10 +76,10 @@ def headings() -> list[str]:
 def cells(row: TableRow) -> list[str]:
     """A row of the printed tables but for the derivative's name."""
     return [
-        words.number(row.declared, 4),
-        words.with_deviation(row.value, row.std_error),
-        words.number(row.scatter, 2),
-        words.number(row.honest, 2),
+        notation.number(row.declared, 4),
+        notation.with_deviation(row.value, row.std_error),
+        notation.number(row.scatter, 2),
+        notation.number(row.honest, 2),
         f"{row.manoeuvres}" + (f" (+{row.left_out})" if row.left_out else ""),
         *condition_words(row),
     ]

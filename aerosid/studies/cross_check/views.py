@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from aerosid.nomenclature import CHANNELS
-from aerosid.reporting.words import MISSING
+from aerosid.notation import MISSING
 from aerosid.studies.cross_check.effects_check import EffectCheck, Outcome
 from aerosid.studies.cross_check.paper_flight import PaperFlight
 from aerosid.studies.cross_check.stock_check import DEVIATIONS, SHARE, StockCheck

@@ -22,12 +22,8 @@ _DIGITS = 10
 
 def flight_plan(
     aircraft: str,
+    flown: Manoeuvre,
     *,
-    shape: str,
-    amplitude: float,
-    unit: float | None,
-    duration: float,
-    interval: float,
     airspeed: float | None,
     altitude: float | None,
     noise: float,
@@ -54,9 +50,7 @@ def flight_plan(
     if altitude is None:
         altitude = cruise[1] if cruise else 1500.0
     injected = tuple(map(parse_effect, effects))
-    return FlightPlan(
-        found, elevator(shape, amplitude, unit, duration, interval), airspeed, altitude, injected, noise, seed
-    )
+    return FlightPlan(found, flown, airspeed, altitude, injected, noise, seed)
 
 
 def find_aircraft(name: str) -> Aircraft | str:
@@ -70,7 +64,9 @@ def find_aircraft(name: str) -> Aircraft | str:
         Where the aircraft file is wrong.
     """
     if name.endswith(".toml") or Path(name).is_file() or name in bundled_aircraft():
-        return load_aircraft(name)
+        aircraft = load_aircraft(name)
+        aircraft.require_longitudinal("fly")
+        return aircraft
     if name not in stock_aircraft():
         raise UsageError(
             f"{name!r} is neither an aircraft file, nor a bundled aircraft ({', '.join(bundled_aircraft())}), nor one "

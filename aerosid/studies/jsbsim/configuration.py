@@ -8,7 +8,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
-from aerosid.flight_model.longitudinal import GRAVITY
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.studies.jsbsim.properties import DEVIATION, ELEVATOR, FLAP, GEAR
 
 PLANET_RADIUS = 6.378e9

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aerosid.reporting.words import number
+from aerosid.notation import number
 from aerosid.studies.monte_carlo.page import level_name, percent
 from aerosid.studies.monte_carlo.run import Study
 from aerosid.studies.monte_carlo.statistics import DerivativeStatistics, LevelStatistics

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from aerosid import __version__
+from aerosid import __version__, notation
 from aerosid.reporting import words
 from aerosid.reporting.figures.chart import Chart
 from aerosid.reporting.figures.numbered import Figure, FigureBook
@@ -36,7 +36,7 @@ def level_name(level: LevelStatistics) -> str:
 
 def percent(share: float | None) -> str:
     """A share in per cent; a dash for none."""
-    return words.MISSING if share is None else f"{100.0 * share:.1f}"
+    return notation.MISSING if share is None else f"{100.0 * share:.1f}"
 
 
 def drawn_figures(study: Study) -> list[tuple[str, list[Drawn]]]:
@@ -111,7 +111,7 @@ def page_html(study: Study, groups: Sequence[tuple[str, Sequence[Drawn]]]) -> st
         plan=study.plan,
         groups=groups,
         level_name=level_name,
-        shown=lambda value, unit: words.number(None if value is None else value * words.shown_unit(unit).factor, 2),
+        shown=lambda value, unit: notation.number(None if value is None else value * words.shown_unit(unit).factor, 2),
         percent=percent,
         style=page_style(),
         version=__version__,

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import UsageError
-from aerosid.flight_model.longitudinal import OUTPUTS
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import RecordedInput
 from aerosid.studies.monte_carlo.planted import Planted
@@ -130,9 +130,10 @@ class StudyPlan:
             if snr == "recorded" and self.base is None:
                 raise UsageError("--snr recorded needs a log as the base; give one with --base.")
         for name in self.measured:
-            if name not in OUTPUTS:
-                raise UsageError(f"--measure {name}: no output of the flight model; choose from {', '.join(OUTPUTS)}.")
-        if missing := [name for name in ("V", "alpha", "q") if name not in self.measured]:
+            if name not in LONGITUDINAL.outputs:
+                known = ", ".join(LONGITUDINAL.outputs)
+                raise UsageError(f"--measure {name}: no output of the flight model; choose from {known}.")
+        if missing := [name for name in LONGITUDINAL.required if name not in self.measured]:
             raise UsageError(f"--measure lacks {', '.join(missing)}, without which nothing can be estimated.")
         if self.seed < 0 or not 0.0 <= self.elevator_noise < 1.0:
             raise UsageError("--seed and --elevator-noise may not be negative.")

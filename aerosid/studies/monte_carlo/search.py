@@ -1,4 +1,4 @@
-"""The chain as a study runs it: re-estimation of the declared model, search for what is missing, refinement."""
+"""The chain as a study runs it: `identify` of the loop, or the estimate of a structure that is known."""
 
 from __future__ import annotations
 
@@ -6,29 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.effects import ActiveEffect
+from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
+from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.estimation.evidence import Deviations, deviations
-from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import Entry, controls_of
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
-from aerosid.search.attribution import attribute
-from aerosid.search.candidate_terms import candidate_entries
+from aerosid.loop.identification import identify
+from aerosid.loop.settings import LoopSettings
 from aerosid.search.findings import Finding
-from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.settings import AttributionSettings
 from aerosid.studies.monte_carlo.plan import Catalogue
-
-NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)
-"""From a start that another flight gave: what a wrong structure still creeps is nothing beside what it lacks."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +39,23 @@ class Found:
     findings: tuple[Finding, ...]
 
 
-def search(
-    log: FlightLog,
-    aircraft: Aircraft,
-    catalogue: Catalogue,
-    structure: Sequence[Entry] = (),
-    effects: Sequence[ActiveEffect] = (),
-    start: Sequence[float] | None = None,
-) -> Found:
+def loop_settings(catalogue: Catalogue, start: Sequence[float] = ()) -> LoopSettings:
+    """The loop's settings in a study: those of `close_loop`, but for what it reports beside its findings.
+
+    Where terms alone are asked for, the instruments are not compared with each other either.
+    """
+    everything = catalogue == "all"
+    return LoopSettings(
+        catalogue="all" if everything else "terms",
+        kinematics=everything,
+        paper_chain=False,
+        linear_analysis=False,
+        next_flight=False,
+        start=tuple(start),
+    )
+
+
+def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequence[float] = ()) -> Found:
     """What one log says of the aircraft.
 
     Parameters
@@ -62,45 +64,46 @@ def search(
         The manoeuvre.
     aircraft : Aircraft
         The declared model.
-    catalogue : "known", "terms" or "all"
+    catalogue : "terms" or "all"
         What the search may name.
-    structure : sequence of Entry
-        With "known": the terms beside those declared, estimated from zero.
-    effects : sequence of ActiveEffect
-        With "known": the effects that are no term, with start values.
-    start : sequence of float, optional
-        Values of the declared terms to begin their re-estimation from; by default those declared.
+    start : sequence of float
+        Values of the declared terms to begin their re-estimation from; empty: those declared.
 
     Raises
     ------
     LogError, EstimationError
-        As of `close_loop`.
+        As of `identify`; EstimationError too where the instruments contradict each other, so that nothing is judged.
     """
-    known = catalogue == "known"
-    candidates = tuple(structure) if known else candidate_entries(aircraft, [log])
+    identified = identify([log], aircraft, settings=loop_settings(catalogue, start))
+    found = identified.found
+    if found is None:
+        raise EstimationError(f"{log.path}: the instruments contradict each other; this run judges nothing.")
+    return Found(identified.manoeuvres[0], found.before, found.completed, found.completed_deviations, found.findings)
+
+
+def estimate_known(
+    log: FlightLog, aircraft: Aircraft, structure: Sequence[Entry] = (), effects: Sequence[ActiveEffect] = ()
+) -> Found:
+    """The estimate of a structure that is known.
+
+    Parameters
+    ----------
+    structure : sequence of Entry
+        The terms beside those declared, estimated from zero.
+    effects : sequence of ActiveEffect
+        The effects that are no term, with start values.
+
+    Raises
+    ------
+    LogError, EstimationError
+        As of `identify`.
+    """
     airspeed = float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0
-    plain = declared_model(aircraft, airspeed, [term for _, term in candidates])
+    plain = declared_model(aircraft, airspeed, [term for _, term in structure])
     manoeuvre = prepare(log, aircraft, plain.columns)
     given = declared_effects(aircraft, controls_of(plain), [manoeuvre])
     declared = with_columns_of(plain, (*given, *effects))
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
-    if known:
-        entries = (*free, *(entry for entry in structure if entry not in free))
-        completed = refine(declared.extended(entries), [manoeuvre], entries, effects=(*given, *effects))
-        return Found(manoeuvre, None, completed, deviations(completed, [manoeuvre]), ())
-    begin = declared if start is None else declared.with_values(_begun(declared.values, start))
-    before = refine(begin, [manoeuvre], free, effects=given, settings=BEFORE if start is None else NEARBY)
-    hypotheses = term_hypotheses(candidates)
-    coefficients = aircraft.coefficients if catalogue == "all" else ()
-    if coefficients:
-        hypotheses += effect_hypotheses(declared, [manoeuvre], coefficients)
-    settings = AttributionSettings(disturbances=catalogue == "all")
-    found = attribute(before, [manoeuvre], hypotheses, coefficients, settings)
-    return Found(manoeuvre, before, found.completed, found.completed_deviations, found.findings)
-
-
-def _begun(values: NDArray[np.float64], start: Sequence[float]) -> NDArray[np.float64]:
-    """The values with the first of them, those of the declared terms, replaced."""
-    begun = values.copy()
-    begun[: len(start)] = start
-    return begun
+    entries = (*free, *(entry for entry in structure if entry not in free))
+    completed = refine(declared.extended(entries), [manoeuvre], entries, effects=(*given, *effects))
+    return Found(manoeuvre, None, completed, deviations(completed, [manoeuvre]), ())

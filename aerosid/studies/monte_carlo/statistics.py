@@ -182,7 +182,7 @@ def level_statistics(trials: Trials, level: int, rows: Sequence[Row], bound: Flo
     outputs, inputs = trials.deviations(level)
     manoeuvre = truth.identification.manoeuvre
     noise = dict(zip(manoeuvre.outputs, outputs.tolist(), strict=True))
-    noise.update({name: float(s) for name, s in zip(manoeuvre.columns[8:], inputs, strict=True) if s > 0.0})
+    noise.update({name: float(s) for name, s in zip(manoeuvre.extra_columns, inputs, strict=True) if s > 0.0})
     searched = trials.catalogue != "known" and bool(good)
     labels = [{(kind, where, term) for kind, where, term, *_ in row["found"]} for row in good]
     planted = {effect.label for effect in truth.planted}

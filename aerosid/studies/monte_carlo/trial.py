@@ -12,12 +12,11 @@ from aerosid.effects import ActiveEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.longitudinal import OUTPUTS
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.journal import Row
 from aerosid.studies.monte_carlo.noise_draw import ColouredNoise, NoiseSource
 from aerosid.studies.monte_carlo.plan import Catalogue, Snr
-from aerosid.studies.monte_carlo.search import Found, search
+from aerosid.studies.monte_carlo.search import Found, estimate_known, search
 from aerosid.studies.monte_carlo.truth import Truth
 
 FloatArray = NDArray[np.float64]
@@ -53,7 +52,7 @@ class Trials:
             return self
         starts = []
         for level in range(len(self.levels)):
-            before = search(self.log(level, _NO_RUN), self.truth.aircraft, "known").completed
+            before = estimate_known(self.log(level, _NO_RUN), self.truth.aircraft).completed
             starts.append(tuple(before.model.values[: len(self.truth.aircraft.derivatives)].tolist()))
         return replace(self, starts=tuple(starts))
 
@@ -81,10 +80,10 @@ class Trials:
         channels = dict(manoeuvre.log.channels)
         channels.update(zip(manoeuvre.outputs, drawn.T, strict=True))
         for j, deviation in enumerate(inputs):
-            name = manoeuvre.columns[8 + j]
+            name = manoeuvre.extra_columns[j]
             if name in channels:
                 noise = deviation * generator.standard_normal(samples) if deviation > 0.0 else 0.0
-                channels[name] = manoeuvre.flight.inputs[:, 8 + j] + noise
+                channels[name] = manoeuvre.extra_inputs[:, j] + noise
         return replace(manoeuvre.log, channels=channels)
 
 
@@ -97,10 +96,11 @@ def run_trial(trials: Trials, key: str) -> Row:
     """
     level, run = (int(part) for part in key.split("/"))
     truth = trials.truth
-    structure = tuple(entry for entry in truth.free)
-    effects = truth.effects if trials.catalogue == "known" else ()
-    start = trials.starts[level] if trials.starts else None
-    found = search(trials.log(level, run), truth.aircraft, trials.catalogue, structure, effects, start)
+    log = trials.log(level, run)
+    if trials.catalogue == "known":
+        found = estimate_known(log, truth.aircraft, truth.free, truth.effects)
+    else:
+        found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else ())
     completed, spread = found.completed, found.spread
     if not np.isfinite(completed.cost):
         raise EstimationError("the likelihood of the estimate is no number.")
@@ -134,7 +134,7 @@ def _errors(truth: Truth, model: AerodynamicModel, effects: Sequence[ActiveEffec
     assert flight is not None
     acting = [active for active in effects if active.acts_on(flight.manoeuvre.name)]
     outputs, _ = simulate(model, flight.manoeuvre, flight.state, acting)
-    places = [OUTPUTS.index(name) for name in flight.manoeuvre.outputs]
+    places = [flight.manoeuvre.row(name) for name in flight.manoeuvre.outputs]
     rms = np.sqrt(np.nanmean((flight.outputs - outputs[:, places]) ** 2, axis=0))
     diverged = not np.isfinite(outputs).all()
     return [None if diverged or not np.isfinite(value) else float(value) for value in rms]

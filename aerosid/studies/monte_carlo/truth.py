@@ -16,8 +16,7 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.longitudinal import OUTPUTS
-from aerosid.flight_model.simulation import fly, trim
+from aerosid.flight_model.simulation import ALTITUDE, fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import deflection
 from aerosid.studies.monte_carlo.noise_draw import NoiseSource, redrawn
@@ -27,7 +26,6 @@ from aerosid.studies.monte_carlo.search import search
 
 FloatArray = NDArray[np.float64]
 
-_ALTITUDE = 1500.0  # m, at the start
 _FINER = 3
 
 VALIDATION_SHARE = 0.75
@@ -120,17 +118,16 @@ def make_truth(plan: StudyPlan) -> Truth:
     return _simulated(plan) if plan.base is None else _from_log(plan, plan.base)
 
 
-def _simulated(plan: StudyPlan) -> Truth:
-    aircraft = plan.aircraft
-    airspeed = plan.flown.airspeed or aircraft.airspeed
-    density = plan.flown.density or aircraft.density
-    if airspeed is None or density is None:
-        raise UsageError(
-            f"{aircraft.path}: it gives no {'airspeed' if airspeed is None else 'density'}; add it to the command as "
-            f"--{'airspeed' if airspeed is None else 'density'}."
-        )
+def _true_model(plan: StudyPlan, airspeed: float) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
+    """The declared model with the planted terms in it, and those terms.
+
+    Raises
+    ------
+    UsageError
+        Where an effect is planted on a surface that no term uses.
+    """
     terms = {effect.entry: effect.value for effect in plan.effects if effect.entry is not None}
-    model = declared_model(aircraft, airspeed, [term for _, term in terms]).extended(terms)
+    model = declared_model(plan.aircraft, airspeed, [term for _, term in terms]).extended(terms)
     values = model.values.copy()
     for entry, value in terms.items():
         values[model.index(entry)] = value
@@ -141,9 +138,22 @@ def _simulated(plan: StudyPlan) -> Truth:
             raise UsageError(
                 f"--effect {effect.kind}:{effect.where}: no term uses that surface; give one in {controls}."
             )
+    return model, tuple(terms)
+
+
+def _simulated(plan: StudyPlan) -> Truth:
+    aircraft = plan.aircraft
+    airspeed = plan.flown.airspeed or aircraft.airspeed
+    density = plan.flown.density or aircraft.density
+    if airspeed is None or density is None:
+        raise UsageError(
+            f"{aircraft.path}: it gives no {'airspeed' if airspeed is None else 'density'}; add it to the command as "
+            f"--{'airspeed' if airspeed is None else 'density'}."
+        )
+    model, terms = _true_model(plan, airspeed)
     level = trim(model, airspeed, density, aircraft.mass)
     state = airspeed * np.array([np.cos(level.alpha), np.sin(level.alpha), 0.0, 0.0, 0.0])
-    state += np.array([0.0, 0.0, 0.0, level.alpha, _ALTITUDE])
+    state += np.array([0.0, 0.0, 0.0, level.alpha, ALTITUDE])
 
     def true_flight(flown_input: FlownInput, name: str, effects: tuple[Planted, ...]) -> TrueFlight:
         time = np.arange(float(flown_input.samples)) * flown_input.interval
@@ -157,7 +167,6 @@ def _simulated(plan: StudyPlan) -> Truth:
             mass=aircraft.mass,
             noise=dict.fromkeys((*plan.measured, "delta_e"), 0.0),
             seed=0,
-            altitude=_ALTITUDE,
             further_inputs=others | {"thrust": np.full(time.size, level.thrust)},
             name=name,
         )
@@ -171,7 +180,9 @@ def _simulated(plan: StudyPlan) -> Truth:
         validation = true_flight(other, "validation", _lasting(plan.effects))
     else:
         flight = prepare(plan.validation, aircraft, model.columns)
-        validation = _recorded(aircraft, model, flight, initial_state(flight.flight), _lasting(plan.effects))
+        validation = _recorded(
+            aircraft, model, flight, initial_state(flight.flight, flight.axes), _lasting(plan.effects)
+        )
     return Truth(
         aircraft=aircraft,
         model=model,
@@ -180,7 +191,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
-        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.columns[8:]]),
+        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.extra_columns]),
         recorded=None,
         recorded_deviation=np.zeros(len(plan.measured)),
     )
@@ -209,7 +220,9 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
     validation = None
     if isinstance(plan.validation, FlightLog):
         other = prepare(plan.validation, aircraft, found.manoeuvre.columns)
-        validation = _recorded(aircraft, completed.model, other, initial_state(other.flight), _lasting(planted))
+        validation = _recorded(
+            aircraft, completed.model, other, initial_state(other.flight, other.axes), _lasting(planted)
+        )
     return Truth(
         aircraft=aircraft,
         model=completed.model,
@@ -218,7 +231,7 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
         identification=identification,
         validation=validation,
         # What the recorded inputs' noise does to the outputs is in the residuals already.
-        input_deviation=np.zeros(len(found.manoeuvre.columns) - 8),
+        input_deviation=np.zeros(len(found.manoeuvre.extra_columns)),
         recorded=source,
         recorded_deviation=deviation,
     )
@@ -264,4 +277,4 @@ def _free(aircraft: Aircraft) -> tuple[Entry, ...]:
 
 
 def _places(manoeuvre: Manoeuvre) -> list[int]:
-    return [OUTPUTS.index(name) for name in manoeuvre.outputs]
+    return [manoeuvre.row(name) for name in manoeuvre.outputs]

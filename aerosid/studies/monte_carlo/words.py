@@ -87,7 +87,9 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
     if words.aircraft is None:
         raise UsageError("--aircraft is missing; give an aircraft file, or the name of a bundled one.")
     base = None if words.base is None else read_log(words.base, words.channels)
-    plan = StudyPlan(load_aircraft(words.aircraft), flown=_flown(words), base=base)
+    aircraft = load_aircraft(words.aircraft)
+    aircraft.require_longitudinal("a study")
+    plan = StudyPlan(aircraft, flown=_flown(words), base=base)
     if base is not None:
         plan = replace(plan, snrs=("recorded",))
     changes: dict[str, Any] = {

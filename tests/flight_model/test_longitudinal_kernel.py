@@ -20,12 +20,17 @@ from strategies import NAMES
 from aerosid.estimation import prediction
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model import flight as simulated
-from aerosid.flight_model import longitudinal
-from aerosid.flight_model.longitudinal import OUTPUTS, Constants, Workspace, evaluate, make_workspace
+from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.layout import layout_of
 from aerosid.flight_model.sampling_interval import advance, make_step
 from aerosid.flight_model.terms import COEFFICIENTS, build_table, input_columns, parse_term
+from aerosid.flight_model.workspace import Workspace, make_workspace
 
 POSITIONS = {"alpha": (4.1, 0.7, -0.5), "a_x": (1.2, -0.3, 0.6), "a_z": (-0.8, 0.4, 0.3)}
+LAYOUT = layout_of(LONGITUDINAL)
+OUTPUTS, LEADING = LONGITUDINAL.outputs, len(input_columns_of(LONGITUDINAL))
 SMOOTH = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
 
 
@@ -59,7 +64,7 @@ class Case:
         )
 
     def kernel(self) -> Workspace:
-        work = make_workspace(self.u.size - 8, self.table)
+        work = make_workspace(self.u.size - LEADING, self.table, LAYOUT)
         evaluate(self.state, self.u, self.theta, self.table, self.constants, self.places, work, True, True)
         return work
 
@@ -229,7 +234,7 @@ def one_interval(substeps: int, terms: dict[tuple[str, str], float], end: dict[s
     case = Case(terms, [98.0, 7.0, 0.2, 0.1, 1000.0], LIGHT_INPUTS | end, LIGHT_FRAME)
     before = Case(terms, [98.0, 7.0, 0.2, 0.1, 1000.0], LIGHT_INPUTS, LIGHT_FRAME)
     extra, count = case.u.size - 8, case.theta.size
-    work, step = make_workspace(extra, case.table), make_step(extra, count)
+    work, step = make_workspace(extra, case.table, LAYOUT), make_step(extra, count, LAYOUT)
     advance(
         case.state,
         before.u,
@@ -273,11 +278,11 @@ def test_sensitivities_of_a_step_are_those_of_the_discrete_solution(substeps: in
         x, theta = point[:5].copy(), point[5 + 2 * extra :].copy()
         start, end = case.u.copy(), case.u.copy()
         start[8:], end[8:] = point[5 : 5 + extra], point[5 + extra : 5 + 2 * extra]
-        work, step = make_workspace(extra, case.table), make_step(extra, count)
+        work, step = make_workspace(extra, case.table, LAYOUT), make_step(extra, count, LAYOUT)
         advance(x, start, end, 0.06, substeps, theta, case.table, case.constants, case.places, work, step, False)
         return step.state.copy()
 
-    work, step = make_workspace(extra, case.table), make_step(extra, count)
+    work, step = make_workspace(extra, case.table, LAYOUT), make_step(extra, count, LAYOUT)
     end = case.u.copy()
     end[8] = 0.15
     point = np.concatenate([case.state, case.u[8:], end[8:], case.theta])
@@ -310,9 +315,9 @@ def test_compiled_code_comes_from_the_disk_the_second_time() -> None:
     here = Path(__file__).parents[1]
     code = (
         f"import sys; sys.path.insert(0, {str(here)!r}); from problems import Problem; Problem(duration=4.0).fly(); "
-        "from aerosid.flight_model import flight, longitudinal; "
+        "from aerosid.flight_model import equations_of_motion, flight; "
         "counts = [(len(k.stats.cache_hits), len(k.stats.cache_misses)) for k in "
-        "(longitudinal.evaluate, flight.simulate_outputs)]; print(counts)"
+        "(equations_of_motion.evaluate, flight.simulate_outputs)]; print(counts)"
     )
     for _ in range(2):
         run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -322,7 +327,7 @@ def test_compiled_code_comes_from_the_disk_the_second_time() -> None:
 
 
 def test_states_and_outputs_keep_their_declared_order() -> None:
-    assert longitudinal.STATES == ("u", "w", "q", "theta", "h")
+    assert LONGITUDINAL.integrated == ("u", "w", "q", "theta", "h")
     assert OUTPUTS == ("V", "alpha", "q", "theta", "a_x", "a_z", "q_dot", "h")
 
 
@@ -338,7 +343,7 @@ def test_a_shifted_centre_and_another_thrust_are_rigid_body_mechanics(
     constants = case.constants._replace(cg_x=place, cg_z=place + 1, thrust_change=place + 2)
     table = build_table([(coefficient, parse_term(text)) for coefficient, text in case.terms], names)
     given_inputs = np.concatenate([case.u, [ahead, below, further]])
-    kernel = make_workspace(place + 3, table)
+    kernel = make_workspace(place + 3, table, LAYOUT)
 
     def answer(x: NDArray[np.float64], u: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
         evaluate(x, u, theta, table, constants, case.places, kernel, True, True)
@@ -347,7 +352,7 @@ def test_a_shifted_centre_and_another_thrust_are_rigid_body_mechanics(
     found = answer(case.state, given_inputs, case.theta)
     pushed = case.u.copy()
     pushed[1] += further
-    plain = make_workspace(place, case.table)
+    plain = make_workspace(place, case.table, LAYOUT)
     evaluate(case.state, pushed, case.theta, case.table, case.constants, np.zeros((8, 3)), plain, False, True)
     mass, (p, q, r) = case.u[2], (case.u[5], case.state[2], case.u[6])
     force = mass * np.array([plain.outputs[4], 0.0, plain.outputs[5]])

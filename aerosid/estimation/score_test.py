@@ -1,4 +1,4 @@
-"""How much the data speak for a term: score tests before a fit, corrected deviations after it.
+"""Score tests of hypotheses at the present estimate, before any is fitted.
 
 The score test asks what a candidate would gain in likelihood, from its sensitivities through the estimator and without
 fitting it. The corrected covariance counts that residuals of real flights are coloured: plain Cramer-Rao deviations
@@ -20,11 +20,8 @@ from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.maximum_likelihood import Refinement, whiten
+from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.longitudinal import OUTPUT_COUNT, OUTPUTS
-from aerosid.signals.fit_statistics import noise_memories, whiteness
-from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
 
 
 @dataclass(frozen=True)
@@ -113,7 +110,7 @@ class Linearised:
             for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
         ]
         entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-        free, states = len(refinement.free), 5 * len(manoeuvres)
+        free, states = len(refinement.free), sum(state.size for state in refinement.states)
         own = sum(active.slopes for active in refinement.effects)
         self.own = np.concatenate([np.arange(free), free + len(entries) + np.arange(states + own)])
         self.place = place = {entry: free + n for n, entry in enumerate(entries)}
@@ -129,7 +126,7 @@ class Linearised:
             self.asked.append((hypothesis, columns, trial))
             column += count
         samples = max(manoeuvre.flight.time.size for manoeuvre in manoeuvres)
-        most = max(room // (OUTPUT_COUNT * samples) - self.own.size, 1)
+        most = max(room // (refinement.variance.size * samples) - self.own.size, 1)
         self.point = self._beside(manoeuvres, [chord for _, chord, _ in asked], column, most)
         self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
         self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
@@ -145,6 +142,7 @@ class Linearised:
             batches[-1].append(n)
             held += len(columns)
         whole: Point | None = None
+        outputs = self.refinement.variance.size
         for batch in batches:
             entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
             tested = [active for n in batch for active in chords[n].effects]
@@ -158,8 +156,8 @@ class Linearised:
             if whole is None:
                 whole = replace(
                     part,
-                    normals=np.zeros((OUTPUT_COUNT, count, count)),
-                    gradients=np.zeros((OUTPUT_COUNT, count)),
+                    normals=np.zeros((outputs, count, count)),
+                    gradients=np.zeros((outputs, count)),
                     prior_normal=np.zeros((count, count)),
                     prior_gradient=np.zeros(count),
                 )
@@ -314,151 +312,3 @@ def _score(hypothesis: Hypothesis, columns: list[int], normal: NDArray[np.float6
     unit = np.sqrt(np.diag(left))
     step = np.linalg.pinv(left / np.outer(unit, unit), rcond=1e-8, hermitian=True) @ (slope / unit)
     return Score(hypothesis, float(step @ (slope / unit)), tuple((step / unit).tolist()), independence)
-
-
-@dataclass(frozen=True)
-class Deviations:
-    """Standard deviations of an estimate's parameters: the free entries (F), and the numbers of the effects (K).
-
-    Attributes
-    ----------
-    corrected : ndarray, shape (F,)
-        Of the free entries, counting the residuals' colour.
-    white : ndarray, shape (F,)
-        As if the residuals were white: the Cramer-Rao bound.
-    published : ndarray, shape (F,)
-        As Morelli & Klein published the correction: too small on short records.
-    covariance : ndarray, shape (F, F)
-        Corrected covariance of the free entries.
-    correlation_max : ndarray, shape (F,)
-        Largest absolute correlation of each entry with any other parameter of the estimate.
-    effects : ndarray, shape (K,)
-        Corrected deviations of the effects' numbers.
-    effects_white : ndarray, shape (K,)
-        As if the residuals were white.
-    """
-
-    corrected: NDArray[np.float64]
-    white: NDArray[np.float64]
-    published: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    correlation_max: NDArray[np.float64]
-    effects: NDArray[np.float64]
-    effects_white: NDArray[np.float64]
-
-
-QUICK_SHORTFALL = 1.15
-"""By how much the published correction falls short on records of some hundred samples: 2.5-7 % of cover at 95 %."""
-
-
-def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:
-    """The estimate's standard deviations, plain and corrected for coloured residuals.
-
-    Parameters
-    ----------
-    quick : bool
-        Take the published correction, raised by its usual shortfall, in place of the modelled one: for searches.
-
-    Notes
-    -----
-    Morelli & Klein, Journal of Aircraft 34 (2), 1997: the autocorrelation of each output's residual takes the place
-    of white noise in the covariance of the estimate; the modelled correction is that of `residual_covariance`.
-    """
-    groups = []
-    for part in whiten(refinement, manoeuvres):
-        for i in range(OUTPUT_COUNT):
-            held = np.isfinite(part.residual[:, i])
-            if held.any():
-                groups.append((part.columns[held, i, :], part.residual[held, i], 1.0))
-    white = refinement.covariance
-    # What a record cannot tell apart has no deviation; the rest must not fail for it.
-    keep = np.flatnonzero(np.isfinite(np.diag(white)) & (np.diag(white) > 0.0))
-    corrected = np.full(white.shape, np.inf)
-    chosen = [(x[:, keep], r, w) for x, r, w in groups]
-    try:
-        if quick:
-            part_published = published_covariance_groups(chosen)
-            part_corrected = QUICK_SHORTFALL**2 * part_published
-        else:
-            found = coloured_covariance_groups(chosen)
-            part_published, part_corrected = found.published, found.corrected
-    except ValueError:
-        part_published = part_corrected = np.full((keep.size, keep.size), np.inf)
-    corrected[np.ix_(keep, keep)] = part_corrected
-    published = np.full(white.shape[0], np.inf)
-    published[keep] = np.sqrt(np.maximum(np.diag(part_published), 0.0))
-    # Autocovariances of a short record need not be positive definite; no deviation is below the white one then.
-    floor = np.diag(white)
-    variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
-    free = len(refinement.free)
-    first = free + 5 * len(manoeuvres)
-    spread = np.sqrt(np.diag(white))
-    relation = np.zeros_like(white)
-    relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])
-    np.fill_diagonal(relation, 0.0)
-    return Deviations(
-        corrected=np.sqrt(variance)[:free],
-        white=spread[:free],
-        published=published[:free],
-        covariance=corrected[:free, :free],
-        correlation_max=np.max(np.abs(relation), axis=1)[:free] if free else np.zeros(0),
-        effects=np.sqrt(variance)[first:],
-        effects_white=spread[first:],
-    )
-
-
-NOISE_RATIO = 1.3
-"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
-
-
-AS_REMEMBERED = 1.5
-"""A residual this many times what its memory makes of the log's white noise is more than a sensor's own noise.
-
-That noise is known from its rough part alone, within 25 %; what comes and goes, as samples that hang, has more left.
-"""
-
-
-def is_coloured(residual: NDArray[np.float64]) -> bool:
-    """Whether a residual (N,) repeats itself, slowly or swinging: Ljung and Box's test at one in ten thousand."""
-    found = whiteness(residual)
-    return found is not None and found.p_value < 1e-4
-
-
-def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """The channels whose residual is greater than their noise and coloured: there the model is still wrong.
-
-    A sensor's own noise may be coloured too; `noise_memories` says how the two differ.
-    """
-    level = np.sqrt(refinement.variance)
-    wrong: dict[str, None] = {}
-    for part in whiten(refinement, manoeuvres):
-        manoeuvre = manoeuvres[part.log]
-        memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
-            residual = part.residual[:, i]
-            held = np.isfinite(residual)
-            if held.sum() < 20:
-                continue
-            ratio = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i] / manoeuvre.noise[i]
-            own = ratio < AS_REMEMBERED * _understated(memories[i])
-            if ratio > NOISE_RATIO and is_coloured(residual[held]) and not own:
-                wrong[name] = None
-    return tuple(wrong)
-
-
-def _understated(memory: float) -> float:
-    """By how much noise that keeps `memory` of each sample exceeds what its second differences show; NaN of NaN."""
-    return float(np.sqrt(3.0 / ((3.0 - memory) * (1.0 - memory)))) if memory < 1.0 else np.nan
-
-
-def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
-    """Log, channel and memory of each sensor whose own noise is coloured: what one sample keeps of the last."""
-    found = []
-    for part in whiten(refinement, manoeuvres):
-        manoeuvre = manoeuvres[part.log]
-        memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(OUTPUTS):
-            residual = part.residual[:, i]
-            if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
-                found.append((manoeuvre.name, name, float(memories[i])))
-    return tuple(found)

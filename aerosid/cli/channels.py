@@ -1,0 +1,44 @@
+"""The verb `channels`: what is in a recording, and a channel map for it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aerosid.cli.options import console
+
+
+def channels_command(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the listing and the map as JSON.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Write the proposed map there.", show_default=False),
+    ] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", metavar="NAME", help="As `aerosid formats` names it.", show_default=False)
+    ] = None,
+) -> None:
+    """Lists what is in a recording (unit, samples, rate, span, holes, range) and proposes a channel map."""
+    from aerosid.errors import UsageError
+    from aerosid.file_set import text, write_files
+    from aerosid.logs.channel_listing import list_channels
+    from aerosid.logs.formats import FORMATS, read_recording
+    from aerosid.logs.map_proposal import propose_map
+    from aerosid.reporting.channel_tables import print_channels
+
+    if form is not None and form not in FORMATS:
+        raise UsageError(f"--format is {form!r}, but one of {', '.join(FORMATS)} was expected; give one of them.")
+    recording = read_recording(log, form)
+    listing, proposal = list_channels(recording), propose_map(recording, str(log))
+    if out is not None:
+        write_files(out.parent, {out.name: text(proposal.text)})
+    if as_json:
+        content = {**listing.as_json(), "map": proposal.text}
+        sys.stdout.write(json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n")
+        return
+    print_channels(listing, proposal.text, str(log), console())

@@ -1,0 +1,127 @@
+"""The verb check: is a log good enough, and if not, why; one closing sentence for each log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Optional
+
+import typer
+
+from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from aerosid.aircraft import Aircraft
+    from aerosid.logs.flight_log import FlightLog
+
+UNUSABLE = 3
+"""Exit code where a log cannot be used."""
+
+
+def check_command(
+    logs: LogsArgument,
+    channels: ChannelsOption = None,
+    start: FromOption = None,
+    stop: ToOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the tables.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print the closing sentences only.")] = False,
+    aircraft: Annotated[
+        Optional[str],
+        typer.Option(
+            "--aircraft",
+            metavar="FILE",
+            help="Its size limits where sensors can be; else unlimited.",
+            show_default=False,
+        ),
+    ] = None,
+) -> int:
+    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
+    import json
+
+    from aerosid.aircraft import load_aircraft
+    from aerosid.cli.close_loop import spans_between
+    from aerosid.logs.channel_noise import with_declared_noise
+    from aerosid.logs.spans import read_span
+
+    output = console()
+    declared = load_aircraft(aircraft) if aircraft else None
+    held: dict[Path, FlightLog] = {}
+    shown: set[Path] = set()
+    closing = []
+    for span in spans_between(logs, start, stop):
+        log = read_span(span, channels, held)
+        if declared is not None:
+            log = with_declared_noise(log, declared.noise, declared.resolution)
+        silent = quiet or as_json
+<<<<<<< HEAD
+        closing.append(_checked(log, None if silent else output, _longest(declared)))
+=======
+        if not silent and span.path not in shown:
+            shown.add(span.path)
+            _print_streams(span.path, output)
+        closing.append(_checked(log, None if silent else output, declared.mean_chord if declared else None))
+>>>>>>> formats
+    if as_json:
+        typer.echo(json.dumps({"schema": 1, "logs": closing}, indent=2, allow_nan=False))
+    elif quiet:
+        for entry in closing:
+            output.print(str(entry["sentence"]), soft_wrap=True)
+    return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
+
+
+<<<<<<< HEAD
+def _longest(aircraft: Aircraft | None) -> float | None:
+    """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
+    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
+
+    if aircraft is None:
+        return None
+    return aircraft.length or LENGTH_IN_CHORDS * aircraft.mean_chord
+
+
+def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
+=======
+def _print_streams(path: Path, output: Console) -> None:
+    """First and last time, rate and holes of each stream, where a recording has several clocks."""
+    from aerosid.logs.channel_listing import list_channels
+    from aerosid.logs.formats import FORMATS, format_of, read_recording
+    from aerosid.reporting.channel_tables import print_notes, print_streams
+
+    if FORMATS[format_of(path)].several_clocks:
+        listing = list_channels(read_recording(path), with_columns=False)
+        print_streams(listing, str(path), output)
+        print_notes(listing, output)
+
+
+def _checked(log: FlightLog, output: Console | None, mean_chord: float | None) -> dict[str, object]:
+>>>>>>> formats
+    """What one log is worth, printed where there is an output, and as JSON holds it."""
+    from aerosid.compatibility import check_kinematics
+    from aerosid.compatibility.plausible import implausible_positions
+    from aerosid.logs.quality import check_log
+    from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
+    from aerosid.reporting.quality_tables import (
+        closing_sentence,
+        lively_sentence,
+        print_kinematics,
+        print_quality,
+        quality_json,
+    )
+
+    quality = check_log(log)
+    whole = whole_flight_sentence(log)
+    # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
+    agreement = check_kinematics([log]) if whole is None else None
+    impossible = implausible_positions(agreement, longest) if agreement is not None else ()
+    lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
+    sentence, usable = closing_sentence(quality, agreement, whole, impossible)
+    if output is not None:
+        print_quality(quality, output)
+        if agreement is not None:
+            print_kinematics(agreement, output)
+        for line in (*impossible, lively, sentence):
+            if line:
+                output.print(line, soft_wrap=True)
+        output.print()
+    return quality_json(quality, agreement) | {"usable": usable, "sentence": sentence, "lively": lively}

@@ -1,0 +1,33 @@
+"""The verb warm-up: kernels compiled before they are needed."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Annotated
+
+import typer
+
+from aerosid.cli.options import WorkersOption
+
+
+def warm_up_command(
+    workers: WorkersOption = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing.")] = False,
+) -> None:
+    """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
+    from aerosid.compiled.kernel_cache import user_folder
+    from aerosid.loop.warm_up import TASKS, prepare_kernels
+
+    def say(text: str) -> None:
+        if not quiet:
+            sys.stderr.write(f"{text}\n")
+            sys.stderr.flush()
+
+    say(f"Compiling the numerical kernels, once for this user, Python and processor, into {user_folder()}")
+    start = time.perf_counter()
+    count = 0
+    for number, done in enumerate(prepare_kernels(workers), start=1):
+        count += len(done.kernels)
+        say(f"  {number} of {len(TASKS)}: {done.part}, {len(done.kernels)} compiled, {done.seconds:.0f} s")
+    say(f"{count} kernels compiled in {time.perf_counter() - start:.0f} s.")

@@ -1,0 +1,160 @@
+"""Levenberg-Marquardt search of the likelihood, noise variances at their maximum along with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.estimation import damped_step
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.likelihood_point import Point
+
+LEAST_CHANGE = 0.02
+"""Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
+
+
+TRUSTED = 1e-2
+"""Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
+
+
+WEIGHTINGS = 20
+"""Rounds in which a step and the noise variances that it promises are found in turn."""
+
+
+SETTLED = 0.01
+"""Change of a variance's logarithm in such a round that moves the step by less than its own curvature does."""
+
+
+DECIDES_NOTHING = 0.1
+"""Of -2 ln L."""
+
+
+@dataclass(frozen=True)
+class _Aim:
+    """A step (M,) and what it promises.
+
+    `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
+    it begins and `promise` the fall of it, noise variances at their maximum at both ends; `settled` what of that fall
+    the variances alone bring; `level` the largest change of a variance's logarithm over the step.
+    """
+
+    step: NDArray[np.float64]
+    size: float
+    variance: NDArray[np.float64]
+    cost: float
+    promise: float
+    settled: float
+    level: float
+
+
+def best_point(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> tuple[Point, bool]:
+    """The best point, and whether the search came to rest."""
+    *_, end = ((point, False), *improving_points(likelihood, point, settings, hold_variance))
+    return end
+
+
+def improving_points(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
+) -> Iterator[tuple[Point, bool]]:
+    """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
+    damping = 1e-3
+    active = likelihood.active(point.effects)
+    if settings.hold_states:
+        active[likelihood.free.size : likelihood.free.size + sum(state.size for state in point.states)] = False
+    floor = None if hold_variance else likelihood.variance_floor
+    # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
+    disturbed = point.is_disturbed
+    for _ in range(settings.steps):
+        known, share = False, 1.0
+        rounds = 1 if disturbed else WEIGHTINGS
+        while True:
+            aim = _aim(point, active, damping, floor, rounds, share)
+            ahead = likelihood.moved(point, aim.step)
+            small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
+            calm = hold_variance or aim.level < settings.variance_tolerance
+            if small and calm and damping <= TRUSTED and not disturbed:
+                yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
+                return
+            trial = likelihood.evaluate(*ahead, aim.variance)
+            settling = None if disturbed or share < 1.0 else floor
+            reached = np.inf if trial is None else _settled_cost(trial, settling)
+            if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
+                break
+            trifle = aim.promise < DECIDES_NOTHING and not disturbed
+            if trial is not None and trifle and reached <= aim.cost + DECIDES_NOTHING:
+                break  # a rise by what is not exact in the comparison
+            if rounds > 1:
+                rounds = 1
+                continue
+            if aim.level > 0.0 and not known:
+                # What was compared with is exact only at the point's own noise levels.
+                again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
+                if again is None:
+                    return
+                if again.cost > point.cost + 1e-9 * abs(point.cost):
+                    # A disturbance explains what the outputs' noise would have had to: half the way, or none.
+                    share = 0.5 * share if 0.5 * aim.level > LEAST_CHANGE else 0.0
+                    continue
+                point, known, share = again, True, 0.0
+                if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
+                    break
+            damping *= 10.0
+            if damping > 1e10:
+                yield point, True
+                return
+        damping = max(damping * 0.1, 1e-12)
+        fall = aim.cost - reached
+        point = trial
+        rest = _is_at_rest(point, aim, fall, settings, None if disturbed else floor)
+        yield point, rest
+        if rest:
+            return
+
+
+def _is_at_rest(
+    point: Point, aim: _Aim, fall: float, settings: RefinementSettings, floor: NDArray[np.float64] | None
+) -> bool:
+    """Whether a step that brought the cost down by `fall` decides nothing more; `floor`: of variances that are sought.
+
+    The step's size is scaled by the information alone: at most a standard deviation per unit, less where parameters
+    correlate.
+    """
+    level, enough = aim.level, settings.variance_tolerance
+    if floor is not None:
+        left = float(np.max(np.abs(np.log(point.likeliest_variance(floor) / point.variance))))
+        level, enough = min(level, left), 10.0 * enough
+    small = aim.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
+    return bool(small) and level < enough
+
+
+def _aim(
+    point: Point,
+    active: NDArray[np.bool_],
+    damping: float,
+    floor: NDArray[np.float64] | None,
+    rounds: int,
+    share: float,
+) -> _Aim:
+    """The damped step to where the linearised problem is most likely, noise variances and parameters together.
+
+    A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
+    others' misfit was. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they
+    are held. `share`: how far they go from those of the point to the likeliest there, in their logarithm.
+    """
+    least = np.zeros_like(point.variance) if floor is None else floor
+    step, variance, size, begun, between, ended = damped_step.likeliest_step(
+        point.quadratic, active, damping, least, floor is None, rounds, share, SETTLED
+    )
+    level = float(np.max(np.abs(np.log(variance / point.variance))))
+    return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
+
+
+def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
+    """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
+    return point.cost if floor is None else point.cost_at(point.likeliest_variance(floor))

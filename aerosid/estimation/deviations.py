@@ -1,0 +1,104 @@
+"""Standard deviations of an estimate: plain Cramer-Rao, as published, and corrected for coloured residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, whiten
+from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of an estimate's parameters: the free entries (F), and the numbers of the effects (K).
+
+    Attributes
+    ----------
+    corrected : ndarray, shape (F,)
+        Of the free entries, counting the residuals' colour.
+    white : ndarray, shape (F,)
+        As if the residuals were white: the Cramer-Rao bound.
+    published : ndarray, shape (F,)
+        As Morelli & Klein published the correction: too small on short records.
+    covariance : ndarray, shape (F, F)
+        Corrected covariance of the free entries.
+    correlation_max : ndarray, shape (F,)
+        Largest absolute correlation of each entry with any other parameter of the estimate.
+    effects : ndarray, shape (K,)
+        Corrected deviations of the effects' numbers.
+    effects_white : ndarray, shape (K,)
+        As if the residuals were white.
+    """
+
+    corrected: NDArray[np.float64]
+    white: NDArray[np.float64]
+    published: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    correlation_max: NDArray[np.float64]
+    effects: NDArray[np.float64]
+    effects_white: NDArray[np.float64]
+
+
+QUICK_SHORTFALL = 1.15
+"""By how much the published correction falls short on records of some hundred samples: 2.5-7 % of cover at 95 %."""
+
+
+def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:
+    """The estimate's standard deviations, plain and corrected for coloured residuals.
+
+    Parameters
+    ----------
+    quick : bool
+        Take the published correction, raised by its usual shortfall, in place of the modelled one: for searches.
+
+    Notes
+    -----
+    Morelli & Klein, Journal of Aircraft 34 (2), 1997: the autocorrelation of each output's residual takes the place
+    of white noise in the covariance of the estimate; the modelled correction is that of `residual_covariance`.
+    """
+    groups = []
+    for part in whiten(refinement, manoeuvres):
+        for i in range(refinement.variance.size):
+            held = np.isfinite(part.residual[:, i])
+            if held.any():
+                groups.append((part.columns[held, i, :], part.residual[held, i], 1.0))
+    white = refinement.covariance
+    # What a record cannot tell apart has no deviation; the rest must not fail for it.
+    keep = np.flatnonzero(np.isfinite(np.diag(white)) & (np.diag(white) > 0.0))
+    corrected = np.full(white.shape, np.inf)
+    chosen = [(x[:, keep], r, w) for x, r, w in groups]
+    try:
+        if quick:
+            part_published = published_covariance_groups(chosen)
+            part_corrected = QUICK_SHORTFALL**2 * part_published
+        else:
+            found = coloured_covariance_groups(chosen)
+            part_published, part_corrected = found.published, found.corrected
+    except ValueError:
+        part_published = part_corrected = np.full((keep.size, keep.size), np.inf)
+    corrected[np.ix_(keep, keep)] = part_corrected
+    published = np.full(white.shape[0], np.inf)
+    published[keep] = np.sqrt(np.maximum(np.diag(part_published), 0.0))
+    # Autocovariances of a short record need not be positive definite; no deviation is below the white one then.
+    floor = np.diag(white)
+    variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
+    free = len(refinement.free)
+    first = free + sum(state.size for state in refinement.states)
+    spread = np.sqrt(np.diag(white))
+    relation = np.zeros_like(white)
+    relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])
+    np.fill_diagonal(relation, 0.0)
+    return Deviations(
+        corrected=np.sqrt(variance)[:free],
+        white=spread[:free],
+        published=published[:free],
+        covariance=corrected[:free, :free],
+        correlation_max=np.max(np.abs(relation), axis=1)[:free] if free else np.zeros(0),
+        effects=np.sqrt(variance)[first:],
+        effects_white=spread[first:],
+    )

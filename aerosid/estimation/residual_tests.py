@@ -1,0 +1,68 @@
+"""Whether residuals are more than noise: whiteness and size, channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, whiten
+from aerosid.signals.fit_statistics import noise_memories, whiteness
+
+NOISE_RATIO = 1.3
+"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
+
+
+AS_REMEMBERED = 1.5
+"""A residual this many times what its memory makes of the log's white noise is more than a sensor's own noise.
+
+That noise is known from its rough part alone, within 25 %; what comes and goes, as samples that hang, has more left.
+"""
+
+
+def is_coloured(residual: NDArray[np.float64]) -> bool:
+    """Whether a residual (N,) repeats itself, slowly or swinging: Ljung and Box's test at one in ten thousand."""
+    found = whiteness(residual)
+    return found is not None and found.p_value < 1e-4
+
+
+def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """The channels whose residual is greater than their noise and coloured: there the model is still wrong.
+
+    A sensor's own noise may be coloured too; `noise_memories` says how the two differ.
+    """
+    level = np.sqrt(refinement.variance)
+    wrong: dict[str, None] = {}
+    for part in whiten(refinement, manoeuvres):
+        manoeuvre = manoeuvres[part.log]
+        memories = noise_memories(manoeuvre.flight.time, part.residual)
+        for i, name in enumerate(manoeuvre.axes.outputs):
+            residual = part.residual[:, i]
+            held = np.isfinite(residual)
+            if held.sum() < 20:
+                continue
+            ratio = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i] / manoeuvre.noise[i]
+            own = ratio < AS_REMEMBERED * _understated(memories[i])
+            if ratio > NOISE_RATIO and is_coloured(residual[held]) and not own:
+                wrong[name] = None
+    return tuple(wrong)
+
+
+def _understated(memory: float) -> float:
+    """By how much noise that keeps `memory` of each sample exceeds what its second differences show; NaN of NaN."""
+    return float(np.sqrt(3.0 / ((3.0 - memory) * (1.0 - memory)))) if memory < 1.0 else np.nan
+
+
+def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
+    """Log, channel and memory of each sensor whose own noise is coloured: what one sample keeps of the last."""
+    found = []
+    for part in whiten(refinement, manoeuvres):
+        manoeuvre = manoeuvres[part.log]
+        memories = noise_memories(manoeuvre.flight.time, part.residual)
+        for i, name in enumerate(manoeuvre.axes.outputs):
+            residual = part.residual[:, i]
+            if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
+                found.append((manoeuvre.name, name, float(memories[i])))
+    return tuple(found)

@@ -1,0 +1,287 @@
+"""Contents of a recording: each channel's unit, samples, rate, span, holes and range, and faults of the stamps."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from aerosid.logs.recording import TICKS, AnyArray, Clock, FloatArray, Recording, Stream
+from aerosid.logs.stamps import DEFAULTS, Span, StampSettings, back_steps, flight_span, holes, unusable
+from aerosid.signals.resampling import median_step
+
+_BLOCKS = "▁▂▃▄▅▆▇█"
+_SPARKS = 24  # characters of a sparkline
+_SPAN_OF = 20  # samples of a stream that counts for the recording's span: less is settings and events
+_SINCE_1970 = 1e8  # s
+_LARGEST = 1e150
+
+
+@dataclass(frozen=True)
+class ListedStream:
+    """What one stream's stamps say.
+
+    Attributes
+    ----------
+    label : str
+        Its name, with the instance.
+    clock : str
+        The stamps used; empty where it has none.
+    samples : int
+        Number of samples.
+    rate : float or None
+        Over the median step, Hz.
+    first, last : float or None
+        s, on the listing's clock.
+    holes : tuple of (float, float)
+        Start and length, s, of each.
+    problem : str
+        Why it has no usable clock; empty where it has.
+    """
+
+    label: str
+    clock: str
+    samples: int
+    rate: float | None
+    first: float | None
+    last: float | None
+    holes: tuple[tuple[float, float], ...]
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class ListedChannel:
+    """What one column holds.
+
+    Attributes
+    ----------
+    name : str
+        As a channel map names it.
+    unit : str
+        The file's; empty where it gives none.
+    stream : str
+        The label of the stream that holds it.
+    samples, missing : int
+        Number of samples, and of those without a number.
+    minimum, maximum, mean : float or None
+        As recorded; None without a number.
+    repeats : float
+        Share of samples equal to the one before: a held value is not a measurement.
+    sparkline : str
+        Its course, block characters.
+    """
+
+    name: str
+    unit: str
+    stream: str
+    samples: int
+    missing: int
+    minimum: float | None
+    maximum: float | None
+    mean: float | None
+    repeats: float
+    sparkline: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """What is in a recording.
+
+    Attributes
+    ----------
+    format : str
+        A key of `FORMATS`.
+    streams : tuple of ListedStream
+        In the file's order.
+    channels : tuple of ListedChannel
+        In the file's order.
+    notes : tuple of str
+        What is lost, odd or refused, one sentence each.
+    origin : int
+        Zero of the listed times, s on the recorder's clock.
+    """
+
+    format: str
+    streams: tuple[ListedStream, ...]
+    channels: tuple[ListedChannel, ...]
+    notes: tuple[str, ...]
+    origin: int
+
+    def as_json(self) -> dict[str, Any]:
+        """The listing as JSON holds it: finite numbers, None where there is none."""
+        content: dict[str, Any] = {"schema": 1, **asdict(self)}
+        stamps = {stream.label: stream for stream in self.streams}
+        for channel in content["channels"]:
+            stream = stamps[channel["stream"]]
+            channel |= {"rate": stream.rate, "first": stream.first, "last": stream.last, "holes": stream.holes}
+            channel["range"] = [channel["minimum"], channel["maximum"]]
+        return content
+
+
+def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, with_columns: bool = True) -> Listing:
+    """What a recording holds, and what is wrong with its stamps.
+
+    Parameters
+    ----------
+    recording : Recording
+        As the recorder made it.
+    settings : StampSettings
+        What counts as a hole or a stray.
+    with_columns : bool
+        Whether every column is read and listed, or the streams' stamps alone.
+    """
+    clocks = {id(stream): stream.clock() for stream in recording.streams}
+    usable = [clock for clock in clocks.values() if clock is not None and unusable(clock) is None]
+    origin = _origin(usable)
+    streams = tuple(_listed_stream(stream, clocks[id(stream)], origin, settings) for stream in recording.streams)
+    channels = tuple(
+        _listed_channel(stream, name, column.unit, column.load())
+        for stream in (recording.streams if with_columns else ())
+        for name, column in stream.columns.items()
+    )
+    notes = [*recording.notes, *_span_notes(usable, streams, origin, settings)]
+    for stream, listed in zip(recording.streams, streams, strict=True):
+        notes += _stream_notes(stream, listed, clocks[id(stream)])
+    notes += [
+        f"the recorder lost {1e3 * length:.3g} ms at {at - origin:.6g} s"
+        for at, length in recording.drop_outs
+        if length
+    ]
+    return Listing(recording.format, streams, channels, tuple(notes), origin)
+
+
+def _origin(clocks: list[Clock]) -> int:
+    """A whole second before most stamps where they count from 1970, else 0."""
+    dated = [float(np.median(clock.ticks)) * clock.tick for clock in clocks]
+    dated = [moment for moment in dated if moment > _SINCE_1970]
+    if not dated:
+        return 0
+    early = [c.ticks.astype(np.float64) * c.tick for c in clocks]
+    return int(min(float(np.min(moments[moments > _SINCE_1970], initial=np.inf)) for moments in early))
+
+
+def _seconds(clock: Clock, origin: int) -> FloatArray:
+    return clock.seconds(origin * round(1.0 / clock.tick) if clock.tick < TICKS["s"] else origin)
+
+
+def _listed_stream(stream: Stream, clock: Clock | None, origin: int, settings: StampSettings) -> ListedStream:
+    samples = next(iter(stream.columns.values())).load().shape[0] if clock is None and stream.columns else 0
+    if clock is None:
+        return ListedStream(stream.label, "", samples, None, None, None, (), "it names no column of time")
+    problem = unusable(clock)
+    if problem is not None:
+        return ListedStream(stream.label, clock.name, clock.ticks.size, None, None, None, (), problem)
+    seconds = np.sort(_seconds(clock, origin), kind="stable")
+    step = median_step(seconds)
+    found = tuple((float(low), float(high - low)) for low, high in holes(seconds, settings))
+    rate = 1.0 / step if np.isfinite(step) else None
+    return ListedStream(stream.label, clock.name, clock.ticks.size, rate, float(seconds[0]), float(seconds[-1]), found)
+
+
+def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyArray) -> ListedChannel:
+    values = recorded.astype(np.float64)
+    # Beyond, a sum overflows: such numbers are damage.
+    values[~(np.abs(values) < _LARGEST)] = np.nan
+    held = values[np.isfinite(values)]
+    repeats = float(np.mean(held[1:] == held[:-1])) if held.size > 1 else 0.0
+    label = f"{stream.label}.{name}" if stream.label else name
+    return ListedChannel(
+        label,
+        unit or "",
+        stream.label,
+        values.size,
+        values.size - held.size,
+        *_extremes(held),
+        repeats,
+        sparkline(values),
+    )
+
+
+def _extremes(held: FloatArray) -> tuple[float | None, float | None, float | None]:
+    """Least, greatest and mean value; None of nothing."""
+    return (float(held.min()), float(held.max()), float(held.mean())) if held.size else (None, None, None)
+
+
+def sparkline(values: FloatArray, width: int = _SPARKS) -> str:
+    """The course of a channel in block characters, each the mean of a stretch; blank where nothing was measured.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N,)
+        Samples; NaN where one is missing.
+    width : int
+        Number of characters.
+    """
+    if values.size == 0:
+        return ""
+    stretches = np.array_split(values, min(width, values.size))
+    means = np.array([np.mean(part[np.isfinite(part)]) if np.isfinite(part).any() else np.nan for part in stretches])
+    if not np.isfinite(means).any():
+        return " " * means.size
+    low, high = float(np.nanmin(means)), float(np.nanmax(means))
+    scaled = (means - low) / (high - low) if high > low else np.where(np.isfinite(means), 0.0, np.nan)
+    return "".join(" " if np.isnan(m) else _BLOCKS[min(int(m * len(_BLOCKS)), len(_BLOCKS) - 1)] for m in scaled)
+
+
+def _span_notes(
+    clocks: list[Clock], streams: tuple[ListedStream, ...], origin: int, settings: StampSettings
+) -> list[str]:
+    """How long the recording is, what stands outside it, and streams that cover less of it."""
+    span = flight_span([_seconds(clock, origin) for clock in clocks], settings)
+    if span is None:
+        return []
+    within = [s for s in streams if s.first is not None and s.samples >= _SPAN_OF]
+    start, stop = _common_span(within, span)
+    outside = []
+    if span.after:
+        outside.append(f"{span.after} message{'s stand' if span.after > 1 else ' stands'} after it")
+    if span.before:
+        outside.append(f"{span.before} long before it" if outside else f"{span.before} messages stand long before it")
+    notes = [
+        "; ".join([f"the recording lasts {stop - start:.3g} s, from {start:.6g} to {stop:.6g} s", ", ".join(outside)])
+        if outside
+        else f"the recording lasts {stop - start:.3g} s, from {start:.6g} to {stop:.6g} s"
+    ]
+    length = stop - start
+    for stream in within:
+        assert stream.first is not None  # by the selection above
+        assert stream.last is not None
+        late, early = stream.first - start, stop - stream.last
+        if max(late, early) > max(0.1 * length, settings.hole / (stream.rate or 1.0)):
+            notes.append(
+                f"{stream.label or 'the table'} covers only {max(stream.first, start):.6g} to "
+                f"{min(stream.last, stop):.6g} s of it"
+            )
+    return notes
+
+
+def _common_span(streams: list[ListedStream], span: Span) -> tuple[float, float]:
+    """From the first to the last sample of streams with many samples, strays aside."""
+    starts = [s.first for s in streams if s.first is not None and s.first >= span.start]
+    stops = [s.last for s in streams if s.last is not None and s.last <= span.stop]
+    return (min(starts), max(stops)) if starts and stops else (span.start, span.stop)
+
+
+def _stream_notes(stream: Stream, listed: ListedStream, clock: Clock | None) -> list[str]:
+    label = stream.label or "the table"
+    notes = []
+    if listed.problem and clock is not None:
+        others = [other.name for other in stream.clocks[1:] if unusable(other) is None]
+        way = f"; a map may name {' or '.join(others)} as its `clock`" if others else ""
+        notes.append(f"{label} cannot be used: {listed.problem}{way}")
+    elif clock is not None:
+        back = back_steps(clock.ticks)
+        if stream.boots is not None and stream.boots.max() > 0:
+            at = int(np.flatnonzero(np.diff(stream.boots))[0]) + 1
+            notes.append(f"{label}: the recorder began anew at sample {at + 1} ({int(stream.boots.max()) + 1} runs)")
+        elif back.size:
+            notes.append(f"{label}: {back.size} of {clock.ticks.size} stamps step back; they are sorted for use")
+        repeated = int(np.count_nonzero(np.diff(clock.ticks) == 0))
+        if repeated:
+            resolution = float(np.min(np.diff(np.unique(clock.ticks)))) * clock.tick
+            notes.append(
+                f"{label}: {repeated} of {clock.ticks.size} stamps repeat the one before, their resolution is "
+                f"{resolution:.3g} s"
+            )
+    return notes

@@ -1,0 +1,141 @@
+"""Channels computed from others: air density, true airspeed from calibrated, flow angles at the centre of gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# International Standard Atmosphere, ISO 2533: sea level, the troposphere's lapse rate, and the tropopause.
+_PRESSURE, _TEMPERATURE, _LAPSE = 101_325.0, 288.15, 0.0065
+_GAS_CONSTANT, _GRAVITY, _HEAT_RATIO = 287.05287, 9.80665, 1.4
+_TROPOPAUSE = 11_000.0
+_SPEED_OF_SOUND = (_HEAT_RATIO * _GAS_CONSTANT * _TEMPERATURE) ** 0.5
+
+
+@dataclass(frozen=True)
+class Law:
+    """How a channel follows from others.
+
+    Attributes
+    ----------
+    compute : callable
+        From one array a quantity, shape (N,), and the numbers of `constants`, to the channel.
+    inputs : tuple of (str, str)
+        Name and unit of each quantity; the names are what it is looked for under where the map says nothing.
+    unit : str
+        Of the result.
+    constants : tuple of (str, str)
+        Names and units of numbers that the map gives beside it.
+    """
+
+    compute: Callable[..., FloatArray]
+    inputs: tuple[tuple[str, str], ...]
+    unit: str
+    constants: tuple[str, ...] = ()
+
+
+def static_pressure(pressure_altitude: FloatArray) -> FloatArray:
+    """Static pressure, Pa, at a pressure altitude, m; shape (N,).
+
+    Notes
+    -----
+    By definition of pressure altitude, whatever the temperature is; ISO 2533, up to 20 km.
+    """
+    below = _PRESSURE * np.power(
+        1.0 - _LAPSE * np.minimum(pressure_altitude, _TROPOPAUSE) / _TEMPERATURE, _GRAVITY / (_LAPSE * _GAS_CONSTANT)
+    )
+    cold = _TEMPERATURE - _LAPSE * _TROPOPAUSE
+    above = np.maximum(pressure_altitude - _TROPOPAUSE, 0.0)
+    return np.asarray(below * np.exp(-_GRAVITY * above / (_GAS_CONSTANT * cold)))
+
+
+def density(pressure_altitude: FloatArray, temperature: FloatArray) -> FloatArray:
+    """Air density, kg/m^3, from pressure altitude, m, and static temperature, K; shape (N,)."""
+    return np.asarray(static_pressure(pressure_altitude) / (_GAS_CONSTANT * temperature))
+
+
+def true_airspeed(calibrated: FloatArray, pressure_altitude: FloatArray, temperature: FloatArray) -> FloatArray:
+    """True airspeed, m/s, from calibrated airspeed, m/s, pressure altitude, m, and static temperature, K; shape (N,).
+
+    Notes
+    -----
+    The impact pressure by which calibrated airspeed is defined at sea level, then the Mach number that has it at the
+    static pressure; subsonic, W. Gracey, NASA RP-1046 (1980), eqs. (3.16) and (3.19).
+    """
+    power = _HEAT_RATIO / (_HEAT_RATIO - 1.0)
+    half = 0.5 * (_HEAT_RATIO - 1.0)
+    impact = _PRESSURE * (np.power(1.0 + half * np.square(calibrated / _SPEED_OF_SOUND), power) - 1.0)
+    mach = np.sqrt((np.power(impact / static_pressure(pressure_altitude) + 1.0, 1.0 / power) - 1.0) / half)
+    return np.asarray(mach * np.sqrt(_HEAT_RATIO * _GAS_CONSTANT * temperature))
+
+
+def alpha_at_centre_of_gravity(
+    alpha: FloatArray, airspeed: FloatArray, p: FloatArray, q: FloatArray, x: float, y: float, z: float
+) -> FloatArray:
+    """Angle of attack, rad, at the centre of gravity from a vane at (x, y, z) m from it; shape (N,).
+
+    Notes
+    -----
+    The vane moves by omega cross r: w_vane = w + p y - q x and u_vane = u + q z (yaw rate's small part left out),
+    V. Klein and E. A. Morelli, Aircraft System Identification, eq. (10.9).
+    """
+    u = airspeed * np.cos(alpha) - q * z
+    w = airspeed * np.sin(alpha) - p * y + q * x
+    return np.asarray(np.arctan2(w, u))
+
+
+def beta_at_centre_of_gravity(
+    beta: FloatArray, airspeed: FloatArray, p: FloatArray, r: FloatArray, x: float, z: float
+) -> FloatArray:
+    """Sideslip angle, rad, at the centre of gravity from a vane at (x, ., z) m from it; shape (N,).
+
+    Notes
+    -----
+    v_vane = v + r x - p z, the same source, eq. (10.10).
+    """
+    v = airspeed * np.sin(beta) - r * x + p * z
+    return np.asarray(np.arcsin(np.clip(v / np.where(airspeed > 0.0, airspeed, np.nan), -1.0, 1.0)))
+
+
+def pitch_of_quaternion(w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Pitch angle, rad, of the rotation from north-east-down to body axes; shape (N,)."""
+    return np.asarray(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
+
+
+def bank_of_quaternion(w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Bank angle, rad, of the rotation from north-east-down to body axes; shape (N,)."""
+    return np.asarray(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x**2 + y**2)))
+
+
+def heading_of_quaternion(w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Heading, rad, of the rotation from north-east-down to body axes; shape (N,)."""
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2)))
+
+
+_QUATERNION = (("quaternion_w", "1"), ("quaternion_x", "1"), ("quaternion_y", "1"), ("quaternion_z", "1"))
+
+LAWS: dict[str, Law] = {
+    "density": Law(density, (("h", "m"), ("temperature", "K")), "kg/m^3"),
+    "true airspeed": Law(true_airspeed, (("cas", "m/s"), ("h", "m"), ("temperature", "K")), "m/s"),
+    "alpha at the centre of gravity": Law(
+        alpha_at_centre_of_gravity,
+        (("alpha_vane", "rad"), ("V", "m/s"), ("p", "rad/s"), ("q", "rad/s")),
+        "rad",
+        ("x", "y", "z"),
+    ),
+    "beta at the centre of gravity": Law(
+        beta_at_centre_of_gravity,
+        (("beta_vane", "rad"), ("V", "m/s"), ("p", "rad/s"), ("r", "rad/s")),
+        "rad",
+        ("x", "z"),
+    ),
+    "pitch of a quaternion": Law(pitch_of_quaternion, _QUATERNION, "rad"),
+    "bank of a quaternion": Law(bank_of_quaternion, _QUATERNION, "rad"),
+    "heading of a quaternion": Law(heading_of_quaternion, _QUATERNION, "rad"),
+}
+"""Every law by the name that a channel map gives it."""

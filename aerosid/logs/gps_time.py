@@ -1,0 +1,47 @@
+"""GPS time to UTC: weeks and seconds since 1980-01-06 less the leap seconds of that date."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from datetime import UTC, date, datetime, timedelta
+
+_EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
+_WEEK = 604_800  # s
+# First day of each offset GPS - UTC of 1, 2, ... s: IERS Bulletin C. No leap second has been announced since.
+LEAP_SECONDS_FROM = (
+    date(1981, 7, 1), date(1982, 7, 1), date(1983, 7, 1), date(1985, 7, 1), date(1988, 1, 1), date(1990, 1, 1),
+    date(1991, 1, 1), date(1992, 7, 1), date(1993, 7, 1), date(1994, 7, 1), date(1996, 1, 1), date(1997, 7, 1),
+    date(1999, 1, 1), date(2006, 1, 1), date(2009, 1, 1), date(2012, 7, 1), date(2015, 7, 1), date(2017, 1, 1),
+)  # fmt: skip
+TABLE_OF = date(2026, 7, 1)  # state of the table: Bulletin C 72
+
+
+def leap_seconds(day: date) -> int:
+    """GPS time minus UTC on a day, s.
+
+    Parameters
+    ----------
+    day : date
+        In UTC.
+    """
+    return bisect_right(LEAP_SECONDS_FROM, day)
+
+
+def utc_of_gps(week: int, seconds: float) -> datetime:
+    """UTC of a GPS time.
+
+    Parameters
+    ----------
+    week : int
+        Weeks since 1980-01-06, rolled over or not: a receiver counts them as it does.
+    seconds : float
+        Of the week; may lie outside it.
+
+    Notes
+    -----
+    Within the seconds around an insertion the day of UTC decides: the offset is that of the UTC which it leads to.
+    """
+    gps = _EPOCH + timedelta(seconds=week * _WEEK) + timedelta(seconds=seconds)
+    offset = leap_seconds(gps.date())
+    utc = gps - timedelta(seconds=offset)
+    return gps - timedelta(seconds=leap_seconds(utc.date()))

@@ -1,0 +1,272 @@
+"""A channel map proposed from names, units, and the physics that ties channels to each other."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from aerosid.errors import AerosidError
+from aerosid.logs.column_lookup import LookupProblem, find_column
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import FORMATS, ready_maps
+from aerosid.logs.formats.channel_map import load_channel_map
+from aerosid.logs.recording import TICKS, FloatArray, Recording
+from aerosid.logs.stamps import unusable
+from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
+from aerosid.signals.resampling import interpolate_to, median_step
+
+# Names that recorders give a channel, without unit, case and marks; the first that is found wins.
+_NAMES: dict[str, tuple[str, ...]] = {
+    "V": ("tas", "vtas", "trueairspeed", "trueairspeedms", "vtrue", "vtotal", "v", "airspeed", "va"),
+    "alpha": ("alpha", "vaneaoa", "aoa", "alphacg", "angleofattack", "alphadeg"),
+    "beta": ("beta", "aos", "ssa", "sideslip", "sideslipangle"),
+    "p": ("p", "rollrate", "rollspeed", "gyrx", "pdegps", "xyz0", "gyrorad0"),
+    "q": ("q", "pitchrate", "pitchspeed", "gyry", "qdegps", "xyz1", "gyrorad1"),
+    "r": ("r", "yawrate", "yawspeed", "gyrz", "rdegps", "xyz2", "gyrorad2"),
+    "phi": ("phi", "roll", "bank", "bankangle", "rollangle", "phideg"),
+    "theta": ("theta", "pitch", "pitchangle", "thetadeg"),
+    "psi": ("psi", "heading", "yaw", "hdg", "magneticheading", "headingdeg"),
+    "a_x": ("ax", "accx", "xacc", "nx", "longitudinalacceleration", "accelx", "axg"),
+    "a_y": ("ay", "accy", "yacc", "ny", "latac", "lateralacceleration", "accely", "ayg"),
+    "a_z": ("az", "accz", "zacc", "nz", "normac", "normalacceleration", "accelz", "azg", "loadfactor"),
+    "delta_e": ("deltae", "elevator", "elevatorposition", "elev", "de", "deltaedeg", "elevatordeflection"),
+    "delta_a": ("deltaa", "aileron", "aileronposition", "ail", "da", "deltaadeg", "rightaileronposition"),
+    "delta_r": ("deltar", "rudder", "rudderposition", "rudd", "dr", "deltardeg"),
+    "h": (
+        *("h", "palt", "pressurealtitude", "altp", "baroaltitude", "alt", "altitude", "altmsl", "altitudeasl"),
+        "pressurealt",
+    ),
+    "rho": ("rho", "density", "airdensity"),
+    "mach": ("mach", "machnumber"),
+}
+_UNIT_IN_NAME = {"_deg": "deg", "_degps": "deg/s", "_kt": "kt", "_ft": "ft", "_g": "g", "_rad": "rad", "_m_s": "m/s",
+                 "_rad_s": "rad/s", "_m_s2": "m/s^2", "_kts": "kt", "_fps": "ft/s", "_mps": "m/s", "_radps": "rad/s",
+                 "_rps": "rad/s",                  "_mps2": "m/s^2", "_ms2": "m/s^2", "_m": "m", "_1": "1"}  # fmt: skip
+_1990, _2100 = 631_152_000.0, 4_102_444_800.0  # s since 1970
+_TABLES = ("csv", "ascii", "mat")  # formats whose maps always name the column of time
+_TIME = ("time", "t", "ts", "times", "timestamp", "timeus", "dastimearray")
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A map to be read by a person.
+
+    Attributes
+    ----------
+    format : str
+        A key of `FORMATS`.
+    time : tuple of (str, str) or None
+        Column and unit of time; None where the streams have their stamps.
+    channels : dict of str to ProposedChannel
+        By the glossary's name.
+    text : str
+        The map, TOML.
+    """
+
+    format: str
+    time: tuple[str, str] | None
+    channels: dict[str, ProposedChannel]
+    text: str
+
+
+def propose_map(recording: Recording, path: str, settings: ProposalSettings | None = None) -> Proposal:
+    """A channel map for a recording: the ready one of its format as far as it fits, or one from names and physics.
+
+    Parameters
+    ----------
+    recording : Recording
+        As the recorder made it.
+    path : str
+        The file, for the map's first line.
+    settings : ProposalSettings, optional
+        When physics decides.
+
+    Notes
+    -----
+    What only physics suggests, and might suggest wrongly, stands behind `#` with the reason, to be confirmed.
+    """
+    settings = settings or ProposalSettings()
+    ready = _ready_map(recording)
+    if ready is not None:
+        channels = _from_ready_map(recording, ready)
+        text = ready.read_text(encoding="utf-8")
+        return Proposal(recording.format, None, channels, _level_flight(recording, channels, settings) + text)
+    time = _time_column(recording)
+    channels = _by_name(recording)
+    tracks = _tracks(recording, channels, time)
+    apply_physics(channels, tracks, settings)
+    return Proposal(recording.format, time, channels, _toml(recording.format, time, channels, path))
+
+
+def _level_flight(recording: Recording, channels: dict[str, ProposedChannel], settings: ProposalSettings) -> str:
+    """A line on what the vertical acceleration's mean in level flight says of its convention, to be confirmed."""
+    if "a_z" not in channels:
+        return ""
+    mapped = channels["a_z"]
+    raw = {name: replace(one, sign=1, offset=0.0, reasons=[]) for name, one in channels.items() if name in _LEVEL}
+    log = _tracks(recording, raw, None)
+    if log is None:
+        return ""
+    judge_load_factor(raw, log, settings)
+    found = raw["a_z"]
+    agrees = (found.sign, found.offset) == (mapped.sign, mapped.offset)
+    word = "confirm it" if agrees else "THE MAP BELOW SAYS OTHERWISE, correct it"
+    return f"# {mapped.column}: {'; '.join(found.reasons)}: {word}.\n"
+
+
+def _ready_map(recording: Recording) -> Path | None:
+    """The ready map that names most columns of the recording, where it names at least four."""
+    form = FORMATS.get(recording.format)
+    own = form.ready_map if form is not None else None
+    if own is not None:
+        return ready_maps()[own]
+    fits = {}
+    for path in ready_maps().values():
+        mapping = load_channel_map(path)
+        if mapping.format == recording.format:
+            fits[path] = len(_from_ready_map(recording, path))
+    best = max(fits, key=lambda path: fits[path], default=None)
+    return best if best is not None and fits[best] >= 4 else None
+
+
+def _from_ready_map(recording: Recording, path: Path) -> dict[str, ProposedChannel]:
+    found = {}
+    for name, alternatives in load_channel_map(path).channels.items():
+        for entry in alternatives:
+            try:
+                columns = [find_column(recording, part) for part in entry.parts]
+            except LookupProblem:
+                continue
+            label = " + ".join(column.label for column in columns)
+            reasons = [f"ready map {path.stem}"]
+            found[name] = ProposedChannel(label, entry.unit or "", entry.sign, entry.offset, reasons)
+            break
+    return found
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _by_name(recording: Recording) -> dict[str, ProposedChannel]:
+    """Columns whose names say what they are; of several the one that is sampled fastest."""
+    by_plain: dict[str, list[tuple[float, str, str]]] = {}
+    for stream in recording.streams:
+        clock = stream.clock()
+        rate = 0.0
+        if clock is not None and unusable(clock) is None:
+            step = median_step(np.sort(clock.seconds(clock.ticks[0])))
+            rate = 1.0 / step if np.isfinite(step) else 0.0
+        for name, column in stream.columns.items():
+            label = f"{stream.label}.{name}" if stream.label else name
+            unit = column.unit or next((u for end, u in _UNIT_IN_NAME.items() if name.lower().endswith(end)), "")
+            last = name.rsplit("/", 1)[-1]
+            by_plain.setdefault(_plain(last), []).append((-rate, label, unit))
+            for end in _UNIT_IN_NAME:
+                if last.lower().endswith(end):
+                    by_plain.setdefault(_plain(last[: -len(end)]), []).append((-rate, label, unit))
+    found = {}
+    for channel, names in _NAMES.items():
+        for name in names:
+            if name in by_plain:
+                _, label, unit = min(by_plain[name])
+                found[channel] = ProposedChannel(label, unit, reasons=["by its name"])
+                break
+    return found
+
+
+def _time_column(recording: Recording) -> tuple[str, str] | None:
+    """The column of time of a table whose format does not know it."""
+    clock = recording.streams[0].clock()
+    if recording.format in _TABLES and clock is not None:
+        return clock.name, next(unit for unit, tick in TICKS.items() if tick == clock.tick)
+    if any(stream.clocks for stream in recording.streams):
+        return None
+    for stream in recording.streams:
+        for name, column in stream.columns.items():
+            last = name.rsplit("/", 1)[-1]
+            if _plain(last) in _TIME:
+                values = column.load().astype(np.float64)
+                rises = values.size > 1 and bool(np.all(np.diff(values) >= 0.0))
+                if rises:
+                    return name, column.unit if column.unit in TICKS else _tick_by_size(values)
+    return None
+
+
+def _tick_by_size(values: FloatArray) -> str:
+    """The unit in which the stamps are a date of our time, or else their step is one of a millisecond to a minute."""
+    dated = [unit for unit, tick in TICKS.items() if _1990 < values[0] * tick < _2100]
+    if dated:
+        return dated[0]
+    step = median_step(values)
+    return next((unit for unit, tick in TICKS.items() if 1e-3 <= step * tick <= 60.0), "s")
+
+
+def _tracks(
+    recording: Recording, channels: dict[str, ProposedChannel], time: tuple[str, str] | None
+) -> FlightLog | None:
+    """The found channels, raw numbers, on the fastest one's stamps, for the comparisons; None without time."""
+    series: dict[str, tuple[FloatArray, FloatArray]] = {}
+    for name, proposed in channels.items():
+        found = find_column(recording, proposed.column)
+        clock = found.stream.clock()
+        if clock is not None and unusable(clock) is None:
+            stamps = clock.seconds(clock.ticks.min())
+        elif time is not None and time[0] in found.stream.columns:
+            raw = found.stream.columns[time[0]].load()
+            stamps = (raw - raw[0]).astype(np.float64) * TICKS[time[1]]
+        else:
+            continue
+        values = found.column.load().astype(np.float64)
+        order = np.argsort(stamps, kind="stable")
+        keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0.0])]
+        there = keep[np.isfinite(values[keep])]
+        if there.size > 20:
+            series[name] = (stamps[there], values[there])
+    if not series:
+        return None
+    base = min((stamps for stamps, _ in series.values()), key=median_step)
+    on_base = {
+        name: interpolate_to(stamps, values, base, 6.0 * median_step(stamps))
+        for name, (stamps, values) in series.items()
+    }
+    try:
+        return FlightLog("proposal", base, on_base)
+    except AerosidError:
+        return None
+
+
+def _toml(form: str, time: tuple[str, str] | None, channels: dict[str, ProposedChannel], path: str) -> str:
+    lines = [
+        f"# Proposed for {Path(path).name} from names, units and physics: read it, correct it, and take the # away",
+        "# from what is confirmed. value = sign * scale * x + offset, the offset in the given unit.",
+        "schema = 1",
+        f"format = {_quoted(form)}",
+    ]
+    if time is not None:
+        lines.append(f"time = {{ column = {_quoted(time[0])}, unit = {_quoted(time[1])} }}")
+    lines += ["", "[channels]"]
+    if not channels:
+        lines.append('# no name tells what a column is; say it as in  alpha = { column = "its name", unit = "deg" }')
+    for name, proposed in channels.items():
+        parts = [f"column = {_quoted(proposed.column)}"]
+        if proposed.unit:
+            parts.append(f"unit = {_quoted(proposed.unit)}")
+        if proposed.sign != 1:
+            parts.append(f"sign = {proposed.sign}")
+        if proposed.offset:
+            parts.append(f"offset = {proposed.offset:g}")
+        hidden = "# confirm: " if proposed.asked or not proposed.unit else ""
+        lines.append(f"{hidden}{name} = {{ {', '.join(parts)} }}  # {'; '.join(proposed.reasons)}")
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    return '"' + "".join(_ESCAPES.get(mark, mark) for mark in text if mark.isprintable()) + '"'
+
+
+_LEVEL = ("a_z", "phi", "V")  # what tells level flight
+_ESCAPES = {'"': '\\"', "\\": "\\\\"}

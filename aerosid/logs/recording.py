@@ -1,0 +1,164 @@
+"""A recording as the recorder made it: streams of samples, each on its own stamps, nothing converted.
+
+A reader returns one; a channel map and `logs.raster` make a `FlightLog` of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import partial
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+AnyArray = NDArray[Any]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s, of one count of a clock by its unit
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The stamps of a stream by one of the recorder's clocks.
+
+    Attributes
+    ----------
+    name : str
+        The field that holds them in the file, or what they are.
+    ticks : ndarray, shape (N,)
+        Stamps as recorded, integer or float64; integers stay integers, because microseconds since 1970 need 51 bits.
+    tick : float
+        Length of one count, s.
+    """
+
+    name: str
+    ticks: AnyArray
+    tick: float
+
+    def seconds(self, origin: float = 0) -> FloatArray:
+        """Stamps in s since `origin` (in counts), which is taken off before anything is rounded; shape (N,)."""
+        return since(self.ticks, origin, self.tick)
+
+
+def since(ticks: AnyArray, origin: float, tick: float) -> FloatArray:
+    """Counts of length `tick`, s, as s since `origin`, counts; shape (N,).
+
+    Notes
+    -----
+    Counts a second are a whole number for every integer clock: division by it rounds once, multiplication by its
+    inverse twice.
+    """
+    if ticks.dtype.kind in "iu":
+        counts = (ticks.astype(np.int64) - np.int64(origin)).astype(np.float64)
+        return counts / round(1.0 / tick) if tick < 1.0 else counts * tick
+    return (ticks.astype(np.float64) - origin) * tick
+
+
+@dataclass(frozen=True)
+class Column:
+    """One recorded quantity.
+
+    Attributes
+    ----------
+    load : callable
+        Returns the values, shape (N,), numbers as recorded; called when they are wanted, so that a file of a thousand
+        columns costs what is used of it.
+    unit : str or None
+        As the file gives it; None where it gives none.
+    """
+
+    load: Callable[[], AnyArray]
+    unit: str | None = None
+
+
+def _held(values: AnyArray) -> AnyArray:
+    return values
+
+
+def column(values: AnyArray, unit: str | None = None) -> Column:
+    """A column of values that are in memory already."""
+    return Column(partial(_held, values), unit)
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What a recorder wrote together: one message, topic, group or table, with one stamp a row.
+
+    Attributes
+    ----------
+    name : str
+        Message, topic, group or table; empty where a file is one table.
+    columns : mapping of str to Column
+        By the name in the file, in its order.
+    clocks : tuple of Clock
+        The stream's stamps, the sample's own first; empty where the file does not say which column is time.
+    instance : int or None
+        Which of several senders of the same message this is; None where there is only one by the format.
+    order : ndarray of int, shape (N,), or None
+        Place of each sample in the file, in any count that all streams share, where they are interleaved.
+    aliases : mapping of str to str
+        Other names that the file gives a column, its header with the unit among them, to the name in `columns`.
+    boots : ndarray of int, shape (N,), or None
+        Number of the recorder's start each sample belongs to, where the clock began anew within the file.
+    """
+
+    name: str
+    columns: Mapping[str, Column]
+    clocks: tuple[Clock, ...] = ()
+    instance: int | None = None
+    order: IntArray | None = None
+    boots: IntArray | None = None
+    aliases: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+        object.__setattr__(self, "aliases", MappingProxyType(dict(self.aliases)))
+
+    @property
+    def label(self) -> str:
+        """The stream's name, with its instance in brackets where it has one."""
+        return self.name if self.instance is None else f"{self.name}[{self.instance}]"
+
+    def clock(self, name: str | None = None) -> Clock | None:
+        """The clock of this name, or the stream's first; None where it has none such."""
+        found = (clock for clock in self.clocks if name is None or clock.name == name)
+        return next(found, None)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Everything that a file holds, as the recorder wrote it.
+
+    Attributes
+    ----------
+    format : str
+        Name of the format that was read.
+    streams : tuple of Stream
+        In the file's order.
+    notes : tuple of str
+        What was lost or is odd about the file, one sentence each.
+    drop_outs : tuple of (float, float)
+        Start, s on the recorder's clock, and length, s, of what the recorder itself says it lost.
+    utc_of_zero : datetime or None
+        Absolute time at zero of the recorder's clock, only from a source that was valid.
+    messages : int
+        Number of messages read, where the format has them; 0 otherwise.
+    counts : mapping of str to int
+        Messages of each type, those that are no measurements included.
+    """
+
+    format: str
+    streams: tuple[Stream, ...]
+    notes: tuple[str, ...] = ()
+    drop_outs: tuple[tuple[float, float], ...] = ()
+    utc_of_zero: datetime | None = None
+    messages: int = 0
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "counts", MappingProxyType(dict(self.counts)))

@@ -1,0 +1,153 @@
+"""Patterns between declared and estimated derivatives that tell an error of a file from aerodynamics.
+
+A wrong mass, wing area or density scales all of C_Z and C_X by one factor, a wrong moment of inertia or chord all of
+C_m; a derivative per degree is 57.3 times off, one per q c/V 2 times; a sign convention turns a sign.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.open_loop_errors import ErrorRow
+
+__all__ = ["PatternSettings", "told_of_patterns"]
+
+
+@dataclass(frozen=True)
+class PatternSettings:
+    """From which on a pattern is said.
+
+    Attributes
+    ----------
+    many : float
+        Times the declared value, or part of it, from which on a single derivative is said. Derivatives of one
+        configuration differ by less than a factor of 3 between sources (Roskam, Airplane Flight Dynamics, appendix B).
+    deviations : float
+        Of its own, by which a number must differ from what it is compared with.
+    near : float
+        Relative distance from 180/pi, or from 2, at which a unit is asked after.
+    apart : float
+        Relative scatter of factors that still are one.
+    common : float
+        Relative distance from 1 at which a common factor is said.
+    fewest : int
+        Derivatives that must share it; constants do not count, they hold trim and instrument zeros.
+    worse : float
+        Times the error before, from which on the completed model follows its own data worse.
+    """
+
+    many: float = 5.0
+    deviations: float = 3.0
+    near: float = 0.25
+    apart: float = 0.12
+    common: float = 0.15
+    fewest: int = 3
+    worse: float = 1.05
+
+
+USUAL = PatternSettings()
+
+_CAUSES = {
+    "C_Z": "mass, wing area or air density",
+    "C_L": "mass, wing area or air density",
+    "C_m": "moment of inertia, mean chord, wing area or air density",
+}
+
+
+def told_of_patterns(
+    rows: Sequence[DerivativeRow], errors: Sequence[ErrorRow], settings: PatternSettings = USUAL
+) -> tuple[str, ...]:
+    """One sentence for each pattern, whatever the verdict.
+
+    Parameters
+    ----------
+    rows : sequence of DerivativeRow
+        The derivatives; those that the record does not show are not asked.
+    errors : sequence of ErrorRow
+        Of the logs that were fitted and others.
+    """
+    asked = [row for row in rows if _known(row)]
+    common = _common_factors(asked, settings)
+    shared = {coefficient for coefficient, _ in common}
+    single = [sentence for row in asked if (sentence := _single(row, row.coefficient in shared, settings))]
+    return (*(sentence for _, sentence in common), *single, *_worse(errors, settings))
+
+
+def _known(row: DerivativeRow) -> bool:
+    return row.shown and bool(row.declared) and row.std_error is not None and math.isfinite(row.value)
+
+
+def _ratio(row: DerivativeRow) -> tuple[float, float]:
+    """Estimated over declared, and its standard error."""
+    declared = row.declared or 1.0
+    return row.value / declared, (row.std_error or 0.0) / abs(declared)
+
+
+def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) -> list[tuple[str, str]]:
+    """Coefficients all of whose derivatives are off by one factor, with the sentence."""
+    found = []
+    for coefficient, causes in _CAUSES.items():
+        ratios = np.array([_ratio(row) for row in rows if row.coefficient == coefficient and row.term != "1"])
+        if len(ratios) < settings.fewest:
+            continue
+        values, deviations = ratios.T
+        weights = 1.0 / np.maximum(deviations, 0.02 * np.abs(values)) ** 2
+        factor = float(np.sum(weights * values) / np.sum(weights))
+        spread = np.abs(values - factor)
+        alike = np.all(spread <= np.maximum(settings.deviations * deviations, settings.apart * abs(factor)))
+        certain = abs(factor - 1.0) > settings.deviations / math.sqrt(float(np.sum(weights)))
+        if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + settings.common):
+            sentence = (
+                f"All of {coefficient} is {factor:.3g} times as declared ({values.min():.3g} to {values.max():.3g}): "
+                f"check {causes} before an aerodynamic reason."
+            )
+            found.append((coefficient, sentence))
+    return found
+
+
+def _single(row: DerivativeRow, shared: bool, settings: PatternSettings) -> str | None:
+    """What is odd about one derivative against its declared value."""
+    factor, deviation = _ratio(row)
+    name = f"{row.coefficient} {row.term}"
+    if row.term == "1" or abs(factor) <= settings.deviations * deviation:
+        return None
+    if factor < 0.0:
+        return (
+            f"{name} has the other sign than declared ({row.value:.3g} against {row.declared:.3g}): check the sign "
+            "convention of the file and of the recorder."
+        )
+    per_degree = math.degrees(1.0)
+    for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
+        if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
+            return f"{name} is {factor:.3g} times as declared: is it declared {meant}?"
+    if "q_hat" in row.term and not shared:
+        for unit, meant in ((2.0, "per q c/V"), (0.5, "per q c/(4 V)")):
+            near = abs(factor - unit) <= max(settings.deviations * deviation, 0.05 * unit)
+            if near and abs(factor - 1.0) > settings.deviations * deviation:
+                return f"{name} is {factor:.3g} times as declared: is it declared {meant}? q_hat is q c/(2 U0)."
+    if not 1.0 / settings.many < factor < settings.many:
+        return f"{name} is {factor:.3g} times as declared: check its unit and decimal point."
+    return None
+
+
+def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
+    """Fitted logs that the completed model follows worse than the declared structure re-estimated."""
+    sentences = []
+    for log in dict.fromkeys(row.log for row in errors if row.role == "identification"):
+        rows = [row for row in errors if row.log == log and row.before and row.after is not None]
+        if not rows:
+            continue
+        ratio = float(np.exp(np.mean([math.log(max(row.after or 0.0, 1e-300) / (row.before or 1.0)) for row in rows])))
+        if ratio > settings.worse:
+            most = max(rows, key=lambda row: (row.after or 0.0) / (row.before or 1.0))
+            sentences.append(
+                f"The completed model follows its own data on {log} worse than the declared structure re-estimated, "
+                f"{ratio:.3g} times over all channels and {(most.after or 0.0) / (most.before or 1.0):.3g} times in "
+                f"{most.channel}: do not take it over."
+            )
+    return sentences

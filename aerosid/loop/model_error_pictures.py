@@ -1,0 +1,105 @@
+"""d(t) of the declared and the completed structure: correlations, regressors, prefilter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aerosid.errors import EstimationError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.loop.settings import LoopSettings
+from aerosid.model_error.force_history import ErrorHistory, smoothed_histories
+from aerosid.model_error.paper_chain import Chain, ChainSettings, run_chain
+from aerosid.model_error.screening import (
+    RegressorPicture,
+    ScreeningRow,
+    closest_rivals,
+    error_histories,
+    regressor_pictures,
+    screen,
+)
+from aerosid.notation import number
+from aerosid.search.attribution import Attribution
+
+
+@dataclass(frozen=True)
+class PrefilterNote:
+    """The prefilter that fed the model-error recursion, and what it does to the estimates."""
+
+    kind: str
+    cut_off_hz: float | None
+    reason: str
+    effect_on_estimates: str
+
+
+@dataclass(frozen=True)
+class ModelErrorPictures:
+    """What the paper's chain shows: the completed structure's values, with and without the filter, and its pictures."""
+
+    chain: Chain
+    unfiltered: Chain
+    screening: tuple[ScreeningRow, ...]
+    histories: tuple[ErrorHistory, ...]
+    correlations: dict[Entry, float]
+    regressors: tuple[RegressorPicture, ...]
+
+
+def model_error_pictures(
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    candidates: Sequence[Entry],
+    found: Attribution,
+    coefficients: Sequence[str],
+    settings: ChainSettings,
+) -> ModelErrorPictures | None:
+    """The paper's chain on the declared and on the completed structure; None where its recursion breaks down."""
+    chosen = found.terms
+    structure = (*found.before.free, *chosen)
+    try:
+        deficient = run_chain(declared, manoeuvres, found.before.free, settings)
+        scores = found.rounds[0] if found.rounds else ()
+        screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
+        completed = deficient
+        if chosen:
+            near = deficient.error_density
+            completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings, near)
+        histories, correlations = smoothed_histories(found.completed, manoeuvres, coefficients, chosen)
+        if not histories:
+            histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
+        regressors = regressor_pictures(completed, manoeuvres, chosen, closest_rivals(screening, candidates), settings)
+        u, w, q, theta = (float(number) for number in completed.error_density)
+        off = replace(settings, filtering="off", error_density=(u, w, q, theta))
+        unfiltered = completed
+        if settings.filtering != "off" and any(part.butterworth for part in completed.fed):
+            unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)
+    except EstimationError:
+        return None
+    return ModelErrorPictures(completed, unfiltered, screening, histories, correlations, regressors)
+
+
+def prefilter_note(seen: ModelErrorPictures | None, settings: LoopSettings) -> PrefilterNote:
+    """Which prefilter fed the recursion, and by how much it moves the estimates of recursive least squares."""
+    if not settings.paper_chain:
+        return PrefilterNote("off", None, "The model error d(t) was not asked for.", "")
+    filtering = settings.chain.filtering
+    if seen is None:
+        return PrefilterNote(filtering, None, "The model-error recursion broke down on this flight.", "")
+    fed = seen.chain.fed[0]
+    if fed.cut_off is None:
+        return PrefilterNote("off", None, "Switched off.", "")
+    reason = " ".join(f"{text}." for text in fed.cut_off.explanations)
+    if seen.unfiltered is seen.chain:
+        return PrefilterNote("off", None, reason, "")
+    places = seen.chain.model.indices(seen.chain.entries)
+    moved = np.abs(seen.chain.model.values - seen.unfiltered.model.values)[places] / seen.chain.std_errors
+    most = int(np.nanargmax(moved))
+    coefficient, term = seen.chain.entries[most]
+    effect = (
+        f"Without the filter the estimates of recursive least squares move by {number(float(np.nanmedian(moved)), 2)} "
+        f"standard errors in the median and by at most {number(float(moved[most]), 2)} ({coefficient} {term}); the "
+        "refined values do not use it."
+    )
+    return PrefilterNote(filtering, fed.cut_off.cut_off_hz, reason, effect)

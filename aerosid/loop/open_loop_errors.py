@@ -1,0 +1,139 @@
+"""Errors of the declared, re-estimated, completed and trimmed model in open loop, on every log and channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.open_loop import Response, on_log, respond
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.flight_log import FlightLog
+from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
+from aerosid.nomenclature import CHANNELS
+from aerosid.search.attribution import Attribution
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """Root-mean-square of measured minus simulated (open loop) of one channel on one log; None where it diverged."""
+
+    log: str
+    role: str
+    channel: str
+    unit: str
+    declared: float | None
+    before: float | None
+    after: float | None
+    trimmed: float | None
+    noise: float
+    r2_trimmed: float | None = None
+    """Share of the measured variance that the trimmed simulation explains."""
+    noise_doubt: str = ""
+    """Why the noise, estimated from the log, is not to be believed; empty where it is."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Open-loop responses on one log, all in SI; NaN where a simulation left its range.
+
+    `measured`, `declared`, `before`, `after`, `trimmed`: channel -> (N,).
+    """
+
+    log: FlightLog
+    role: str
+    measured: Mapping[str, FloatArray]
+    declared: Mapping[str, FloatArray]
+    before: Mapping[str, FloatArray]
+    after: Mapping[str, FloatArray]
+    trimmed: Mapping[str, FloatArray]
+
+
+def compare(
+    declared: AerodynamicModel,
+    found: Attribution,
+    aircraft: Aircraft,
+    manoeuvres: Sequence[Manoeuvre],
+    others: Sequence[Manoeuvre],
+) -> tuple[list[Simulated], list[ErrorRow], list[CoefficientRow]]:
+    """Open-loop simulations and their errors on every log, and the shares of the measured coefficients explained."""
+    simulated, rows, shares = [], [], []
+    variance = found.completed.variance
+    logs = [(m, "identification") for m in manoeuvres] + [(m, "validation") for m in others]
+    for n, (manoeuvre, role) in enumerate(logs):
+        effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
+        # Each search of an initial state begins at the nearest one known: the estimate's own, or the last model's.
+        fitted = n < len(manoeuvres)
+        plain = respond(declared, manoeuvre, variance, effects=given)
+        at = found.before.states[n] if fitted else plain.states[0]
+        before = respond(found.before.model, manoeuvre, variance, effects=given, state=at)
+        at = found.completed.states[n] if fitted else before.states[0]
+        after = respond(found.completed.model, manoeuvre, variance, effects=effects, state=at)
+        trimmed = respond(
+            found.completed.model,
+            manoeuvre,
+            variance,
+            effects=effects,
+            constants_of=aircraft.coefficients,
+            state=after.states[0],
+        )
+        responses = {"declared": plain, "before": before, "after": after, "trimmed": trimmed}
+        simulated.append(_simulated(manoeuvre, role, responses))
+        rows.extend(_error_rows(manoeuvre, role, responses))
+        shares.extend(explained_shares((found.before.model, given), (found.completed.model, effects), manoeuvre))
+    return simulated, rows, shares
+
+
+def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> Simulated:
+    names = manoeuvre.outputs
+
+    def channels(values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        return {name: values[:, manoeuvre.row(name)] for name in names}
+
+    return Simulated(
+        log=manoeuvre.log,
+        role=role,
+        measured=channels(manoeuvre.flight.measured),
+        **{variant: channels(response.outputs) for variant, response in responses.items()},
+    )
+
+
+def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> list[ErrorRow]:
+    rows = []
+    for name in manoeuvre.outputs:
+        i = manoeuvre.row(name)
+        trimmed = responses["trimmed"].rms[name]
+        spread = float(np.nanvar(manoeuvre.flight.measured[:, i]))
+        rows.append(
+            ErrorRow(
+                log=manoeuvre.log.name,
+                role=role,
+                channel=name,
+                unit=CHANNELS[name].unit,
+                declared=responses["declared"].rms[name],
+                before=responses["before"].rms[name],
+                after=responses["after"].rms[name],
+                trimmed=trimmed,
+                noise=float(manoeuvre.noise[i]),
+                r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
+                noise_doubt=channel_noise(manoeuvre.log, name).doubt,
+            )
+        )
+    return rows
+
+
+def validation_gain(errors: Sequence[ErrorRow]) -> float | None:
+    """Median over channels of before/after on the validation logs."""
+    ratios = [
+        row.before / row.after
+        for row in errors
+        if row.role == "validation" and row.before is not None and row.after is not None and row.after > 0.0
+    ]
+    return float(np.median(ratios)) if ratios else None

@@ -1,0 +1,70 @@
+"""Settings of the loop, all in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.search.settings import AttributionSettings
+
+Progress = Callable[[str], None]
+"""Is told the name of each stage as it begins."""
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """Every setting of the chain, in one place.
+
+    Attributes
+    ----------
+    chain : ChainSettings
+        Prefilter, model-error estimator and recursive least squares.
+    attribution : AttributionSettings
+        Which evidence lets a term enter where terms alone are asked for.
+    equation_error : EquationErrorSettings
+        Which evidence of the kinematic and coefficient equations lets anything enter.
+    catalogue : "all" or "terms"
+        Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
+    paper_chain : bool
+        Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
+    linear_analysis : bool
+        Whether modes and flying qualities of the models are wanted.
+    kinematics : bool
+        Whether the instruments are compared by kinematics first.
+    priors : bool
+        Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
+        alone speaks.
+    seed : int
+        Of every random draw; reported.
+    flight_phase, aircraft_class : str or None
+        Category and class for the levels of MIL-F-8785C; by default the aircraft file's, else B and II.
+    next_flight : bool
+        Whether an input is designed where something is left to decide.
+    limits : mapping of str to (float, float)
+        Of that input: alpha, n_z, V, theta, delta_e, delta_e_rate, SI; they win over those of the aircraft file.
+    start : tuple of float
+        Values of the declared terms to begin their re-estimation from, for runs of a study that know them from another
+        flight; empty: those declared.
+    """
+
+    chain: ChainSettings = field(default_factory=ChainSettings)
+    attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    equation_error: EquationErrorSettings = field(default_factory=EquationErrorSettings)
+    catalogue: Literal["all", "terms"] = "all"
+    paper_chain: bool = True
+    linear_analysis: bool = True
+    kinematics: bool = True
+    priors: bool = False
+    seed: int = 0
+    flight_phase: str | None = None
+    aircraft_class: str | None = None
+    next_flight: bool = True
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    start: tuple[float, ...] = ()
+
+
+USUAL = LoopSettings()
+"""The settings of a loop unless told otherwise."""

@@ -1,0 +1,73 @@
+"""Whole flights given as one manoeuvre: one sentence with the spans that look useful, and those spans themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.logs.flight_log import FlightLog
+from aerosid.manoeuvres.segmentation import USUAL, FlightSegmentation, FoundManoeuvre, find_manoeuvres
+from aerosid.manoeuvres.settings import FinderSettings
+
+__all__ = ["LONGITUDINAL", "is_whole_flight", "longitudinal_cuts", "longitudinal_manoeuvres", "whole_flight_sentence"]
+
+LONGITUDINAL = ("doublet", "211", "3211", "steps", "sweep", "multisine", "short_period")
+"""Kinds that identify longitudinal derivatives about one trim, if the elevator was moved."""
+
+_NAMED = 8  # spans in a sentence
+
+
+def is_whole_flight(log: FlightLog, settings: FinderSettings = USUAL) -> bool:
+    """Whether a log is longer than any one manoeuvre, or holds time on the ground as well as in the air."""
+    if "V" not in log:
+        return False
+    speed = log["V"]
+    if not np.isfinite(speed).any():
+        return False
+    fast = float(np.nanpercentile(speed, 95.0))
+    seconds = float(log.time[-1] - log.time[0])
+    if seconds > max(settings.one_record, settings.one_record_units * fast / 9.80665):
+        return True
+    stands = np.nan_to_num(speed, nan=settings.standing) < settings.standing
+    return fast > 3.0 * settings.standing and bool(np.mean(stands) > settings.standing_share)
+
+
+def longitudinal_cuts(log: FlightLog, found: FlightSegmentation) -> tuple[FlightLog, ...]:
+    """The cuts of a log that identify longitudinal derivatives, each named for its kind and beginning."""
+    return tuple(
+        replace(log.between(entry.cut_from, entry.cut_to), name=f"{log.name}_{entry.start:.0f}_{entry.kind}")
+        for entry in longitudinal_manoeuvres(found)
+    )
+
+
+def longitudinal_manoeuvres(found: FlightSegmentation) -> tuple[FoundManoeuvre, ...]:
+    """The elevator manoeuvres that identify longitudinal derivatives about one trim."""
+    return tuple(entry for entry in found if _is_longitudinal(entry))
+
+
+def _is_longitudinal(entry: FoundManoeuvre) -> bool:
+    return entry.kind in LONGITUDINAL and entry.surface == "delta_e"
+
+
+def whole_flight_sentence(log: FlightLog, settings: FinderSettings = USUAL) -> str | None:
+    """What to do with a whole flight: its length, when it flies, and spans that look useful; None for a manoeuvre."""
+    if not is_whole_flight(log, settings):
+        return None
+    found = find_manoeuvres(log, settings=settings)
+    useful = longitudinal_manoeuvres(found)
+    others = [entry for entry in found.dynamic if entry not in useful]
+    ordered = sorted([*useful, *others][:_NAMED], key=lambda entry: entry.start)
+    spans = ", ".join(f"{entry.cut_from:.1f}:{entry.cut_to:.1f} ({entry.kind.replace('_', ' ')})" for entry in ordered)
+    seconds = log.time[-1] - log.time[0]
+    ground = ""
+    if not found.airborne:
+        ground = ", and never clear of the ground"
+    elif found.airborne[0][0] > found.start + 1.0:
+        ground = f", on the ground until {found.airborne[0][0]:.0f} s"
+    looks = f"these look useful: {spans}" if spans else "no manoeuvre was found in it"
+    name = log.path or log.name
+    return (
+        f"{name}: this log is {seconds:.0f} s long{ground}; choose a span as {name}@FROM:TO, with --from and --to, or "
+        f"all of them with --find; {looks}."
+    )

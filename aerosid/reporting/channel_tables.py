@@ -1,0 +1,97 @@
+"""What is in a recording, printed for a person: its streams, its channels, a map."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from aerosid.logs.channel_listing import Listing
+
+_HOLES_NAMED = 3
+_MOST_CHANNELS = 400  # rows on a screen; the rest is counted, and in full with --json
+
+
+def print_channels(listing: Listing, channel_map: str, path: str, console: Console) -> None:
+    """Prints a recording's streams, its channels, what is wrong, and a proposed map.
+
+    Parameters
+    ----------
+    listing : Listing
+        From `list_channels`.
+    channel_map : str
+        The map, TOML.
+    path : str
+        The file, for the title.
+    console : Console
+        Where to.
+    """
+    print_streams(listing, path, console)
+    table = Table(title="Channels", title_justify="left")
+    for heading in ("channel", "unit"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("samples", "missing", "minimum", "maximum", "repeats"):
+        table.add_column(heading, justify="right")
+    table.add_column("course")
+    for channel in listing.channels[:_MOST_CHANNELS]:
+        table.add_row(
+            channel.name,
+            channel.unit,
+            str(channel.samples),
+            str(channel.missing or ""),
+            "" if channel.minimum is None else f"{channel.minimum:.5g}",
+            "" if channel.maximum is None else f"{channel.maximum:.5g}",
+            f"{100.0 * channel.repeats:.0f} %" if channel.repeats else "",
+            channel.sparkline,
+        )
+    console.print(table)
+    if len(listing.channels) > _MOST_CHANNELS:
+        console.print(f"... {len(listing.channels)} channels in all; --json lists every one.")
+    print_notes(listing, console)
+    console.print("\nProposed channel map:\n")
+    console.print(channel_map, soft_wrap=True)
+
+
+def print_streams(listing: Listing, path: str, console: Console) -> None:
+    """Prints first and last time, rate and holes of each stream.
+
+    Parameters
+    ----------
+    listing : Listing
+        From `list_channels`.
+    path : str
+        The file, for the title.
+    console : Console
+        Where to.
+    """
+    table = Table(title=f"{path} ({listing.format})", title_justify="left")
+    for heading in ("stream", "stamps"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("samples", "rate [Hz]", "first [s]", "last [s]", "holes"):
+        table.add_column(heading, justify="right")
+    for stream in listing.streams:
+        named = ", ".join(f"{length:.3g} s at {at:.6g}" for at, length in stream.holes[:_HOLES_NAMED])
+        more = f" ... {len(stream.holes)} in all" if len(stream.holes) > _HOLES_NAMED else ""
+        table.add_row(
+            stream.label or "(table)",
+            stream.clock or "none",
+            str(stream.samples),
+            "" if stream.rate is None else f"{stream.rate:.4g}",
+            "" if stream.first is None else f"{stream.first:.6f}",
+            "" if stream.last is None else f"{stream.last:.6f}",
+            named + more,
+        )
+    console.print(table)
+
+
+def print_notes(listing: Listing, console: Console) -> None:
+    """Prints what is lost, odd or refused.
+
+    Parameters
+    ----------
+    listing : Listing
+        From `list_channels`.
+    console : Console
+        Where to.
+    """
+    for note in listing.notes:
+        console.print(f"note: {note}", soft_wrap=True)

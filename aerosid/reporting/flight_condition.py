@@ -1,0 +1,111 @@
+"""Flight condition of a record for the title block: altitude, airspeed, Mach number, mass, centre of gravity, flaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft
+from aerosid.flight_model.standard_atmosphere import calibrated_airspeed, density_altitude, mach_number
+from aerosid.logs.flight_log import FlightLog
+from aerosid.notation import number
+from aerosid.reporting.words import shown_unit
+
+NOT_RECORDED = "not recorded"
+FOOT, KNOT = 0.3048, 1852.0 / 3600.0
+"""m, m/s"""
+
+_STEADY = 0.005
+"""Share of its mean by which a quantity may vary and still be told as one number."""
+
+
+@dataclass(frozen=True)
+class FlightCondition:
+    """The condition of one log: texts by what they are called."""
+
+    log: str
+    role: str
+    entries: Mapping[str, str]
+
+
+def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCondition:
+    """Mean values over the record, with their range where they vary; `not recorded` where neither file says.
+
+    Parameters
+    ----------
+    log : FlightLog
+        One recording, cut to what was used.
+    role : str
+        What it was used for.
+    aircraft : Aircraft
+        Gives mass and air density where the log does not.
+    """
+    entries = {
+        "altitude": _altitude(log),
+        "true airspeed": _shown(log, "V"),
+        "calibrated airspeed": _calibrated(log, aircraft),
+        "Mach number": _mach(log, aircraft),
+        "mass": _shown(log, "mass") if _held(log, "mass") else f"{number(aircraft.mass, 4)} kg (aircraft file)",
+        "centre of gravity": NOT_RECORDED,
+        "flaps": _shown(log, "delta_f"),
+        "gear": NOT_RECORDED,
+    }
+    return FlightCondition(log.name, role, entries)
+
+
+def _held(log: FlightLog, name: str) -> bool:
+    return name in log and bool(np.isfinite(log[name]).any())
+
+
+def _shown(log: FlightLog, name: str, digits: int = 4) -> str:
+    """Mean, and range where it varies, in the unit shown."""
+    if not _held(log, name):
+        return NOT_RECORDED
+    unit = shown_unit(log.units.get(name, "1"))
+    values = unit.factor * log[name][np.isfinite(log[name])]
+    mean, low, high = (float(value) for value in (values.mean(), values.min(), values.max()))
+    text = number(mean, digits)
+    if high - low > _STEADY * max(abs(mean), 1e-9):
+        text += f" ({number(low, digits)} to {number(high, digits)})"
+    return f"{text} {unit.text}".rstrip()
+
+
+def _altitude(log: FlightLog) -> str:
+    if not _held(log, "h"):
+        return NOT_RECORDED
+    return f"{_shown(log, 'h')}, {number(float(np.nanmean(log['h'])) / FOOT, 4)} ft"
+
+
+def _density(log: FlightLog, aircraft: Aircraft) -> float | None:
+    if _held(log, "rho"):
+        return float(np.nanmean(log["rho"]))
+    if _held(log, "q_bar") and _held(log, "V"):
+        return float(np.nanmean(2.0 * log["q_bar"] / log["V"] ** 2))
+    return aircraft.density
+
+
+def standard_altitude(log: FlightLog, aircraft: Aircraft) -> float | None:
+    """The recorded altitude, m, or the density altitude where none is recorded; None where neither is known."""
+    if _held(log, "h"):
+        return float(np.nanmean(log["h"]))
+    density = _density(log, aircraft)
+    return None if density is None else density_altitude(density)
+
+
+def _calibrated(log: FlightLog, aircraft: Aircraft) -> str:
+    altitude = standard_altitude(log, aircraft)
+    if altitude is None or not _held(log, "V"):
+        return NOT_RECORDED
+    speed = calibrated_airspeed(float(np.nanmean(log["V"])), altitude)
+    return f"{number(speed / KNOT, 3)} kt (standard day)"
+
+
+def _mach(log: FlightLog, aircraft: Aircraft) -> str:
+    if _held(log, "mach"):
+        return _shown(log, "mach", 3)
+    altitude = standard_altitude(log, aircraft)
+    if altitude is None or not _held(log, "V"):
+        return NOT_RECORDED
+    return f"{number(mach_number(float(np.nanmean(log['V'])), altitude), 3)} (standard day)"

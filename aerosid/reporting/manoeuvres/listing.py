@@ -1,0 +1,94 @@
+"""manoeuvres.json: what is in a recording, on its own clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from aerosid import __version__
+from aerosid.logs.flight_log import FlightLog
+from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
+
+__all__ = ["SCHEMA", "segmentation_json"]
+
+SCHEMA = 1
+
+_CLOCK_DIGITS = 6  # decimals of a time, s: a microsecond
+
+
+def segmentation_json(segmentation: FlightSegmentation, log: FlightLog) -> dict[str, Any]:
+    """What `aerosid find --json` prints; times in s on the recording's own clock, all else SI and radians."""
+    return {
+        "schema": SCHEMA,
+        "aerosid": __version__,
+        "log": {
+            "path": log.path,
+            "sha256": log.sha256,
+            "start": _clock(segmentation.start),
+            "stop": _clock(segmentation.stop),
+            "airborne": [[_clock(first), _clock(last)] for first, last in segmentation.airborne],
+            "holes": [[_clock(at), _clock(length)] for at, length in segmentation.holes],
+        },
+        "manoeuvres": [_entry(manoeuvre) for manoeuvre in segmentation],
+        "rejected": [
+            {
+                "start": _clock(entry.start),
+                "stop": _clock(entry.stop),
+                "surface": entry.surface,
+                "reason": entry.reason,
+            }
+            for entry in segmentation.rejected
+        ],
+    }
+
+
+def _entry(manoeuvre: FoundManoeuvre) -> dict[str, Any]:
+    return {
+        "kind": manoeuvre.kind,
+        "start": _clock(manoeuvre.start),
+        "stop": _clock(manoeuvre.stop),
+        "cut": {"from": _clock(manoeuvre.cut_from), "to": _clock(manoeuvre.cut_to)},
+        "surface": manoeuvre.surface,
+        "moved": [
+            {
+                "channel": entry.channel,
+                "least": _plain(entry.least),
+                "greatest": _plain(entry.greatest),
+                "unit": entry.unit,
+            }
+            for entry in manoeuvre.moved
+        ],
+        "condition": {name: _plain(value) for name, value in manoeuvre.condition.items()},
+        "turbulence": _plain(manoeuvre.turbulence),
+        "expected": [
+            {
+                "coefficient": entry.coefficient,
+                "term": entry.term,
+                "value": _plain(entry.value),
+                "deviation": _plain(entry.deviation),
+                "unit": entry.unit,
+            }
+            for entry in manoeuvre.expected
+        ],
+        "detail": _detail(manoeuvre.detail),
+    }
+
+
+def _detail(detail: Mapping[str, float | str | tuple[float, ...]]) -> dict[str, Any]:
+    plain: dict[str, Any] = {}
+    for name, value in detail.items():
+        if isinstance(value, tuple):
+            plain[name] = [_plain(entry) for entry in value]
+        else:
+            plain[name] = value if isinstance(value, str) else _plain(value)
+    return plain
+
+
+def _clock(seconds: float) -> float:
+    return round(float(seconds), _CLOCK_DIGITS)
+
+
+def _plain(value: float) -> float | None:
+    """Seven significant digits, as a native log holds them; None where unknown."""
+    return float(f"{float(value):.7g}") if math.isfinite(value) else None

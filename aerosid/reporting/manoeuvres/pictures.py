@@ -1,0 +1,57 @@
+"""A strip chart of each manoeuvre: what was moved and what the aircraft did."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aerosid.logs.flight_log import FlightLog
+from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
+from aerosid.reporting.figures.chart import Chart, Line, Mark
+from aerosid.reporting.figures.layout import Row, limits_around, stacked
+from aerosid.reporting.words import shown_unit, subscripted
+
+__all__ = ["manoeuvre_chart", "overview_chart"]
+
+_LATERAL = ("dutch_roll", "aperiodic_roll", "spiral", "turn", "steady_turn")
+_CHANNELS = ("q", "alpha", "a_z", "theta", "V")
+_LATERAL_CHANNELS = ("p", "r", "phi", "a_y", "beta")
+_HEIGHT, _GAP = 46.0, 10.0  # pt
+_MOST_POINTS = 1500
+_PADDING = 1.5  # times the lead-in, that is shown to either side of a cut
+
+
+def manoeuvre_chart(log: FlightLog, manoeuvre: FoundManoeuvre) -> Chart | None:
+    """Its surfaces and answers over the cut, with the manoeuvre's beginning and end; None where nothing is recorded."""
+    pad = _PADDING * max(manoeuvre.start - manoeuvre.cut_from, 0.02 * (manoeuvre.stop - manoeuvre.start))
+    part = log.between(max(log.time[0], manoeuvre.cut_from - pad), min(log.time[-1], manoeuvre.cut_to + pad))
+    lateral = manoeuvre.kind in _LATERAL or manoeuvre.surface in ("delta_a", "delta_r")
+    surfaces = [name for name in ("delta_e", "delta_a", "delta_r") if name in log]
+    wanted = [*surfaces, *(_LATERAL_CHANNELS if lateral else _CHANNELS)]
+    return _strips(part, wanted, (manoeuvre.start, manoeuvre.stop))
+
+
+def overview_chart(log: FlightLog, segmentation: FlightSegmentation) -> Chart | None:
+    """Speed, height, bank and load factor over the whole recording, with every motion marked."""
+    spans = [(entry.start, entry.stop) for entry in segmentation.dynamic]
+    return _strips(log, ["V", "h", "phi", "a_z", "delta_e"], *spans)
+
+
+def _strips(log: FlightLog, names: list[str], *spans: tuple[float, float]) -> Chart | None:
+    rows = []
+    every = max(1, math.ceil(log.samples / _MOST_POINTS))
+    for name in names:
+        if name not in log or not np.isfinite(log[name]).any():
+            continue
+        unit = shown_unit(log.units.get(name, "1"))
+        values = unit.factor * log[name][::every]
+        limits = limits_around(values)
+        marks: list[Mark] = [Line(log.time[::every], values, "ink")]
+        for span in spans:
+            marks += [Line(np.array([at, at]), np.array(limits), "muted", 0.6) for at in span]
+        label = f"{subscripted(name)} [{unit.text}]" if unit.text not in ("", "1") else subscripted(name)
+        rows.append(Row(_HEIGHT, _GAP, label, limits, tuple(marks)))
+    if not rows:
+        return None
+    return stacked(rows, (float(log.time[0]), float(log.time[-1])), "")

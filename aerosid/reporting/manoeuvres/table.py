@@ -1,0 +1,74 @@
+"""A recording's manoeuvres, printed for a person."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from aerosid.logs.flight_log import FlightLog
+from aerosid.manoeuvres import FlightSegmentation
+from aerosid.reporting.manoeuvres.wording import (
+    KIND_WORDS,
+    air_words,
+    condition_words,
+    moved_words,
+    surface_words,
+    worth_words,
+)
+
+__all__ = ["print_segmentation"]
+
+
+def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console: Console, rejected: bool) -> None:
+    """Prints what is in a recording, and what was not taken for a manoeuvre where asked.
+
+    Parameters
+    ----------
+    segmentation : FlightSegmentation
+    log : FlightLog
+        What it was found in.
+    console : Console
+        Where to.
+    rejected : bool
+        Whether the lively stretches that are no manoeuvre are listed too, each with its reason.
+    """
+    table = Table(title=f"{log.path or log.name}", title_justify="left")
+    for heading in ("from [s]", "to [s]"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for heading in ("kind", "moved", "condition", "air", "expected deviations"):
+        table.add_column(heading)
+    for manoeuvre in segmentation:
+        table.add_row(
+            f"{manoeuvre.start:.1f}",
+            f"{manoeuvre.stop:.1f}",
+            KIND_WORDS[manoeuvre.kind],
+            "" if manoeuvre.is_condition else moved_words(manoeuvre),
+            condition_words(manoeuvre),
+            air_words(manoeuvre.turbulence),
+            worth_words(manoeuvre.expected),
+        )
+    console.print(table)
+    console.print(summary(segmentation), soft_wrap=True)
+    if not rejected or not segmentation.rejected:
+        return
+    why = Table(title="Lively, and no manoeuvre", title_justify="left")
+    for heading in ("from [s]", "to [s]"):
+        why.add_column(heading, justify="right")
+    why.add_column("moved")
+    why.add_column("why not")
+    for entry in segmentation.rejected:
+        why.add_row(f"{entry.start:.1f}", f"{entry.stop:.1f}", surface_words(entry.surface), entry.reason)
+    console.print(why)
+
+
+def summary(segmentation: FlightSegmentation) -> str:
+    """One sentence on what was found and where the aircraft flew."""
+    trims = sum(entry.kind == "trim" for entry in segmentation)
+    turns = sum(entry.kind in ("turn", "steady_turn") for entry in segmentation)
+    flown = ", ".join(f"{first:.6g} to {last:.6g} s" for first, last in segmentation.airborne[:4]) or "never"
+    more = " and more" if len(segmentation.airborne) > 4 else ""
+    return (
+        f"{len(segmentation.dynamic)} manoeuvres, {trims} trim points and {turns} turns in "
+        f"{segmentation.start:.6g} to {segmentation.stop:.6g} s; in the air {flown}{more}; "
+        f"{len(segmentation.rejected)} lively stretches are no manoeuvre."
+    )

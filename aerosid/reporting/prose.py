@@ -1,0 +1,60 @@
+"""Running text: names out of files set as symbols, names of effects in words, powers and minus signs as printed."""
+
+from __future__ import annotations
+
+import re
+
+from markupsafe import Markup, escape
+
+from aerosid.effects import KINDS
+from aerosid.flight_model.terms import COEFFICIENTS
+from aerosid.nomenclature import CHANNELS
+from aerosid.notation import SUPERSCRIPTS
+from aerosid.reporting.words import Symbol, symbol
+
+_VARIABLES = ("q_hat", "V_hat", "alpha_dot_hat")
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "sigma", "L_w", "L_u", "I_yy")
+"""Names in terms and in sentences that are no channels."""
+_DERIVATIVES = [f"{c}_{name}" for c in COEFFICIENTS for name in (*CHANNELS, *_VARIABLES)]
+
+_NAMES = sorted({*CHANNELS, *COEFFICIENTS, *_VARIABLES, *_MEASURES, *_DERIVATIVES}, key=lambda name: -len(name))
+_NAME = "|".join(map(re.escape, _NAMES))
+_FACTOR = rf"(?:{_NAME})(?:\^-?\d+)?"
+_TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w/\\]|\.\w|-\w)")
+_PART = re.compile(rf"({_NAME})(?:\^(-?\d+))?")
+_POWER = re.compile(r"(?<=[A-Za-z)\]])\^(-?\d+)")
+_MINUS = re.compile(r"(?<![\w.)\]-])-(?=\d|\.\d)")
+_KINDS = re.compile(
+    rf"(?<![\w./-])({'|'.join(sorted((k for k in KINDS if '_' in k), key=len, reverse=True))})(?![\w./-])"
+)
+
+
+def prose(text: str) -> Markup:
+    """The text for the page, escaped: `C_m alpha^2` as Cₘ α², `control_lag` in words, m/s^2 as m/s², a true minus.
+
+    Names of files and logs stay as they are: a name that is part of a longer word is none of ours.
+    """
+    escaped = str(escape(in_words(text)))
+    return Markup(_TERM.sub(_set_term, escaped))  # safe: escaped, and symbols of our own glossary
+
+
+def in_words(text: str) -> str:
+    """The text for a terminal: names of effects in words, powers and minus signs as printed, symbols as typed."""
+    text = _KINDS.sub(lambda found: found[1].replace("_", " "), text)
+    text = _TERM.sub(lambda found: found[0].replace("^", "\0"), text)
+    text = _POWER.sub(lambda found: found[1].translate(SUPERSCRIPTS), text)
+    return _MINUS.sub("−", text).replace("\0", "^")
+
+
+def _set_term(found: re.Match[str]) -> str:
+    """A term as a formula; a single name that is its own symbol stays text."""
+    text = found[0]
+    if text in CHANNELS and symbol(text) == Symbol(text):
+        return text
+    parts = []
+    for name, power in _PART.findall(text):
+        base, subscript = symbol(name)
+        raised = f"<sup>{power.replace('-', '−')}</sup>" if power else ""
+        lowered = f"<sub>{subscript}</sub>" if subscript else ""
+        parts.append(f"<var>{base}{lowered}</var>{raised}")
+    return f'<span class="formula">{"·".join(parts)}</span>' if len(parts) > 1 else parts[0]

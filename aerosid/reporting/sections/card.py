@@ -1,0 +1,115 @@
+"""Pilot's card of the next flight: pressure altitude, calibrated airspeed, stick and load-factor cues, limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from aerosid.flight_model.standard_atmosphere import (
+    DENSITY_ALTITUDE_PER_KELVIN,
+    GRAVITY,
+    calibrated_airspeed,
+    density_altitude,
+)
+from aerosid.loop.next_flight.flight_limits import MARGIN
+from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
+from aerosid.loop.result import ClosedLoop
+from aerosid.notation import MISSING, number
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.flight_condition import FOOT, KNOT
+from aerosid.reporting.words import shown_unit
+
+GIVEN, FLOWN = "†", "‡"
+"""Signs of the footnotes: a limit that was given, and one taken from the flown range."""
+
+_NAMES = {
+    "alpha": "angle of attack",
+    "n_z": "load factor",
+    "V": "true airspeed",
+    "theta": "pitch attitude",
+    "delta_e": "elevator",
+    "delta_e_rate": "elevator rate",
+    "q": "pitch rate",
+}
+"""What a pilot calls the quantities of the limits."""
+
+
+def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
+    """The card; None where nothing is to be flown."""
+    ahead = result.next_flight
+    if ahead is None or ahead.input is None:
+        return None
+    planned = ahead.input
+    altitude = density_altitude(planned.density)
+    limits = [_limit(peak, altitude) for peak in planned.peaks]
+    return {
+        "planned": planned,
+        "altitude": number(round(altitude / FOOT, -1), 4),
+        "metres": number(round(altitude, -1), 4),
+        "per_kelvin": number(DENSITY_ALTITUDE_PER_KELVIN / FOOT, 2),
+        "airspeed": number(calibrated_airspeed(planned.airspeed, altitude) / KNOT, 3),
+        "steps": list(_steps(planned)),
+        "cued": "a_z" in planned.expected,
+        "limits": limits,
+        "signs": {limit["sign"] for limit in limits if limit["sign"]},
+        "given": GIVEN,
+        "flown": FLOWN,
+        "percent": round(100 * MARGIN),
+        "decides": [_decides(question) for question in ahead.questions if question.repeats is not None],
+        "repeats": max((question.repeats or 1 for question in ahead.questions), default=1),
+    }
+
+
+def _steps(planned: PlannedInput) -> Iterator[dict[str, str]]:
+    """Each step with the stick's direction and the load factor that it is expected to lead to."""
+    for step in planned.steps:
+        end = step.start + step.duration
+        stick = "push" if step.deflection > 0.0 else "pull" if step.deflection < 0.0 else "neutral"
+        yield {
+            "start": f"{step.start:.1f}",
+            "hold": f"{step.duration:.1f}",
+            "elevator": number(shown_unit("rad").factor * step.deflection, 3),
+            "stick": stick,
+            "cue": _load_factor(planned, step.start, end, stick),
+        }
+
+
+def _load_factor(planned: PlannedInput, start: float, end: float, stick: str) -> str:
+    """The extreme of the expected load factor in a step, in the direction of the stick, to a tenth of g."""
+    history = planned.expected.get("a_z")
+    inside = (planned.time >= start) & (planned.time <= end)
+    if history is None or not inside.any():
+        return MISSING
+    load = -history.chosen[inside] / GRAVITY
+    extreme = float(np.min(load) if stick == "push" else np.max(load))
+    return f"{extreme:.1f}".replace("-", "−")
+
+
+def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
+    """A line of the card in the unit shown, airspeeds as calibrated in knots."""
+
+    def shown(value: float | None) -> str:
+        if value is None:
+            return MISSING
+        if peak.name == "V":
+            return number(calibrated_airspeed(value, altitude) / KNOT, 3)
+        return number(shown_unit(peak.unit).factor * value, 3)
+
+    speed = peak.name == "V"
+    bounded = peak.limit_low is not None and peak.limit_high is not None
+    return {
+        "name": "calibrated airspeed" if speed else _NAMES.get(peak.name, peak.name),
+        "unit": "kt" if speed else shown_unit(peak.unit).text or "1",
+        "trim": shown(peak.trim),
+        "expected": f"{shown(peak.lowest)} to {shown(peak.highest)}",
+        "abort": f"{shown(peak.limit_low)} to {shown(peak.limit_high)}" if bounded else MISSING,
+        "sign": "" if not bounded else GIVEN if peak.given else FLOWN,
+    }
+
+
+def _decides(question: Question) -> str:
+    if question.kind == "derivative":
+        return f"{question.subject} becomes known"
+    return f"{question.subject} or {question.rival}"

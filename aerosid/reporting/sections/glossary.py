@@ -1,0 +1,95 @@
+"""Glossary of the report: symbols with units and positive senses, and the terms of its tables and figures."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from aerosid.loop.result import ClosedLoop
+from aerosid.nomenclature import CHANNELS
+from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.sign_sketch import sign_sketch
+
+
+class Term(NamedTuple):
+    """A term of the report and its meaning."""
+
+    name: str
+    meaning: str
+
+
+VARIABLES = (
+    Term("q_hat", "normalised pitch rate, q c / (2 U0)"),
+    Term("V_hat", "relative change of airspeed, V/U0 − 1"),
+    Term("alpha_dot_hat", "normalised rate of the angle of attack, its derivative times c / (2 U0)"),
+    Term("n_z", "load factor, −a_z/g: 1 in level flight"),
+    Term("C_X", "axial force coefficient, positive forward: X / (q_bar S)"),
+    Term("C_Z", "normal force coefficient, positive down: Z / (q_bar S)"),
+    Term("C_m", "pitching moment coefficient about the centre of gravity, nose up: M / (q_bar S c)"),
+    Term("C_L", "lift coefficient, across the flight path"),
+    Term("C_D", "drag coefficient, along the flight path"),
+)
+"""Names in terms that are no channels."""
+
+TERMS = (
+    Term("declared", "The aircraft file as given."),
+    Term(
+        "re-estimated (before)",
+        "The declared structure with its derivatives estimated on the identification flights, by the same estimator "
+        "and weights as the completed model, so that retuning alone earns nothing.",
+    ),
+    Term("completed (after)", "The declared structure with the effects that were found, all estimated together."),
+    Term(
+        "trimmed",
+        "The completed model with the constants of the force and moment coefficients re-estimated on that flight.",
+    ),
+    Term("identification, validation", "Flights used for the estimate; flights that are only predicted."),
+    Term(
+        "open loop",
+        "Simulated from an initial state estimated on the flight, driven by measured inputs alone, no measurement "
+        "fed back.",
+    ),
+    Term("error", "Root-mean-square of measured minus simulated, open loop."),
+    Term("noise", "Standard deviation of a channel's white measurement noise, estimated from the recording."),
+    Term("standard error", "Standard deviation of an estimate, corrected for coloured residuals."),
+    Term(
+        "log-likelihood difference 2Δln L",
+        "Twice the difference of the log-likelihoods of two models on the same flights; large: the data speak for "
+        "the first.",
+    ),
+    Term(
+        "p-value", "Probability of so large an estimate if the effect were absent, counted over all hypotheses tried."
+    ),
+    Term("model error d(t)", "Coefficient history that the equations of motion lack (Parameswaran and Raol 1994)."),
+    Term("correlation", "Of d(t) with a candidate term, both through the same estimator; of two estimates in a table."),
+    Term("variance inflation", "Factor by which not knowing the other estimates widens the variance of one."),
+    Term("recursive least squares", "Estimate of the paper's chain from d(t), before the maximum-likelihood estimate."),
+    Term("not shown", "A derivative on which the flights hold too little information; its value is not measured."),
+    Term(
+        "turbulence sigma_w, L_w",
+        "Vertical wind of standard deviation sigma_w, exponentially correlated over the scale length L_w.",
+    ),
+    Term("R²", "Share of the variance of the measurement that the simulation explains."),
+    Term("Theil's U", "Inequality coefficient: 0 for a perfect simulation, 1 for the worst."),
+)
+"""Terms of the report in the order in which a reader meets them."""
+
+
+def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
+    """The channels of the logs, the variables of the model's terms, the report's terms, and the sketch of signs."""
+    logs = (*result.identification, *result.validation)
+    held = dict.fromkeys(name for log in logs for name in log.channels if name in CHANNELS)
+    in_terms = {v for entry in result.completed_aircraft.derivatives for v in entry.term.variables}
+    in_terms |= {row.coefficient for row in result.derivatives}
+    label = (
+        "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose above "
+        "the flight path; positive pitch angle: the nose above the horizon; positive pitch rate and moment: nose up; "
+        "positive elevator: trailing edge down."
+    )
+    return {
+        "sketch": figures.add(
+            sign_sketch(), "Positive senses of axes, angles, the pitch rate and the elevator.", label
+        ),
+        "channels": [CHANNELS[name] for name in held],
+        "variables": [variable for variable in VARIABLES if variable.name in in_terms],
+        "terms": TERMS,
+    }

@@ -1,0 +1,124 @@
+"""Title block of the report: run, files with checksums, flight condition, references, sign convention."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.provenance import Provenance, all_settings
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import USUAL
+from aerosid.notation import listed, plain
+from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, flight_condition
+
+REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
+SIGN_CONVENTION = (
+    "body axes x forward, y right, z down; pitch rate and C_m nose up; elevator positive trailing edge down "
+    "(C_m_delta_e negative); accelerations as specific force, a_z = −9.81 m/s² in level flight"
+)
+
+
+@dataclass(frozen=True)
+class UsedFile:
+    """A file that the report depends on: what for, which span of it, and the SHA-256 of its bytes."""
+
+    path: str
+    role: str
+    span: str
+    sha256: str
+
+
+def title_block(result: ClosedLoop) -> dict[str, Any]:
+    """What fills the title block's template: texts only.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        What one run of the loop found; what its provenance does not say is left out.
+    """
+    roles = [("identification", log) for log in result.identification]
+    roles += [("validation", log) for log in result.validation]
+    return {
+        "run": _run(result),
+        "files": _files(result, roles),
+        "conditions": _rows([flight_condition(log, role, result.aircraft) for role, log in roles]),
+        "logs": [(log.name, role) for role, log in roles],
+        "references": _references(result),
+    }
+
+
+def _run(result: ClosedLoop) -> list[tuple[str, str]]:
+    made = result.provenance
+    given = [("Date", made.date), ("Analyst", made.analyst)]
+    rows = [(name, text) for name, text in given if text]
+    rows.append(("Made with", f"aerosid {result.version}, seed {result.seed}"))
+    if made.command:
+        rows.append(("Command", made.command))
+    if made.date or made.settings:
+        rows.append(("Changed settings", "; ".join(_changed(made)) or "none, all at their defaults"))
+    if made.remarks:
+        rows.append(("Remarks", made.remarks))
+    return rows
+
+
+def _changed(made: Provenance) -> Iterator[str]:
+    """A text for each setting that differs from its default, with both: `priors: yes (default no)`."""
+    usual = all_settings(USUAL)
+    for name, value in made.settings.items():
+        words = name.replace(".", ", ").replace("_", " ")
+        yield f"{words}: {_said(value)} (default {_said(usual.get(name))})"
+
+
+def _said(value: Any) -> str:
+    """A setting's value for a person."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return plain(value)
+    if isinstance(value, list):
+        return ", ".join(map(_said, value)) or "none"
+    return "none" if value is None else str(value)
+
+
+def _files(result: ClosedLoop, roles: list[tuple[str, FlightLog]]) -> list[UsedFile]:
+    logs = [
+        UsedFile(log.path or log.name, role, f"{plain(log.time[0])} to {plain(log.time[-1])}", log.sha256)
+        for role, log in roles
+    ]
+    read_with = dict.fromkeys((log.channel_map, log.channel_map_sha256) for _, log in roles if log.channel_map)
+    maps = [UsedFile(path, "channel map", "", digest) for path, digest in read_with]
+    aircraft = UsedFile(result.aircraft.path, "aircraft file", "", result.aircraft.sha256)
+    return [*logs, *maps, aircraft]
+
+
+def _rows(conditions: list[FlightCondition]) -> list[tuple[str, list[str]]]:
+    """One row a quantity, one text a log; a quantity that no log says is told once at the end."""
+    rows = [(name, [condition.entries[name] for condition in conditions]) for name in conditions[0].entries]
+    silent = [name for name, texts in rows if set(texts) == {NOT_RECORDED}]
+    said = [row for row in rows if row[0] not in silent]
+    return [*said, (listed(silent), [NOT_RECORDED] * len(conditions))] if silent else said
+
+
+def _references(result: ClosedLoop) -> list[tuple[str, str]]:
+    aircraft = result.aircraft
+    speed = aircraft.airspeed
+    first = result.identification[0]
+    if speed is not None:
+        reference_speed = f"{plain(speed, 5)} m/s"
+    elif "V" in first and np.isfinite(first["V"]).any():
+        reference_speed = f"{plain(float(np.nanmean(first['V'])), 5)} m/s, mean of {first.name}"
+    else:
+        reference_speed = "not given"
+    sizes = (
+        f"wing area S {plain(aircraft.wing_area)} m², mean chord c {plain(aircraft.mean_chord)} m, "
+        f"airspeed U0 {reference_speed}, moment of inertia I_yy {plain(aircraft.I_yy)} kg m²"
+    )
+    return [
+        ("References", sizes),
+        ("Reference point", REFERENCE_POINT),
+        ("Signs", SIGN_CONVENTION),
+    ]

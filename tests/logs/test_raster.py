@@ -1,0 +1,176 @@
+"""Streams of unlike rates on one raster: which leads, what is low-passed, held, marked, refused, aligned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import recorder_files as files
+from numpy.testing import assert_allclose, assert_array_equal
+
+from aerosid.errors import ChannelMapError, LogError
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.logs.raster import Track, onto_one_raster
+
+FIELDS = "uint64_t timestamp;float x;"
+
+
+def stream(name: str, time: np.ndarray, values: np.ndarray) -> tuple[str, int, str, list[tuple[int, float]]]:
+    return name, 0, FIELDS, [(round(1e6 * t), float(v)) for t, v in zip(time, values, strict=True)]
+
+
+def write(folder: Path, *streams: tuple[str, int, str, list[tuple[int, float]]]) -> Path:
+    path = folder / "log.ulg"
+    path.write_bytes(files.ulog(streams))
+    return path
+
+
+def said(log: FlightLog, *words: str) -> bool:
+    return any(all(word in note for word in words) for note in log.notes)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(5)
+
+
+def test_the_slowest_motion_channel_sets_the_raster_and_keeps_its_samples(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Jittered 250 Hz onto the jittered stamps of 50 Hz: the 3 Hz sine within .5 %, the 40 Hz one gone."""
+    fast = 1.0 + np.arange(0.0, 20.0, 0.004) + rng.uniform(-8e-4, 8e-4, 5000)
+    slow = 1.0 + np.arange(0.0, 20.0, 0.02) + rng.uniform(-2e-3, 2e-3, 1000)
+    q = np.sin(2 * np.pi * 3.0 * fast) + np.sin(2 * np.pi * 40.0 * fast)
+    theta = np.cos(slow)
+    channels = {"q": {"column": "gyro.x", "unit": "rad/s"}, "theta": {"column": "att.x", "unit": "rad"}}
+    log = read_log(write(tmp_path, stream("gyro", fast, q), stream("att", slow, theta)), channels)
+    inside = (log.time > 2.0) & (log.time < 20.0)
+    assert_allclose(log["q"][inside], np.sin(2 * np.pi * 3.0 * log.time[inside]), atol=0.015)
+    assert_allclose(log["theta"], np.cos(log.time), atol=1e-6)
+    assert said(log, "raster: 50", "the stamps of theta")
+    assert said(log, "q: low-passed above 15 Hz and brought from 2", "delay of 0.18 s is taken out")
+
+
+def test_a_raster_told_by_rate(tmp_path: Path) -> None:
+    time = np.arange(0.0, 20.0, 0.05)
+    path = write(tmp_path, stream("gyro", time, np.sin(time)), stream("att", time + 0.02, np.cos(time + 0.02)))
+    mapped = {"q": {"column": "gyro.x", "unit": "rad/s"}, "theta": {"column": "att.x", "unit": "rad"}}
+    log = read_log(path, {"schema": 1, "raster": 25, "channels": mapped})
+    assert_allclose(np.diff(log.time), 0.04, rtol=1e-9)
+    assert_allclose(log["q"], np.sin(log.time), atol=4e-4)
+    assert said(log, "raster: 25 Hz, as the map says")
+    assert said(log, "q, theta: interpolated from 20 to 25 Hz")
+
+
+def test_a_slow_output_keeps_only_its_own_samples_and_a_slow_condition_is_interpolated(tmp_path: Path) -> None:
+    fast, slow = np.arange(0.0, 20.0, 0.02), np.arange(0.01, 20.0, 1.0)
+    path = write(
+        tmp_path,
+        stream("gyro", fast, np.sin(fast)),
+        stream("baro", slow, 100 + 3 * slow),
+        stream("fuel", slow, 900 - slow),
+    )
+    log = read_log(path, {
+        "q": {"column": "gyro.x", "unit": "rad/s"}, "h": {"column": "baro.x", "unit": "m"},
+        "mass": {"column": "fuel.x", "unit": "kg"},
+    })  # fmt: skip
+    there = np.isfinite(log["h"])
+    assert 18 <= np.count_nonzero(there) <= 20
+    assert_allclose(log["h"][there], 100 + 3 * log.time[there], rtol=1e-6)
+    assert np.count_nonzero(np.isfinite(log["mass"])) > 900
+    assert_allclose(log["mass"][100:900], 900 - log.time[100:900], rtol=1e-6)
+    assert said(log, "h: 1 Hz: kept at the instants nearest its own samples")
+    assert said(log, "mass: interpolated from 1 to 50 Hz as a slow quantity")
+
+
+def test_switches_are_held(tmp_path: Path) -> None:
+    fast, slow = np.arange(0.0, 20.0, 0.02), np.arange(0.0, 20.0, 2.5)
+    path = write(tmp_path, stream("gyro", fast, np.sin(fast)), stream("gear", slow, np.arange(8) % 2))
+    log = read_log(path, {
+        "q": {"column": "gyro.x", "unit": "rad/s"}, "gear": {"column": "gear.x", "unit": "1", "held": True},
+    })  # fmt: skip
+    assert_array_equal(log["gear"], np.floor(log.time / 2.5 + 1e-9) % 2)
+    assert said(log, "gear: held from each sample to the next")
+
+
+@pytest.mark.parametrize(("rate", "fits"), [(24.0, False), (26.0, True)])
+def test_a_control_slower_than_half_the_motion_is_refused(tmp_path: Path, rate: float, fits: bool) -> None:
+    fast, slow = np.arange(0.0, 20.0, 0.02), np.arange(0.0, 20.0, 1.0 / rate)
+    path = write(tmp_path, stream("gyro", fast, np.sin(fast)), stream("servo", slow, np.sin(slow)))
+    channels = {"q": {"column": "gyro.x", "unit": "rad/s"}, "delta_e": {"column": "servo.x", "unit": "rad"}}
+    if fits:
+        assert read_log(path, channels).samples > 900
+        return
+    with pytest.raises(LogError, match=r"control delta_e is sampled at 24 Hz and the motion at 50 Hz.*`raster = 24`"):
+        read_log(path, channels)
+    assert read_log(path, {"schema": 1, "raster": 24, "channels": channels}).samples > 400
+
+
+def test_channels_of_one_stream_are_not_touched(tmp_path: Path, rng: np.random.Generator) -> None:
+    time = np.cumsum(rng.uniform(0.01, 0.03, 400))
+    values = rng.normal(size=400).astype(np.float32)
+    rows = [(round(1e6 * t), float(v), float(2 * v)) for t, v in zip(time, values, strict=True)]
+    path = tmp_path / "log.ulg"
+    path.write_bytes(files.ulog([("imu", 0, "uint64_t timestamp;float a;float b;", rows)]))
+    log = read_log(path, {"q": {"column": "imu.a", "unit": "rad/s"}, "r": {"column": "imu.b", "unit": "rad/s"}})
+    assert_array_equal(log["q"], values.astype(float))
+    assert_array_equal(log["r"], 2.0 * values.astype(float))
+    assert not said(log, "raster")
+
+
+def test_a_heading_that_passes_north_is_not_interpolated_through_south() -> None:
+    slow, fast = np.arange(0.0, 20.0, 0.1), np.arange(0.05, 19.0, 0.1)
+    heading = np.radians((350.0 + 4.0 * slow) % 360.0)
+    segments, _ = onto_one_raster(
+        [Track("q", fast, np.sin(fast)), Track("psi", slow, heading)], (), None, "log"
+    )  # fmt: skip
+    expected = np.radians((350.0 + 4.0 * segments[0].time) % 360.0)
+    assert_allclose(segments[0].channels["psi"], expected, atol=1e-9)
+
+
+def test_channels_without_a_common_stretch_are_refused() -> None:
+    early, late = np.arange(0.0, 5.0, 0.1), np.arange(10.0, 15.0, 0.1)
+    with pytest.raises(LogError, match=r"channel theta begins at 10 s, after q ends at 4\.9 s"):
+        onto_one_raster([Track("q", early, early), Track("theta", late, late)], (), None, "log")
+
+
+def aligned(folder: Path, rng: np.random.Generator, align: bool) -> FlightLog:
+    """Two recorders of one pitch rate; the second's clock shows 0.137 s more and gains 40 ppm."""
+    true = np.arange(5.0, 295.0, 0.02)
+    motion = np.sin(2 * np.pi * 0.31 * true) * np.exp(-(((true % 60) - 30) ** 2) / 200) + 0.3 * np.sin(0.7 * true)
+    other = true + 0.137 + 40e-6 * (true - 150.0)
+    path = write(
+        folder,
+        stream("ahrs", true, motion + rng.normal(0, 0.01, true.size)),
+        stream("logger", other, motion + rng.normal(0, 0.01, true.size)),
+    )
+    channels = {"q": {"column": "ahrs.x", "unit": "rad/s"}, "q_logger": {"column": "logger.x", "unit": "rad/s"}}
+    return read_log(path, {"schema": 1, "channels": channels} | ({"align": {"q_logger": "q"}} if align else {}))
+
+
+def test_clocks_are_laid_over_each_other_if_asked(tmp_path: Path, rng: np.random.Generator) -> None:
+    apart, together = aligned(tmp_path, rng, False), aligned(tmp_path, rng, True)
+    note = next(note for note in together.notes if "is ahead of that of q by" in note)
+    words = note.replace("(", " ").split()
+    offset, deviation = float(words[words.index("by") + 1]), float(words[words.index("+-") + 1])
+    drift, drift_deviation = float(words[words.index("gains") + 1]), float(words[words.index("gains") + 3])
+    assert abs(offset - 0.137) < 3.0 * deviation
+    assert abs(drift - 40.0) < 3.0 * drift_deviation
+
+    def difference(log: FlightLog) -> float:
+        both = log["q"] - log["q_logger"]
+        return float(np.nanstd(both))
+
+    assert difference(together) < 0.02 < 0.05 < difference(apart)
+
+
+def test_an_alignment_of_unlike_signals_is_refused(tmp_path: Path, rng: np.random.Generator) -> None:
+    time = np.arange(0.0, 60.0, 0.05)
+    path = write(tmp_path, stream("a", time, rng.normal(size=1200)), stream("b", time, rng.normal(size=1200)))
+    channels = {"q": {"column": "a.x", "unit": "rad/s"}, "r": {"column": "b.x", "unit": "rad/s"}}
+    with pytest.raises(LogError, match="r and q do not show the same signal"):
+        read_log(path, {"schema": 1, "channels": channels, "align": {"r": "q"}})
+    with pytest.raises(ChannelMapError, match="names w, which is no channel of the map"):
+        read_log(path, {"schema": 1, "channels": channels, "align": {"w": "q"}})

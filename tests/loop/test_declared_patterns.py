@@ -1,0 +1,80 @@
+"""Patterns between declared and estimated derivatives, each planted, and none in what is right."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from aerosid.loop.declared_patterns import told_of_patterns
+from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.open_loop_errors import ErrorRow
+
+DECLARED = {
+    ("C_X", "alpha"): 0.3,
+    ("C_Z", "1"): -0.2,
+    ("C_Z", "alpha"): -5.0,
+    ("C_Z", "q_hat"): -9.0,
+    ("C_Z", "delta_e"): -0.5,
+    ("C_m", "alpha"): -0.7,
+    ("C_m", "q_hat"): -16.0,
+    ("C_m", "delta_e"): -1.5,
+}
+
+
+def rows(**factors: float) -> list[DerivativeRow]:
+    """The derivatives with some off by a factor, known to 2 %: `C_m_alpha = 57.3`, or all of one as `C_m = 1.4`."""
+    found = []
+    for (coefficient, term), declared in DECLARED.items():
+        factor = factors.get(f"{coefficient}_{term}", factors.get(coefficient, 1.0) if term != "1" else 1.0)
+        value = factor * declared
+        error = 0.02 * abs(value)
+        found.append(
+            DerivativeRow(coefficient, term, declared, value, value, error, error, None, None, None, shown=True)
+        )
+    return found
+
+
+def test_what_is_as_declared_says_nothing() -> None:
+    assert told_of_patterns(rows(), []) == ()
+
+
+def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
+    said = told_of_patterns(rows(C_Z=1.25, C_m=1.6), [])
+    assert len(said) == 2
+    assert said[0].startswith("All of C_Z is 1.25 times")
+    assert "mass, wing area or air density" in said[0]
+    assert said[1].startswith("All of C_m is 1.6 times")
+    assert "moment of inertia, mean chord" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "words"),
+    [
+        ("C_m_alpha", math.degrees(1.0), "C_m alpha is 57.3 times as declared: is it declared per degree?"),
+        ("C_m_alpha", 56.0, "per degree"),
+        ("C_m_q_hat", 2.0, "per q c/V"),
+        ("C_Z_alpha", 10.0, "unit and decimal point"),
+        ("C_Z_delta_e", -1.0, "C_Z delta_e has the other sign than declared"),
+    ],
+)
+def test_a_single_derivative_is_told_with_its_factor(name: str, factor: float, words: str) -> None:
+    (said,) = told_of_patterns(rows(**{name: factor}), [])
+    assert words in said
+
+
+def test_what_the_record_does_not_show_is_not_asked() -> None:
+    hidden = [replace(row, shown=False) for row in rows(C_m_alpha=57.3, C_Z=1.3)]
+    assert told_of_patterns(hidden, []) == ()
+
+
+def test_worse_on_its_own_data_is_said() -> None:
+    def row(channel: str, before: float, after: float, role: str = "identification") -> ErrorRow:
+        return ErrorRow("flight", role, channel, "rad", 1.0, before, after, after, 0.001)
+
+    (said,) = told_of_patterns([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
+    assert "worse than the declared structure" in said
+    assert "1.5 times in alpha" in said
+    assert told_of_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
+    assert told_of_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()

@@ -1,0 +1,140 @@
+"""Sheets of the report: no word or number broken in a table, no sheet half empty, every strip with scale and unit."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from problems_report import closed_loop
+from pypdf import PageObject, PdfReader
+
+from aerosid.loop.result import ClosedLoop
+from aerosid.reporting.figures.chart import Chart, Line
+from aerosid.reporting.figures.layout import Row, parted, scale, stacked
+from aerosid.reporting.page import compose
+from aerosid.reporting.paper import report_pdf
+from aerosid.reporting.paper.elements import parsed
+
+MOST_SHEETS = 9
+FOOT = 70.0
+"""pt, above the line with the number of the sheet."""
+
+
+def paper(result: ClosedLoop) -> PdfReader:
+    return PdfReader(io.BytesIO(report_pdf(result, compose(result))))
+
+
+@pytest.fixture(scope="module")
+def eight_seconds() -> ClosedLoop:
+    """One flight of 8 s, every 0.03 s."""
+    return closed_loop(samples=267, validated=False)
+
+
+def lowest_text(page: PageObject) -> float:
+    """Height, pt above the sheet's edge, of the lowest text over its foot."""
+    heights = [842.0]
+
+    def visit(text: str, _matrix: list[float], place: list[float], _font: object, _size: float) -> None:
+        if text.strip() and place[5] > FOOT:
+            heights.append(place[5])
+
+    page.extract_text(visitor_text=lambda t, cm, tm, f, s: visit(t, cm, [*tm[:4], tm[4] + cm[4], tm[5] + cm[5]], f, s))
+    return min(heights)
+
+
+def test_eight_seconds_of_flight_take_nine_sheets(eight_seconds: ClosedLoop) -> None:
+    assert len(paper(eight_seconds).pages) <= MOST_SHEETS
+
+
+@pytest.mark.parametrize("validated", [False, True])
+def test_no_sheet_but_the_last_is_half_empty(validated: bool) -> None:
+    pages = paper(closed_loop(validated=validated)).pages
+    for number, page in enumerate(pages[:-1], start=1):
+        assert lowest_text(page) < 0.5 * 842.0, number
+
+
+def wide(result: ClosedLoop) -> ClosedLoop:
+    """Names and numbers as long as they come, in every column of the derivative table."""
+    rows = tuple(
+        dataclasses.replace(
+            row, value=-12345.678, std_error=0.01234, filter_error=-12345.678, filter_error_std_error=0.1
+        )
+        for row in result.derivatives
+    )
+    return dataclasses.replace(result, derivatives=rows)
+
+
+@pytest.mark.parametrize("change", [lambda result: result, wide])
+def test_no_word_and_no_number_of_a_table_is_broken(eight_seconds: ClosedLoop, change) -> None:
+    made = change(eight_seconds)
+    reader = paper(made)
+    printed = set(" ".join(page.extract_text() for page in reader.pages).split())
+    report = compose(made)
+    for body in (report.title, *(body for _, body in report.parts)):
+        tree = parsed(re.sub(r"<svg .*?</svg>", "", str(body), flags=re.DOTALL))
+        for tag in ("td", "th"):
+            for cell in tree.all(tag):
+                plain = all(isinstance(child, str) for child in cell.children)
+                for word in cell.text().split() if plain and "track" not in cell.classes else ():
+                    if len(word) < 25:
+                        assert word in printed, (word, cell.text())
+
+
+def test_every_strip_has_a_scale_and_a_unit(eight_seconds: ClosedLoop) -> None:
+    strips = [
+        panel for figure in compose(eight_seconds).figures if figure.chart.timeline for panel in figure.chart.panels
+    ]
+    assert len(strips) > 12
+    for panel in strips:
+        assert len(panel.y.ticks) >= 2, panel.y.label
+        assert re.search(r"\[.+\]$", panel.y.label), panel.y.label
+        assert panel.marks
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(2, 6))
+def test_a_scale_has_two_numbers_within_its_limits(low: float, span: float, most: int) -> None:
+    high = low + span
+    if high - low < 1e-9 * max(abs(low), 1.0):
+        return
+    found = scale((low, high), most)
+    assert len(found) >= 2
+    assert all(low - 1e-6 * span <= tick <= high + 1e-6 * span for tick in found)
+
+
+def strips(groups: int) -> Chart:
+    time = np.linspace(0.0, 8.0, 50)
+    rows = []
+    for n in range(groups):
+        rows.append(Row(60.0, 12.0, f"x{n} [m]", (-1.0, 1.0), (Line(time, np.sin(n + time), "after"),)))
+        rows.append(Row(30.0, 4.0, f"Δx{n} [m]", (-1.0, 1.0), (Line(time, np.cos(n + time), "after"),), quiet=True))
+    return stacked(rows, (0.0, 8.0), "flight")
+
+
+@given(st.integers(1, 9), st.floats(0.0, 1200.0))
+def test_a_parted_chart_loses_nothing(groups: int, room: float) -> None:
+    whole = strips(groups)
+    parts = parted(whole, room)
+    if parts is None:
+        return
+    first, second = parts
+    assert first.height <= room
+    labels = [panel.y.label for panel in (*first.panels, *second.panels)]
+    assert labels == [panel.y.label for panel in whole.panels]
+    for part in parts:
+        assert not part.panels[0].quiet
+        assert [panel.x.bare for panel in part.panels] == [True] * (len(part.panels) - 1) + [False]
+        bottoms = np.array([panel.bottom for panel in part.panels])
+        assert np.all(np.diff(bottoms) < 0.0)
+        assert bottoms[-1] > 0.0
+        assert part.panels[0].bottom + part.panels[0].height < part.height
+
+
+def test_a_chart_is_parted_where_enough_fits() -> None:
+    assert parted(strips(7), 10_000.0) is not None
+    assert parted(strips(7), 400.0) is not None
+    assert parted(strips(7), 120.0) is None
