@@ -19,12 +19,13 @@ if TYPE_CHECKING:
     from aerosid.logs.flight_log import FlightLog
     from aerosid.logs.formats import read_log, read_recording, read_segments
     from aerosid.logs.recording import Recording
-    from aerosid.loop.closed_loop import close_loop
+    from aerosid.loop.provenance import Provenance
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings
     from aerosid.loop.verdict import Verdict
     from aerosid.manoeuvres import FlightSegmentation, find_manoeuvres
     from aerosid.reporting import write_report
+    from aerosid.reporting.notebook import Result, close_loop
 
 __version__ = "0.1.0"
 
@@ -35,9 +36,11 @@ _HOMES = {
     "FlightSegmentation": "aerosid.manoeuvres",
     "LoopSettings": "aerosid.loop.settings",
     "Recording": "aerosid.logs.recording",
+    "Provenance": "aerosid.loop.provenance",
+    "Result": "aerosid.reporting.notebook",
     "Verdict": "aerosid.loop.verdict",
     "bundled_folder": "aerosid.aircraft.bundled",
-    "close_loop": "aerosid.loop.closed_loop",
+    "close_loop": "aerosid.reporting.notebook",
     "find_manoeuvres": "aerosid.manoeuvres",
     "load_aircraft": "aerosid.aircraft",
     "read_log": "aerosid.logs.formats",
@@ -54,7 +57,9 @@ __all__ = [
     "FlightLog",
     "FlightSegmentation",
     "LoopSettings",
+    "Provenance",
     "Recording",
+    "Result",
     "Verdict",
     "bundled_folder",
     "close_loop",

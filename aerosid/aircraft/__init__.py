@@ -2,14 +2,14 @@
 
 `model` holds what an aircraft is, `schema` which tables and keys a file may hold, `reading` turns a file into an
 aircraft or into one sentence on what is wrong, `completion` writes what was found back into the text of the file,
-`plausibility` warns of unusual numbers.
+`completion_record` what made it, `plausibility` warns of unusual numbers.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative
+from aerosid.aircraft.model import Aircraft, CompletionRecord, DeclaredEffect, Derivative, LogOfCompletion
 from aerosid.aircraft.plausibility import warnings_about
 from aerosid.aircraft.reading import bundled_aircraft, load_aircraft
 
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Aircraft",
+    "CompletionRecord",
     "DeclaredEffect",
     "Derivative",
+    "LogOfCompletion",
     "bundled_aircraft",
     "load_aircraft",
     "save_aircraft",

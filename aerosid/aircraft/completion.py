@@ -7,7 +7,7 @@ import hashlib
 import math
 import os
 import tempfile
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +15,23 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AoT, InlineTable, KeyType, SingleKey
 
-from aerosid.aircraft.model import Aircraft, DeclaredEffect
+from aerosid.aircraft.completion_record import without_comments_above, write_record
+from aerosid.aircraft.model import Aircraft, CompletionRecord, DeclaredEffect
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Term, parse_term
 
 _SMALLEST_SIGMA = 1e-12
 _FOUND = "found by aerosid, not in the declared model"
+_NOT_SHOWN = "as declared: the flights do not show it"
 
 
 def complete(
     aircraft: Aircraft,
     values: Mapping[tuple[str, str], tuple[float, float | None]],
     effects: Sequence[DeclaredEffect],
+    not_shown: Sequence[tuple[str, str]] = (),
+    record: CompletionRecord | None = None,
 ) -> Aircraft:
     """The aircraft with values and effects taken over; see `Aircraft.completed`.
 
@@ -42,7 +46,8 @@ def complete(
     for (coefficient, text), (value, std_error) in values.items():
         _check(aircraft, coefficient, text, value)
         wanted[coefficient, parse_term(text)] = (value, std_error)
-    text = _with_comments(aircraft, wanted, effects)
+    kept = [(coefficient, parse_term(text)) for coefficient, text in not_shown]
+    text = _edited(aircraft, wanted, effects, kept, record)
     completed = aircraft_from_text(text, aircraft.path, hashlib.sha256(text.encode()).hexdigest())
     missed = wanted.keys() - {(entry.coefficient, entry.term) for entry in completed.derivatives}
     if missed or len(completed.effects) < len(aircraft.effects):
@@ -88,12 +93,14 @@ def _check(aircraft: Aircraft, coefficient: str, text: str, value: float) -> Non
         raise AircraftError(f"{aircraft.path}: the value of {coefficient} {text} is {value}, expected a finite number")
 
 
-def _with_comments(
+def _edited(
     aircraft: Aircraft,
     wanted: Mapping[tuple[str, Term], tuple[float, float | None]],
     effects: Sequence[DeclaredEffect],
+    kept: Sequence[tuple[str, Term]],
+    record: CompletionRecord | None,
 ) -> str:
-    """The text of the file with the values replaced in place."""
+    """The text of the file with the values replaced in place, and the comments that no longer hold beside them."""
     try:
         document = tomlkit.parse(aircraft.text)
     except TOMLKitError as error:  # tomllib has read it, so the two libraries disagree about an odd layout
@@ -110,9 +117,15 @@ def _with_comments(
         if entry is None:
             _add_entry(derivatives[coefficient], str(term), _numbers(value, std_error))
         elif not entry.fixed:
-            _update(derivatives[coefficient][spelling[coefficient, term]], _numbers(value, std_error))
+            table = derivatives[coefficient]
+            without_comments_above(table, spelling[coefficient, term])
+            _update(table, spelling[coefficient, term], _numbers(value, std_error), f"declared {entry.value:.6g}")
+    for coefficient, term in kept:
+        _mark_not_shown(derivatives[coefficient], spelling[coefficient, term])
     if effects:
         _write_effects(document, aircraft, effects)
+    if record is not None:
+        write_record(document, record)
     return tomlkit.dumps(document)
 
 
@@ -130,12 +143,31 @@ def _numbers(value: float, std_error: float | None) -> dict[str, float]:
     return numbers
 
 
-def _update(entry: MutableMapping[str, Any], numbers: Mapping[str, float]) -> None:
-    """Replace value and sigma; a sigma that is no longer known would be a false statement and goes."""
+def _update(table: Any, name: str, numbers: Mapping[str, float], remark: str) -> None:
+    """Replace value and sigma; a sigma, a mark or a comment that is of the old number would be false and goes."""
+    entry: Any = table[name]
     for key, number in numbers.items():
-        entry[key] = number
-    if "sigma" not in numbers and "sigma" in entry:
-        del entry["sigma"]
+        item = tomlkit.item(number)
+        if not isinstance(entry, InlineTable):
+            item.comment(remark)
+        entry[key] = item
+    for key in ("sigma", "shown"):
+        if key not in numbers and key in entry:
+            del entry[key]
+    _remark(table, entry, remark)
+
+
+def _mark_not_shown(table: Any, name: str) -> None:
+    """Mark an entry whose declared value stays because the flights do not show it."""
+    entry: Any = table[name]
+    entry["shown"] = False
+    _remark(table, entry, _NOT_SHOWN)
+
+
+def _remark(table: Any, entry: Any, remark: str) -> None:
+    """A comment beside an entry on a line of its own, in place of what stood there."""
+    if isinstance(entry, InlineTable) and not isinstance(table, InlineTable):
+        entry.comment(remark)
 
 
 def _add_entry(table: Any, name: str, numbers: Mapping[str, float]) -> None:

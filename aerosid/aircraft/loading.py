@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft.model import Aircraft, DeclaredEffect
 from aerosid.logs.flight_log import ChannelSource, FlightLog
+from aerosid.notation import plain
 
 __all__ = ["at_own_loading", "fuel_at", "with_mass"]
 
@@ -38,7 +39,10 @@ def with_mass(log: FlightLog, aircraft: Aircraft) -> FlightLog:
         channels={**log.channels, "mass": mass},
         units={**log.units, "mass": "kg"},
         sources={**log.sources, "mass": ChannelSource(("fuel_used",), "kg")},
-        notes=(*log.notes, f"mass: {mass[0]:.6g} to {mass[-1]:.6g} kg from fuel used and the aircraft file"),
+        notes=(
+            *log.notes,
+            f"mass: {plain(mass[0])} to {plain(mass[-1])} kg from fuel used and the aircraft file",
+        ),
     )
 
 
@@ -62,9 +66,9 @@ def at_own_loading(
     table = aircraft.fuel
     means = np.array([float(used.mean()) for used in known])
     inertia, ahead = table.inertia_at(means, aircraft.I_yy), table.centre_at(means)
-    note = f"I_yy {inertia.mean():.6g} kg m^2 and centre of gravity {ahead.mean():+.4g} m ahead, at the fuel used"
+    note = f"I_yy {plain(inertia.mean())} kg m^2 and centre of gravity {ahead.mean():+.4g} m ahead, at the fuel used"
     if float(np.ptp(inertia)) > _SPREAD_TOLD * float(inertia.mean()):
-        note += f"; one for all logs, whose own are {inertia.min():.6g} to {inertia.max():.6g} kg m^2"
+        note += f"; one for all logs, whose own are {plain(inertia.min())} to {plain(inertia.max())} kg m^2"
     if float(np.ptp(ahead)) > _SPREAD_TOLD * aircraft.mean_chord:
         note += f"; one centre for all logs, whose own are {ahead.min():+.4g} to {ahead.max():+.4g} m ahead"
     shift = float(ahead.mean())

@@ -29,6 +29,8 @@ class Derivative:
         A-priori standard deviation of the value, None where none is given.
     fixed
         Neither estimated nor named as an effect.
+    shown
+        False in a completed file: the flights hold too little information, and the value is as it was declared.
     """
 
     coefficient: str
@@ -36,6 +38,7 @@ class Derivative:
     value: float
     sigma: float | None = None
     fixed: bool = False
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,52 @@ class DeclaredEffect:
 
 
 @dataclass(frozen=True)
+class LogOfCompletion:
+    """A log that a completed model is from: `start` and `stop` are the span that was used, s of the log's own time."""
+
+    name: str
+    role: str
+    sha256: str
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class CompletionRecord:
+    """What made the numbers of a completed file, as its table `[completed]` holds it.
+
+    Attributes
+    ----------
+    program : str
+        Name and version.
+    date : str
+        As 2026-11-22, UTC.
+    verdict : str
+        Of the loop, as in result.json.
+    declared_file, declared_sha256, declared_source : str
+        The file that was completed (its name), the hash of its text, and what it said of its numbers.
+    logs : tuple of LogOfCompletion
+    settings : mapping of str to text
+        Those that differ from the usual ones, as they print.
+    not_shown : tuple of str
+        Coefficient and term of each derivative that keeps its declared value.
+    bounds : str
+        What `sigma` is.
+    """
+
+    program: str
+    date: str
+    verdict: str
+    declared_file: str = ""
+    declared_sha256: str = ""
+    declared_source: str = ""
+    logs: tuple[LogOfCompletion, ...] = ()
+    settings: Mapping[str, str] = field(default_factory=dict)
+    not_shown: tuple[str, ...] = ()
+    bounds: str = ""
+
+
+@dataclass(frozen=True)
 class FuelTable:
     """How mass, inertia and centre of gravity follow the fuel used, linear between the entries and level beyond.
 
@@ -106,7 +155,7 @@ class FuelTable:
         return np.interp(used, self.used, self.x_cg) if self.x_cg else np.zeros(used.shape)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Aircraft:
     """The aircraft file as read, SI and radians.
 
@@ -145,6 +194,8 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    configuration
+        Centre of gravity, flaps and gear as flown, in the words of the file; only what it gives.
     length
         From nose to tail, m, None where the file does not say: no sensor lies further from the centre of gravity.
     fuel
@@ -158,6 +209,8 @@ class Aircraft:
         kg m^2, I_xz the integral of x z dm; None where the file does not say.
     flight_phase, aircraft_class
         Category and class after MIL-F-8785C for the flying qualities, None where the file does not say.
+    completion
+        What made the numbers of a completed file; None of any other.
     """
 
     name: str
@@ -180,7 +233,9 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    configuration: Mapping[str, str] = field(default_factory=dict)
     length: float | None = None
+    completion: CompletionRecord | None = None
     fuel: FuelTable | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
@@ -189,6 +244,13 @@ class Aircraft:
     I_zz: float | None = None
     I_xz: float | None = None
     axes: Axes = LONGITUDINAL
+
+    def __repr__(self) -> str:
+        """One line: name, file and how many derivatives and effects it declares."""
+        return (
+            f"<Aircraft {self.name}: {len(self.derivatives)} derivatives in {', '.join(self.coefficients)}, "
+            f"{len(self.effects)} effects; {self.path}>"
+        )
 
     @property
     def coefficients(self) -> tuple[str, ...]:
@@ -220,6 +282,8 @@ class Aircraft:
         self,
         values: Mapping[tuple[str, str], tuple[float, float | None]],
         effects: Sequence[DeclaredEffect] = (),
+        not_shown: Sequence[tuple[str, str]] = (),
+        record: CompletionRecord | None = None,
     ) -> Aircraft:
         """The aircraft with what was found, its text being the given file's with its comments and layout kept.
 
@@ -230,6 +294,10 @@ class Aircraft:
             value, and the standard error as its sigma; any other becomes a new derivative. Fixed derivatives stay.
         effects
             Added to the declared ones; one of the same kind, place, term and time replaces the declared one.
+        not_shown
+            (coefficient, term) of the declared derivatives that keep their value and are marked with `shown = false`.
+        record
+            What made the numbers: it becomes the table `[completed]`, and the source says so.
 
         Raises
         ------
@@ -238,4 +306,4 @@ class Aircraft:
         """
         from aerosid.aircraft.completion import complete  # which reads its own text back into an Aircraft
 
-        return complete(self, values, effects)
+        return complete(self, values, effects, not_shown, record)

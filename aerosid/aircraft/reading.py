@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aerosid.aircraft.bundled import bundled_folder
-from aerosid.aircraft.model import Aircraft, DeclaredEffect, Derivative, FuelTable
+from aerosid.aircraft.model import (
+    Aircraft,
+    CompletionRecord,
+    DeclaredEffect,
+    Derivative,
+    FuelTable,
+    LogOfCompletion,
+)
 from aerosid.effects import KINDS
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
@@ -23,6 +30,7 @@ if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
     from aerosid.aircraft.schema import (
         AircraftFile,
         CandidatesTable,
+        CompletedTable,
         DerivativesTable,
         EffectTable,
         FuelUsedTable,
@@ -84,9 +92,10 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         raise AircraftError(f"{path} is no valid TOML: {str(error)[:200]!r}; correct the file there") from None
     except RecursionError:
         raise AircraftError(f"{path} nests brackets too deeply for an aircraft file; remove them") from None
+    from aerosid.aircraft.quantities import with_si_numbers
     from aerosid.aircraft.schema import read_tables
 
-    tables = read_tables(document, path)
+    tables = read_tables(with_si_numbers(document, path), path)
     derivatives = _read_derivatives(path, tables.derivatives)
     coefficients = [name for name in COEFFICIENTS if getattr(tables.derivatives, name) is not None]
     axes = _axes(coefficients)
@@ -116,6 +125,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         aircraft_class=tables.flying_qualities.aircraft_class,
         limits=_read_limits(path, tables.limits),
         fuel=_read_fuel(path, tables.fuel),
+        configuration={name: text for name, text in tables.configuration.model_dump().items() if text},
         noise=dict(tables.noise),
         resolution=dict(tables.resolution),
         span=tables.reference.span,
@@ -123,6 +133,23 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         I_zz=tables.mass.I_zz,
         I_xz=tables.mass.I_xz,
         axes=axes,
+        completion=None if tables.completed is None else _read_record(tables.completed),
+    )
+
+
+def _read_record(table: CompletedTable) -> CompletionRecord:
+    """What made a completed file's numbers."""
+    return CompletionRecord(
+        program=table.by,
+        date=table.date,
+        verdict=table.verdict,
+        declared_file=table.declared.file,
+        declared_sha256=table.declared.sha256,
+        declared_source=table.declared.source,
+        logs=tuple(LogOfCompletion(log.name, log.role, log.sha256, log.start, log.stop) for log in table.logs),
+        settings=dict(table.settings),
+        not_shown=tuple(table.not_shown),
+        bounds=table.bounds,
     )
 
 
@@ -239,7 +266,9 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
         entries = given[coefficient]
         texts = _distinct_terms(path, f"derivatives.{coefficient}", list(entries))
         derivatives += [
-            Derivative(coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed)
+            Derivative(
+                coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed, entries[text].shown
+            )
             for text, term in texts.items()
         ]
     return tuple(derivatives)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from aerosid.errors import AircraftError
 
-_UNITS = {
+UNITS = {
     "reference.wing_area": "m^2",
     "reference.mean_chord": "m",
     "reference.span": "m",
@@ -35,6 +35,7 @@ _UNITS = {
     "limits.delta_e": "rad",
     "limits.delta_e_rate": "rad/s",
 }
+"""SI unit of each key that has one."""
 
 # Far outside of anything that flies, near enough to keep every product of two of them finite.
 _Positive = Annotated[float, Field(ge=1e-6, le=1e12)]
@@ -101,6 +102,14 @@ class LimitsTable(_Table):
     delta_e_rate: _Positive | None = None
 
 
+class ConfigurationTable(_Table):
+    """[configuration]: what the report's title block says of the aircraft as flown; nothing is computed from it."""
+
+    centre_of_gravity: Annotated[str, Field(max_length=200)] = ""
+    flaps: Annotated[str, Field(max_length=200)] = ""
+    gear: Annotated[str, Field(max_length=200)] = ""
+
+
 class FuelUsedTable(_Table):
     """[fuel]: columns of equal length by fuel used."""
 
@@ -114,6 +123,7 @@ class _DerivativeTable(_Table):
     value: _Number
     sigma: _Sigma | None = None
     fixed: bool = False
+    shown: bool = True
 
 
 class DerivativesTable(_Table):
@@ -162,6 +172,33 @@ class EffectTable(_Table):
     parameters: dict[str, _ParameterTable] = {}
 
 
+class _CompletedLogTable(_Table):
+    name: str
+    role: str
+    sha256: str = ""
+    start: Annotated[_Number, Field(alias="from")]
+    stop: Annotated[_Number, Field(alias="to")]
+
+
+class _DeclaredTable(_Table):
+    file: str = ""
+    sha256: str = ""
+    source: str = ""
+
+
+class CompletedTable(_Table):
+    """[completed]: what made the numbers of a file that close-loop wrote."""
+
+    by: _Name
+    date: str = ""
+    verdict: str = ""
+    bounds: str = ""
+    not_shown: list[str] = []
+    settings: dict[str, str] = {}
+    declared: _DeclaredTable = _DeclaredTable()
+    logs: list[_CompletedLogTable] = []
+
+
 class AircraftFile(_Table):
     """The whole file."""
 
@@ -176,6 +213,8 @@ class AircraftFile(_Table):
     derivatives: DerivativesTable
     effects: list[EffectTable] = []
     candidates: CandidatesTable = CandidatesTable()
+    completed: CompletedTable | None = None
+    configuration: ConfigurationTable = ConfigurationTable()
     fuel: FuelUsedTable | None = None
     noise: dict[_Name, _Small] = {}
     resolution: dict[_Name, _Small] = {}
@@ -210,7 +249,7 @@ def _sentence(path: str, error: ValidationError) -> str:
         )
     elif kind == "missing":
         whole = "table" if len(location) == 1 and location[0] != "schema" else "key"
-        unit = f" [{_UNITS[key]}]" if key in _UNITS else ""
+        unit = f" [{UNITS[key]}]" if key in UNITS else ""
         said = f"the {whole} {key}{unit} is missing; add it (aircraft_models/_template.toml shows how)"
     else:
         said = f"{key} is {shown(detail['input'])}, expected {_expected(key, kind, detail.get('ctx', {}))}"
@@ -224,7 +263,7 @@ def _sentence(path: str, error: ValidationError) -> str:
 
 def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
     """What should have stood there, and what to do."""
-    unit = f" in {_UNITS[key]}" if key in _UNITS else ""
+    unit = f" in {UNITS[key]}" if key in UNITS else ""
     if key == "schema":
         return "1, the only version that this aerosid reads; write schema = 1"
     if kind == "finite_number":
@@ -261,16 +300,20 @@ def _known_keys(location: Sequence[int | str]) -> list[str]:
         "thrust": _ThrustTable,
         "flying_qualities": _FlyingQualitiesTable,
         "limits": LimitsTable,
+        "configuration": ConfigurationTable,
         "fuel": FuelUsedTable,
         "derivatives": DerivativesTable,
         "candidates": CandidatesTable,
         "effects": EffectTable,
+        "completed": CompletedTable,
     }
     if not location:
         return [field.alias or name for name, field in AircraftFile.model_fields.items()]
     table = tables[str(location[0])]
     if location[0] == "derivatives" and len(location) > 1:
         table = _DerivativeTable
+    if location[0] == "completed" and len(location) > 1:
+        table = _CompletedLogTable if location[1] == "logs" else _DeclaredTable
     if location[0] == "effects" and len(location) > 2:
         table = _ParameterTable
     return [field.alias or name for name, field in table.model_fields.items()]

@@ -8,6 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+from aerosid.cli.output import written
 
 
 def batch_command(
@@ -48,6 +49,7 @@ def batch_command(
     from aerosid.studies.batch.console import print_batch
     from aerosid.studies.batch.logs import find_manoeuvres_of
     from aerosid.studies.batch.one_log import CONDITION
+    from aerosid.studies.batch.writing import batch_json
     from aerosid.studies.workers import Workers
 
     if catalogue not in ("all", "terms"):
@@ -75,5 +77,5 @@ def batch_command(
     files = write_batch(batch, out, against)
     output = console()
     print_batch(batch, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("batch", files, lambda: batch_json(batch))
     return int(strict and bool(batch.failures))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Optional
 import typer
 
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
+from aerosid.cli.output import headed
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,34 +55,18 @@ def check_command(
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
         silent = quiet or as_json
-<<<<<<< HEAD
-        closing.append(_checked(log, None if silent else output, _longest(declared)))
-=======
         if not silent and span.path not in shown:
             shown.add(span.path)
             _print_streams(span.path, output)
-        closing.append(_checked(log, None if silent else output, declared.mean_chord if declared else None))
->>>>>>> formats
+        closing.append(_checked(log, None if silent else output, _longest(declared)))
     if as_json:
-        typer.echo(json.dumps({"schema": 1, "logs": closing}, indent=2, allow_nan=False))
+        typer.echo(json.dumps(headed("check", {"logs": closing}), indent=2, allow_nan=False))
     elif quiet:
         for entry in closing:
             output.print(str(entry["sentence"]), soft_wrap=True)
     return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
 
 
-<<<<<<< HEAD
-def _longest(aircraft: Aircraft | None) -> float | None:
-    """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
-    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
-
-    if aircraft is None:
-        return None
-    return aircraft.length or LENGTH_IN_CHORDS * aircraft.mean_chord
-
-
-def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
-=======
 def _print_streams(path: Path, output: Console) -> None:
     """First and last time, rate and holes of each stream, where a recording has several clocks."""
     from aerosid.logs.channel_listing import list_channels
@@ -94,8 +79,16 @@ def _print_streams(path: Path, output: Console) -> None:
         print_notes(listing, output)
 
 
-def _checked(log: FlightLog, output: Console | None, mean_chord: float | None) -> dict[str, object]:
->>>>>>> formats
+def _longest(aircraft: Aircraft | None) -> float | None:
+    """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
+    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
+
+    if aircraft is None:
+        return None
+    return aircraft.length or LENGTH_IN_CHORDS * aircraft.mean_chord
+
+
+def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
     """What one log is worth, printed where there is an output, and as JSON holds it."""
     from aerosid.compatibility import check_kinematics
     from aerosid.compatibility.plausible import implausible_positions

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aerosid.cli.output import command_line, mode
+from aerosid.cli.stage_progress import stages
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
@@ -21,8 +23,6 @@ if TYPE_CHECKING:  # what the loop needs is imported when words and files have b
     from aerosid.loop.settings import LoopSettings
 
 _FILTERS = ("zero-phase", "causal", "off")
-_STAGES = 7
-_OUT = "--out"
 
 _ONCE = (
     "Compiling the numerical kernels: once for this user, Python and processor "
@@ -90,16 +90,6 @@ def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remar
     return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
 
 
-def command_line(words: Sequence[str]) -> str:
-    """The words after `aerosid` as a shell takes them, without where files go."""
-    kept, skipped = ["aerosid"], False
-    for word in words:
-        if not skipped and word != _OUT and not word.startswith(f"{_OUT}="):
-            kept.append(word)
-        skipped = word == _OUT and not skipped
-    return shlex.join(kept)
-
-
 def _density(text: str | None) -> tuple[float, float, float, float] | None:
     if text is None:
         return None
@@ -114,10 +104,11 @@ def _density(text: str | None) -> tuple[float, float, float, float] | None:
 
 @dataclass(frozen=True)
 class RoledLogs:
-    """What a call is about: logs to identify from, and logs that are only predicted."""
+    """What a call is about: logs to identify from, logs that confirm and refute, and logs that touch no decision."""
 
     identification: tuple[FlightLog, ...]
     validation: tuple[FlightLog, ...]
+    hold_out: tuple[FlightLog, ...] = ()
 
 
 def read_roles(
@@ -127,13 +118,14 @@ def read_roles(
     start: float | None = None,
     stop: float | None = None,
     *,
+    hold_out: Sequence[str] = (),
     find: bool = False,
 ) -> RoledLogs:
     """The logs of a call by their role.
 
     Parameters
     ----------
-    logs, validate : sequence of str
+    logs, validate, hold_out : sequence of str
         Recordings, spans of them as LOG@FROM:TO, and segment files.
     channels : Path, optional
         The channel map.
@@ -151,7 +143,8 @@ def read_roles(
     """
     held: dict[Path, FlightLog] = {}
     roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
-    for usual, spans in ((ROLES[0], spans_between(logs, start, stop)), (ROLES[1], expand(validate))):
+    asked = (spans_between(logs, start, stop), expand(validate), expand(hold_out))
+    for usual, spans in zip(ROLES, asked, strict=True):
         for span in spans:
             role = (usual == ROLES[0] and span.role) or usual
             log = read_span(span, channels, held, across_holes=find and role == ROLES[0])
@@ -161,9 +154,9 @@ def read_roles(
                 roled[role].append(require_samples(log, FEWEST))
     if not roled[ROLES[0]]:
         raise UsageError(
-            "no log is left to identify from: every segment is for validation; give one for identification."
+            "no log is left to identify from: every segment has another role; give one for identification."
         )
-    return RoledLogs(tuple(roled[ROLES[0]]), tuple(roled[ROLES[1]]))
+    return RoledLogs(*(tuple(roled[role]) for role in ROLES))
 
 
 def spans_between(words: Sequence[str], start: float | None, stop: float | None) -> tuple[Span, ...]:
@@ -212,7 +205,7 @@ def refuse_unusable(roled: RoledLogs) -> None:
     from aerosid.logs.quality import degrees_findings
     from aerosid.manoeuvres import whole_flight_sentence
 
-    for log in (*roled.identification, *roled.validation):
+    for log in (*roled.identification, *roled.validation, *roled.hold_out):
         wrong = degrees_findings(log)
         if wrong:
             raise LogError(f"{log.path or log.name}: {wrong[0]}")
@@ -226,42 +219,36 @@ def with_progress(
     validation: Sequence[FlightLog],
     settings: LoopSettings,
     judged: Told,
+    hold_out: Sequence[FlightLog],
+    provenance: Provenance,
 ) -> ClosedLoop:
-    """The loop, with a progress bar on the terminal; silent where stderr is none.
+    """The loop, with its progress on standard error; silent with --quiet.
+
+    The first kernel that is compiled is announced by a line that says why this takes so long and happens once.
 
     The bar also names each kernel that is compiled, under a line that says why this takes so long and happens once.
     """
+    from aerosid.compiled.kernel_cache import compilation_announced
     from aerosid.loop.closed_loop import close_loop
 
-    if not sys.stderr.isatty():
-        return close_loop(identification, aircraft, validation, settings, judged=judged)
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    with compilation_announced(_say_once()), nullcontext(_nothing) if mode().quiet else stages() as progress:
+        return close_loop(
+            identification, aircraft, validation, settings, progress, judged, hold_out=hold_out, provenance=provenance
+        )
 
-    from aerosid.compiled.kernel_cache import compilation_announced
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    compiled: list[str] = []
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=_STAGES)
+def _nothing(_stage: str) -> None:
+    """Progress that nobody wants to see."""
 
-        def shown(result: ClosedLoop) -> None:
-            bar.stop()
-            judged(result)
-            bar.start()
 
-        def compiling(kernel: str) -> None:
-            if not compiled:
-                bar.console.print(_ONCE, soft_wrap=True)
-            compiled.append(kernel)
-            bar.update(task, description=f"compiling {kernel}")
+def _say_once() -> Callable[[str], None]:
+    """Says before the first compilation what takes so long, where somebody watches."""
+    said: list[str] = []
 
-        with compilation_announced(compiling):
-            return close_loop(
-                identification,
-                aircraft,
-                validation,
-                settings,
-                progress=lambda stage: bar.update(task, description=stage, advance=1),
-                judged=shown,
-            )
+    def say(kernel: str) -> None:
+        if not said and sys.stderr.isatty() and not mode().quiet:
+            sys.stderr.write(f"{_ONCE}\n")
+            sys.stderr.flush()
+        said.append(kernel)
+
+    return say

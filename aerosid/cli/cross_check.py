@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from aerosid.cli.options import console
+from aerosid.cli.output import written
+from aerosid.cli.quantity_option import in_unit
 
 
 def cross_check_command(
@@ -20,7 +22,9 @@ def cross_check_command(
         ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/jsbsim"),
-    amplitude: Annotated[float, typer.Option(help="Of the aircraft's manoeuvres, rad.")] = 0.04,
+    amplitude: Annotated[
+        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Of the aircraft's manoeuvres, rad.")
+    ] = 0.04,
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 50,
     seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 0,
 ) -> None:
@@ -41,4 +45,4 @@ def cross_check_command(
     files = write_cross_check(result, out)
     output = console()
     print_cross_check(result, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("cross-check", files)

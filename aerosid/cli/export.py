@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aerosid.cli.output import headed, mode, tell
+from aerosid.cli.quantity_option import in_unit
 from aerosid.errors import UsageError
 
 if TYPE_CHECKING:
@@ -57,6 +59,7 @@ def export_command(
         float | None,
         typer.Option(
             "--airspeed",
+            parser=in_unit("m/s"),
             metavar="M/S",
             help="jsbsim, davem: U0 of V_hat where the aircraft file gives none.",
             show_default=False,
@@ -99,29 +102,43 @@ def export_command(
     loaded.require_longitudinal("export")
     options = ExportOptions(
         into=into,
-        aero_reference=_pair("--aerorp", aerorp),
-        alpha_range=_in_radians(_pair("--alpha-range", alpha_range)),
+        aero_reference=_pair("--aerorp", aerorp, "m"),
+        alpha_range=_in_radians(_pair("--alpha-range", alpha_range, "deg")),
         airspeed=_airspeed(airspeed),
         folded_thrust=folded_thrust,
         properties=dict(_property(words) for words in properties or ()),
         date=_date(loaded, date),
     )
     exported = export(loaded, format_name, options)
-    if out is None:
+    if mode().json:
+        names = [] if out is None else [str(out)]
+        kept = {"format": format_name, "files": names, "notes": list(exported.notes)}
+        tell(lambda: headed("export", kept if out else {**kept, "text": exported.text}))
+    elif out is None:
         sys.stdout.write(exported.text)
-    else:
+    if out is not None:
         write_files(out.parent, {out.name: text(exported.text)})
     for note in exported.notes:
         sys.stderr.write(f"aerosid: {note}\n")
 
 
-def _pair(option: str, words: str | None) -> tuple[float, float] | None:
+def _pair(option: str, words: str | None, unit: str) -> tuple[float, float] | None:
+    """Two numbers, each in the unit of the option or with one of its own."""
+    from aerosid.logs.formats.quantity import read_quantity
+    from aerosid.logs.formats.units import UnitProblem
+
     if words is None:
         return None
-    numbers = [_number(word) for word in words.split(",")]
-    if len(numbers) != 2 or None in numbers:
-        raise UsageError(f"{option} is {words!r}, expected two numbers with a comma between; write {option} 0.5,0.3")
-    return numbers[0] or 0.0, numbers[1] or 0.0
+    try:
+        numbers = [read_quantity(word, unit) for word in words.split(",")]
+    except UnitProblem:
+        numbers = []
+    if len(numbers) != 2 or max(map(abs, numbers)) >= 1e12:
+        raise UsageError(
+            f"{option} is {words!r}, expected two numbers in {unit}, or with units, with a comma between; write "
+            f"{option} 0.5,0.3"
+        )
+    return numbers[0], numbers[1]
 
 
 def _number(word: str) -> float | None:
@@ -157,11 +174,13 @@ def _property(words: str) -> tuple[str, tuple[str, float]]:
 
 
 def _date(aircraft: Aircraft, words: str | None) -> str:
-    """The date asked for, else that of the file: the same file gives the same bytes."""
+    """The date asked for, else that of the model, else that of the file: the same file gives the same bytes."""
     from aerosid.aircraft import bundled_aircraft
 
     if words is not None:
         return words
+    if aircraft.completion is not None and aircraft.completion.date:
+        return aircraft.completion.date
     file = Path(aircraft.path)
     file = file if file.is_file() else bundled_aircraft().get(aircraft.path, file)
     return dt.datetime.fromtimestamp(file.stat().st_mtime, dt.UTC).date().isoformat()

@@ -7,7 +7,8 @@ from typing import Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import console
+from aerosid.cli.output import written
+from aerosid.cli.quantity_option import in_unit
 
 
 def fly_command(
@@ -28,23 +29,27 @@ def fly_command(
             help="doublet, 3211, sweep, multisine, or a log whose delta_e is flown as deviation from its first sample.",
         ),
     ] = "doublet",
-    amplitude: Annotated[float, typer.Option(help="Deflection, rad, positive trailing edge down.")] = 0.03,
+    amplitude: Annotated[
+        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Deflection, rad, positive trailing edge down.")
+    ] = 0.03,
     unit: Annotated[
         Optional[float],
         typer.Option(
+            parser=in_unit("s"),
+            metavar="S",
             help="s: half a doublet, the 1 of a 3211, half the shortest period of sweep and multisine.",
             show_default="1, 0.6, 0.5",
         ),
     ] = None,
-    duration: Annotated[float, typer.Option(help="s.")] = 14.0,
-    interval: Annotated[float, typer.Option(help="Between samples, s.")] = 0.02,
+    duration: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="s.")] = 14.0,
+    interval: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="Between samples, s.")] = 0.02,
     airspeed: Annotated[
         Optional[float],
-        typer.Option(help="Of the trim, m/s.", show_default="the aircraft's"),
+        typer.Option(parser=in_unit("m/s"), metavar="M/S", help="Of the trim, m/s.", show_default="the aircraft's"),
     ] = None,
     altitude: Annotated[
         Optional[float],
-        typer.Option(help="Of the trim, m.", show_default="the aircraft's, or 1500"),
+        typer.Option(parser=in_unit("m"), metavar="M", help="Of the trim, m.", show_default="the aircraft's, or 1500"),
     ] = None,
     noise: Annotated[float, typer.Option(help="Factor on the noise of usual sensors.")] = 1.0,
     effect: Annotated[
@@ -69,4 +74,4 @@ def fly_command(
         noise=noise, effects=effect or [], seed=seed,
     )  # fmt: skip
     files = write_flight(fly_jsbsim(plan), plan, out)
-    console().print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("fly", files)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -20,6 +19,8 @@ from aerosid.cli.export import export_command
 from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
+from aerosid.cli.output import headed, loudly, taken_out, tell, written
+from aerosid.cli.schema import schema_command
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -31,9 +32,9 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Any verb also takes --debug: a traceback in place of the one-sentence error. Exit codes: 0 done, "
-    "1 only with --strict, 2 wrong usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke "
-    "down.",
+    epilog="Any verb also takes --json (one JSON document in place of tables), --quiet (neither tables nor progress) "
+    "and --debug (a traceback in place of the one-sentence error). Exit codes: 0 done, 1 only with --strict, 2 wrong "
+    "usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke down.",
 )
 
 _DEBUG = "--debug"
@@ -55,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
         told = [word for word in words if word != _DEBUG]
-        result = app(told, standalone_mode=False, obj=told)
+        result = app(taken_out(told), standalone_mode=False, obj=told)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -68,14 +69,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
         if hasattr(error, "format_message"):
-            return _failed(f"{error.format_message()} See `aerosid --help`.", 2, debug)
+            return _failed(f"{error.format_message()} See `{_verb_of(error)} --help`.", 2, debug)
         detail = " ".join(str(error).split())[:200] or type(error).__name__
         return _failed(
             f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
             4,
             debug,
         )
+    finally:
+        loudly()
     return result if isinstance(result, int) else 0
+
+
+def _verb_of(error: Exception) -> str:
+    """The command that was called wrongly, as it is typed."""
+    names: list[str] = []
+    context = getattr(error, "ctx", None)
+    while context is not None and context.parent is not None:
+        names.insert(0, str(context.info_name))
+        context = context.parent
+    return " ".join(["aerosid", *names])
 
 
 def _failed(sentence: str, code: int, debug: bool) -> int:
@@ -119,7 +132,16 @@ def close_loop_command(
         typer.Option(
             "--validate",
             metavar="LOG",
-            help="A log, or LOG@FROM:TO, that is only predicted; repeatable.",
+            help="A log, or LOG@FROM:TO, that is predicted, confirms and refutes; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    hold_out: Annotated[
+        Optional[list[str]],
+        typer.Option(
+            "--hold-out",
+            metavar="LOG",
+            help="A log, or LOG@FROM:TO, that touches no decision; repeatable.",
             show_default=False,
         ),
     ] = None,
@@ -190,7 +212,7 @@ def close_loop_command(
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
     from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_unusable, with_progress
 
-    roled = read_roles(logs, validate or [], channels, start, stop, find=find)
+    roled = read_roles(logs, validate or [], channels, start, stop, hold_out=hold_out or [], find=find)
     from aerosid.aircraft import load_aircraft
 
     declared = load_aircraft(aircraft)
@@ -201,16 +223,22 @@ def close_loop_command(
     made = provenance(context.obj or (), settings, analyst, remarks)
     from aerosid.loop.verdict import Verdict
     from aerosid.reporting import print_next_flight, print_summary, write_report
+    from aerosid.reporting.result_json import result_text
 
     directory = out or Path("reports") / roled.identification[0].name
     output = console()
     result = with_progress(
-        roled.identification, declared, roled.validation, settings, judged=lambda known: print_summary(known, output)
+        roled.identification,
+        declared,
+        roled.validation,
+        settings,
+        lambda known: print_summary(known, output),
+        roled.hold_out,
+        made,
     )
-    result = replace(result, provenance=made)
     print_next_flight(result, output)
     files = write_report(result, directory, interactive=not static)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("close-loop", files, lambda: result_text(result))
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 
 
@@ -229,7 +257,7 @@ def reproduce_command(
     files = write_reproduction(result, out)
     output = console()
     print_reproduction(result, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("reproduce", files)
 
 
 app.command("study")(study_command)
@@ -239,6 +267,7 @@ app.command("batch")(batch_command)
 app.command("cross-check")(cross_check_command)
 app.command("channels")(channels_command)
 app.command("warm-up")(warm_up_command)
+app.command("schema")(schema_command)
 
 
 @app.command()
@@ -255,6 +284,16 @@ def formats() -> None:
         need = "not needed" if entry.self_describing else "needed"
         table.add_row(name, " ".join(entry.suffixes), need, entry.description)
     console().print(table)
+    rows = [
+        {
+            "name": name,
+            "suffixes": list(entry.suffixes),
+            "needs_channel_map": not entry.self_describing,
+            "content": entry.description,
+        }
+        for name, entry in FORMATS.items()
+    ]
+    tell(lambda: headed("formats", {"formats": rows}))
 
 
 aircraft_app = typer.Typer(help="Lists the bundled aircraft, and checks aircraft files.", no_args_is_help=True)
@@ -267,7 +306,10 @@ def list_aircraft() -> None:
     from aerosid.aircraft import bundled_aircraft, load_aircraft
     from aerosid.reporting.aircraft_tables import print_aircraft_list
 
-    print_aircraft_list([load_aircraft(name) for name in bundled_aircraft()], console())
+    bundled = {name: load_aircraft(name) for name in bundled_aircraft()}
+    print_aircraft_list(list(bundled.values()), console())
+    rows = [{"name": name, "title": each.name, "source": each.source} for name, each in bundled.items()]
+    tell(lambda: headed("aircraft list", {"aircraft": rows}))
 
 
 @aircraft_app.command("check")
@@ -277,9 +319,23 @@ def check_aircraft(
     ],
 ) -> None:
     """Shows what was understood of aircraft files, and warns of unusual numbers."""
-    from aerosid.aircraft import load_aircraft
+    from aerosid.aircraft import load_aircraft, warnings_about
     from aerosid.reporting.aircraft_tables import print_aircraft
 
     output = console()
-    for aircraft in [load_aircraft(file) for file in files]:
+    loaded = [load_aircraft(file) for file in files]
+    for aircraft in loaded:
         print_aircraft(aircraft, output)
+    rows = [
+        {
+            "file": aircraft.path,
+            "sha256": aircraft.sha256,
+            "name": aircraft.name,
+            "coefficients": list(aircraft.coefficients),
+            "derivatives": len(aircraft.derivatives),
+            "effects": len(aircraft.effects),
+            "warnings": list(warnings_about(aircraft)),
+        }
+        for aircraft in loaded
+    ]
+    tell(lambda: headed("aircraft check", {"aircraft": rows}))

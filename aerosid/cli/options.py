@@ -44,10 +44,12 @@ def console() -> Console:
     """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
     from rich.console import Console
 
+    from aerosid.cli.output import mode
+
     class PipeConsole(Console):
         """A console that leaves a broken pipe to `main`; rich would end the process with exit code 1."""
 
         def on_broken_pipe(self) -> None:
             raise BrokenPipeError
 
-    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140)
+    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140, quiet=mode().silent)

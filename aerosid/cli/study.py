@@ -8,11 +8,19 @@ from typing import Annotated, Optional
 import typer
 
 from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+from aerosid.cli.output import written
+from aerosid.cli.quantity_option import in_unit
 
 
-def _option(*names: str, help: str, metavar: str | None = None) -> typer.models.OptionInfo:  # noqa: A002
+def _option(*names: str, help: str, metavar: str | None = None, unit: str = "") -> typer.models.OptionInfo:  # noqa: A002
     """An option without a default of its own: a preset, then the plan gives it."""
-    info: typer.models.OptionInfo = typer.Option(*names, help=help, metavar=metavar, show_default=False)
+    info: typer.models.OptionInfo = typer.Option(
+        *names,
+        help=help,
+        metavar=unit.upper() if unit else metavar,
+        show_default=False,
+        parser=in_unit(unit) if unit else None,
+    )
     return info
 
 
@@ -32,9 +40,10 @@ def study_command(
             "steps as in 0.8@1,0.6@-1 (s at a level); or a log, or next_input.csv, whose delta_e is flown.",
         ),
     ] = None,
-    amplitude: Annotated[Number, _option("--amplitude", help="Of the input, rad; default 0.06.")] = None,
+    amplitude: Annotated[Number, _option("--amplitude", unit="rad", help="Of the input, rad; default 0.06.")] = None,
     unit: Annotated[
-        Number, _option("--unit", help="s: half a doublet, the 1 of a 3211, half the shortest period of a sweep.")
+        Number,
+        _option("--unit", unit="s", help="s: half a doublet, the 1 of a 3211, half the shortest period of a sweep."),
     ] = None,
     snr: Annotated[Text, _option("--snr", help="As in inf,50,20,10,5 (default); `recorded` with --base.")] = None,
     noise_colour: Annotated[
@@ -60,11 +69,13 @@ def study_command(
         Text, _option("--validate", metavar="INPUT|LOG", help="What is only predicted; default 3211.")
     ] = None,
     measure: Annotated[Text, _option("--measure", help="Recorded outputs; default V,alpha,q,theta,a_x,a_z.")] = None,
-    elevator_noise: Annotated[Number, _option("--elevator-noise", help="rad per sample; default 0.0002.")] = None,
-    airspeed: Annotated[Number, _option("--airspeed", help="m/s; default the aircraft file's.")] = None,
-    density: Annotated[Number, _option("--density", help="kg/m^3; default the aircraft file's.")] = None,
+    elevator_noise: Annotated[
+        Number, _option("--elevator-noise", unit="rad", help="rad per sample; default 0.0002.")
+    ] = None,
+    airspeed: Annotated[Number, _option("--airspeed", unit="m/s", help="m/s; default the aircraft file's.")] = None,
+    density: Annotated[Number, _option("--density", unit="kg/m^3", help="kg/m^3; default the aircraft file's.")] = None,
     samples: Annotated[Count, _option("--samples", help="Default 470.")] = None,
-    interval: Annotated[Number, _option("--interval", help="s; default 0.03.")] = None,
+    interval: Annotated[Number, _option("--interval", unit="s", help="s; default 0.03.")] = None,
     preset: Annotated[Text, _option("--preset", help="Begin from a ready-made study: accuracy or structure.")] = None,
     seed: Annotated[Count, _option("--seed", help="Of every draw; default 0.")] = None,
     workers: WorkersOption = None,
@@ -77,6 +88,7 @@ def study_command(
     from aerosid.studies.monte_carlo import run_study, write_study
     from aerosid.studies.monte_carlo.console import print_demands, print_study
     from aerosid.studies.monte_carlo.words import StudyWords, plan_of
+    from aerosid.studies.monte_carlo.writing import study_json
     from aerosid.studies.workers import Workers
 
     words = StudyWords(
@@ -109,4 +121,4 @@ def study_command(
     print_study(study, output)
     if preset == "accuracy":
         print_demands(study, output)
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("study", files, lambda: study_json(study))

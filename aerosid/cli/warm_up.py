@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from typing import Annotated
@@ -9,11 +10,13 @@ from typing import Annotated
 import typer
 
 from aerosid.cli.options import WorkersOption
+from aerosid.cli.output import headed
 
 
 def warm_up_command(
     workers: WorkersOption = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end.")] = False,
 ) -> None:
     """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
     from aerosid.compiled.kernel_cache import user_folder
@@ -30,4 +33,7 @@ def warm_up_command(
     for number, done in enumerate(prepare_kernels(workers), start=1):
         count += len(done.kernels)
         say(f"  {number} of {len(TASKS)}: {done.part}, {len(done.kernels)} compiled, {done.seconds:.0f} s")
-    say(f"{count} kernels compiled in {time.perf_counter() - start:.0f} s.")
+    seconds = time.perf_counter() - start
+    say(f"{count} kernels compiled in {seconds:.0f} s.")
+    if as_json:
+        typer.echo(json.dumps(headed("warm-up", {"kernels": count, "seconds": seconds}), indent=2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from aerosid.compatibility.consistency import KinematicConsistency
+from aerosid.notation import number
 
 __all__ = ["LENGTH_IN_CHORDS", "implausible_positions"]
 
@@ -31,8 +32,8 @@ def implausible_positions(agreement: KinematicConsistency, longest: float | None
         distance = math.hypot(*(arm.value for arm in arms)) if arms else 0.0
         if distance > longest:
             sentences.append(
-                f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, "
-                f"cannot be: the aircraft is at most {longest:.3g} m long. What is wrong is something else that looks "
-                "the same, a delay or a scale; measure the position and give it in the channel map."
+                f"The position of {name} that kinematics ask for, {number(distance)} m from where it was taken to be, "
+                f"cannot be: the aircraft is at most {number(longest)} m long. What is wrong is something else that "
+                "looks the same, a delay or a scale; measure the position and give it in the channel map."
             )
     return tuple(sentences)

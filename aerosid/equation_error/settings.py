@@ -89,7 +89,7 @@ class EquationErrorSettings:
     shortlist: int = 8
     fitted: int = 3
     most: int = 12
-    gust_share: float = 0.15
+    gust_share: float = 0.05
     doubt: float = 1.0
     least_rise: float = 0.002
     alike: float = 4.0

@@ -24,10 +24,16 @@ class FilterError:
     ----------
     values, deviations : ndarray, shape (F,)
         Of the structure's free entries.
+    forces : ActiveEffect
+        Those forces, with the statistics that were estimated.
+    variance : ndarray, shape (8,)
+        Noise of the outputs beside them, SI squared.
     """
 
     values: NDArray[np.float64]
     deviations: NDArray[np.float64]
+    forces: ActiveEffect
+    variance: NDArray[np.float64]
 
 
 def filter_error(
@@ -53,7 +59,8 @@ def filter_error(
     except EstimationError:
         return None
     values = np.array([fit.model.value(entry) for entry in fit.free])
-    return FilterError(values, np.maximum(spread.corrected, spread.white))
+    found = next(active for active in fit.effects if active.effect.kind == forces.effect.kind)
+    return FilterError(values, np.maximum(spread.corrected, spread.white), found, fit.variance)
 
 
 def widened(spread: Deviations, beside: FilterError | None) -> Deviations:

@@ -42,7 +42,7 @@ class ChannelSource:
     delay: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FlightLog:
     """One manoeuvre log: channels in SI and radians on one strictly increasing time base.
 

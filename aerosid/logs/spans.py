@@ -19,7 +19,7 @@ from aerosid.logs.formats.table import shown
 
 __all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
 
-ROLES = ("identification", "validation")
+ROLES = ("identification", "validation", "hold_out")
 """What a segment may be for."""
 
 _SPAN = re.compile(r"(?P<path>.+)@(?P<start>[^:@]*):(?P<stop>[^:@]*)", re.DOTALL)
@@ -38,7 +38,7 @@ class Span:
     start, stop : float or None
         s on its own clock; None: from its beginning, to its end.
     role : str
-        identification or validation; empty where the file or command line does not say.
+        identification, validation or hold_out; empty where the file or command line does not say.
     name : str
         By which results call it; empty: the recording's name with the span.
     """
@@ -236,7 +236,7 @@ def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
         raise UsageError(f'{label} names no log; add log = "flight.csv".')
     role = str(row.get("role") or "").strip()
     if role and role not in ROLES:
-        raise UsageError(f"{label} has the role {shown(role)}, expected {' or '.join(ROLES)}; correct it.")
+        raise UsageError(f"{label} has the role {shown(role)}, expected one of {', '.join(ROLES)}; correct it.")
     name = str(row.get("name") or "").strip()
     if any(mark in name for mark in '/\\:*?"<>|\0') or name in (".", ".."):
         raise UsageError(f"{label} is named {shown(name)}, which is no file name; take letters, digits, - and _.")

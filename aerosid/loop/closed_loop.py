@@ -3,32 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
-from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.aircraft.loading import at_own_loading
+from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.residual_tests import coloured_noise
-from aerosid.flight_model.aerodynamics import Entry
+from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.completed_aircraft import complete_aircraft
+from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
-from aerosid.loop.effect_rows import Effect, effect_row
+from aerosid.loop.effect_rows import alternative_rows, effect_rows, with_correlations
 from aerosid.loop.flying_qualities import Requirement
 from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.identification import Identification, identify
+from aerosid.loop.kept_derivatives import Completion, keep_declared, told_of_breakdown
+from aerosid.loop.leave_one_out import Gains, prediction_gains
 from aerosid.loop.linear_analysis import LinearRow, Spread, analyse_models, requirement_for
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
-from aerosid.loop.open_loop_errors import ErrorRow, compare, validation_gain
+from aerosid.loop.open_loop_errors import compare
+from aerosid.loop.provenance import NOBODY, Provenance, today, unusual_settings
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES, Role, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
-from aerosid.loop.verdict import judge, summarise, told_of_colour, told_of_refuted
+from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
+from aerosid.model_error.paper_chain import Chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import told_of_confirmed
+from aerosid.search.final_significance import told_of_fallen
 from aerosid.search.indistinguishable_terms import told_of_rivals
+from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import told_of_unproven
 
 Told = Callable[[ClosedLoop], None]
@@ -41,6 +51,9 @@ def close_loop(
     settings: LoopSettings = USUAL,
     progress: Progress = lambda _stage: None,
     judged: Told = lambda _result: None,
+    *,
+    hold_out: Sequence[FlightLog] = (),
+    provenance: Provenance = NOBODY,
 ) -> ClosedLoop:
     """What the declared model lacks, the completed model and the errors before and after, on every log.
 
@@ -51,12 +64,16 @@ def close_loop(
     aircraft : Aircraft
         The declared model.
     validation : sequence of FlightLog
-        Manoeuvres that are only predicted.
+        Manoeuvres that are predicted, and have a say in what is named: they confirm and refute.
     progress : callable
         Told the name of each stage as it begins.
     judged : callable
         Given verdict, findings and errors as soon as they are known: the result that is returned, yet without d(t),
         the paper's chain, linear models and the next flight, none of which changes them.
+    hold_out : sequence of FlightLog
+        Manoeuvres that are predicted by the completed model and touch no decision.
+    provenance : Provenance
+        Command line, analyst and remarks for the report; the day and the settings are filled in.
 
     Raises
     ------
@@ -67,39 +84,80 @@ def close_loop(
     EstimationError
         Where the declared model cannot be simulated at all.
     UsageError
-        Where the flight phase or the aircraft class is unknown.
+        Where the flight phase or the aircraft class is unknown, or two logs hold the same samples.
     """
+    require_separate(identification, validation, hold_out)
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
+    signed = replace(provenance, date=provenance.date or today(), settings=unusual_settings(settings))
     identified = identify(identification, aircraft, validation, settings, progress)
-    aircraft = identified.aircraft
-    if identified.found is None:
-        contradicted = contradicted_loop(identified, aircraft, settings.seed)
+    held_out = _held_out(hold_out, identification, aircraft, identified)
+    if identified.found is None or identified.search is None:
+        contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
         judged(contradicted)
         return contradicted
-    progress("simulating every log")
-    result = _judged(identified, identified.found, aircraft, settings)
+    verdict = judge(identified.found, identified.manoeuvres, identified.validation)
+    progress("re-estimating beside what is not shown")
+    excited = verdict is not Verdict.NOT_EXCITED
+    completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
+    known = _Judged(identified, identified.found, identified.search, verdict, completion, held_out)
+    result = _judged(known, settings, progress, signed)
     judged(result)
-    return _completed(result, identified, identified.found, requirement, settings, progress)
+    return _completed(result, known, requirement, settings, progress)
 
 
-def _judged(identified: Identification, found: Attribution, aircraft: Aircraft, settings: LoopSettings) -> ClosedLoop:
+@dataclass(frozen=True)
+class _Judged:
+    """An identification with its verdict and the completed model; `found` has every declared derivative free."""
+
+    identified: Identification
+    found: Attribution
+    search: StructureSearch
+    verdict: Verdict
+    completion: Completion
+    held_out: tuple[Manoeuvre, ...]
+
+    @property
+    def flights(self) -> dict[Role, tuple[Manoeuvre, ...]]:
+        """The flights by their roles."""
+        return dict(zip(ROLES, (self.identified.manoeuvres, self.identified.validation, self.held_out), strict=True))
+
+    def rows(self, chain: Chain | None) -> tuple[DerivativeRow, ...]:
+        """The derivative table, with the estimates of recursive least squares where they are known."""
+        scattered = scatter(self.found.completed, self.identified.manoeuvres)
+        completed, kept = self.completion.found, self.completion.kept
+        return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, kept)
+
+
+def _held_out(
+    hold_out: Sequence[FlightLog], identification: Sequence[FlightLog], aircraft: Aircraft, identified: Identification
+) -> tuple[Manoeuvre, ...]:
+    """The flights that touch no decision, at the loading and with the noise that the fitted ones were taken with."""
+    _, _, logs = at_own_loading(aircraft, identification, hold_out)
+    known = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in logs]
+    return tuple(prepare(log, identified.aircraft, identified.plain.columns) for log in known)
+
+
+def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
     """The findings with the errors before and after on every log, and the verdict: what an engineer waits for."""
-    manoeuvres, others = identified.manoeuvres, identified.validation
-    simulated, errors, coefficients = compare(identified.declared, found, aircraft, manoeuvres, others)
-    effects = _effects(found, {}, errors)
-    verdict = judge(found, manoeuvres, others)
-    rows = derivative_rows(aircraft, found, None, scatter(found.completed, manoeuvres))
+    identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
+    progress("simulating every log")
+    simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
+    progress("leaving each effect out")
+    effects = effect_rows(completed, {}, *_gains(known))
+    rows = known.rows(None)
+    said = summarise(known.verdict, effects, tuple(errors))
+    patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors)
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
         aircraft=aircraft,
-        completed_aircraft=complete_aircraft(aircraft, found, len(manoeuvres)),
-        identification=tuple(manoeuvre.log for manoeuvre in manoeuvres),
-        validation=tuple(manoeuvre.log for manoeuvre in others),
-        verdict=verdict,
-        summary=" ".join((summarise(verdict, effects, tuple(errors)), *told_of_patterns(rows, errors))),
+        completed_aircraft=_completed_aircraft(known, aircraft, provenance),
+        identification=tuple(manoeuvre.log for manoeuvre in identified.manoeuvres),
+        validation=tuple(manoeuvre.log for manoeuvre in identified.validation),
+        verdict=known.verdict,
+        summary=" ".join((said, *patterns)),
         effects=effects,
-        alternatives=tuple(effect_row(n, other, {}, None) for n, other in enumerate(found.alternatives, start=1)),
+        alternatives=alternative_rows(completed),
         derivatives=rows,
         coefficients=tuple(coefficients),
         errors=tuple(errors),
@@ -109,88 +167,110 @@ def _judged(identified: Identification, found: Attribution, aircraft: Aircraft, 
         prefilter=prefilter_note(None, settings),
         notes=(),
         fit=tuple(row for each in simulated for row in fit_rows(each)),
-        innovations=tuple(innovation_rows(found.completed, manoeuvres)),
-        correlation=correlation_matrix(found.completed, found.completed_deviations),
+        innovations=tuple(innovation_rows(completed.completed, identified.manoeuvres)),
+        correlation=correlation_matrix(known.found.completed, known.found.completed_deviations),
         kinematics=identified.agreement,
+        hold_out=tuple(manoeuvre.log for manoeuvre in known.held_out),
+        decided_by_validation=told_of_decisions(completed),
+        provenance=provenance,
+        settings=settings,
+    )
+
+
+def _gains(known: _Judged) -> tuple[Gains, Gains]:
+    """What each effect by itself does to the errors on the validation flights, and on those that were held out."""
+    completed, search = known.completion.found, known.search
+    return (
+        prediction_gains(completed, search, known.identified.validation),
+        prediction_gains(completed, search, known.held_out),
     )
 
 
 def _completed(
     result: ClosedLoop,
-    identified: Identification,
-    found: Attribution,
+    known: _Judged,
     requirement: Requirement,
     settings: LoopSettings,
     progress: Progress,
 ) -> ClosedLoop:
     """The result with all that a report shows beside the verdict: d(t), linear models, the next flight."""
-    aircraft, manoeuvres = result.aircraft, identified.manoeuvres
+    identified, completed, aircraft = known.identified, known.completion.found, result.aircraft
     pictures = None
     if settings.paper_chain:
         progress("estimating the model error d(t)")
         pictures = model_error_pictures(
-            identified.plain, manoeuvres, identified.candidates, found, aircraft.coefficients, settings.chain
+            identified.plain,
+            identified.manoeuvres,
+            identified.candidates,
+            completed,
+            aircraft.coefficients,
+            settings.chain,
         )
-    rows = derivative_rows(aircraft, found, pictures.chain if pictures else None, scatter(found.completed, manoeuvres))
-    linear, unlinearised = _linear(identified, found, aircraft, requirement, settings)
+    rows = known.rows(pictures.chain if pictures else None)
+    linear, unlinearised = _linear(known, aircraft, requirement, settings)
 
     progress("designing the next flight")
     ahead = None
     if settings.next_flight:
-        ahead = plan_next_flight(found, manoeuvres, rows, {**aircraft.limits, **settings.limits})
+        limits = {**aircraft.limits, **settings.limits}
+        ahead = plan_next_flight(known.found, identified.manoeuvres, rows, limits)
     return replace(
         result,
-        effects=_effects(found, pictures.correlations if pictures else {}, result.errors),
+        effects=with_correlations(result.effects, completed, pictures.correlations if pictures else {}),
         derivatives=rows,
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),
         prefilter=prefilter_note(pictures, settings),
-        notes=_notes(identified, found, pictures, unlinearised, rows, settings),
+        notes=_notes(known, pictures, unlinearised, rows, settings),
         linear=linear,
         next_flight=ahead,
         regressors=pictures.regressors if pictures else (),
     )
 
 
-def _effects(found: Attribution, correlations: dict[Entry, float], errors: Sequence[ErrorRow]) -> tuple[Effect, ...]:
-    gain = validation_gain(errors)
-    return tuple(effect_row(n, f, correlations, gain) for n, f in enumerate(found.findings, start=1))
+def _completed_aircraft(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> Aircraft:
+    """The aircraft file completed, with what made it."""
+    identified, kept = judged.identified, judged.completion.kept
+    logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in judged.flights.items()}
+    record = completion_record(aircraft, logs, judged.verdict, provenance, tuple(kept))
+    return complete_aircraft(aircraft, judged.completion, len(identified.manoeuvres), record)
 
 
 def _linear(
-    identified: Identification,
-    found: Attribution,
-    aircraft: Aircraft,
-    requirement: Requirement,
-    settings: LoopSettings,
+    judged: _Judged, aircraft: Aircraft, requirement: Requirement, settings: LoopSettings
 ) -> tuple[tuple[LinearRow, ...], tuple[str, ...]]:
     """The declared and the completed model linearised, and a sentence for each that cannot be trimmed."""
     if not settings.linear_analysis:
         return (), ()
-    completed = found.completed
-    spread = Spread(completed.free, found.completed_deviations.covariance)
-    first = identified.manoeuvres[0]
-    return analyse_models(aircraft, identified.declared, completed.model, spread, first, requirement)
+    model, free = judged.completion.found.completed.model, judged.found.completed.free
+    # Of the estimate where all are free: that a derivative is held at its declared value makes it no better known.
+    places = [n for n, entry in enumerate(free) if entry in model.entries]
+    covariance = judged.found.completed_deviations.covariance[np.ix_(places, places)]
+    spread = Spread(tuple(free[n] for n in places), covariance)
+    first = judged.identified.manoeuvres[0]
+    return analyse_models(aircraft, judged.identified.declared, model, spread, first, requirement)
 
 
 def _notes(
-    identified: Identification,
-    found: Attribution,
+    judged: _Judged,
     pictures: ModelErrorPictures | None,
     unlinearised: Sequence[str],
     rows: Sequence[DerivativeRow],
     settings: LoopSettings,
 ) -> tuple[str, ...]:
     """What was assumed on reading, then what each stage has to say beside its numbers."""
+    identified, found = judged.identified, judged.completion.found
     others = identified.validation
     return (
-        *_read(identified.manoeuvres, others),
+        *_read(identified.manoeuvres, (*others, *judged.held_out)),
         *(_BROKEN_DOWN if pictures is None and settings.paper_chain else ()),
         *told_of_refuted(found.refuted),
         *told_of_rivals(identified.rivals),
-        *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others]),
+        *told_of_fallen(found, settings.attribution.final_deviations),
+        *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
         *told_of_unproven(found.unproven),
         *told_of_colour(coloured_noise(found.completed, identified.manoeuvres)),
+        *told_of_breakdown(judged.completion),
         *unlinearised,
         *told_of_not_shown(rows),
     )

@@ -1,34 +1,48 @@
-"""The completed aircraft file: the declared model with the findings in it."""
+"""The completed aircraft file: the declared model with the findings in it, and with what made it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from aerosid.aircraft import Aircraft, DeclaredEffect
+import aerosid
+from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
+from aerosid.aircraft.completion_record import shortened
 from aerosid.effects import ActiveEffect
 from aerosid.effects.sudden import is_sudden, moment
-from aerosid.search.attribution import Attribution
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.kept_derivatives import Completion
+from aerosid.loop.provenance import Provenance
+from aerosid.loop.roles import Role
+from aerosid.loop.verdict import Verdict
 from aerosid.search.findings import Finding
 
+BOUNDS = "sigma: one standard error of the joint estimate, corrected for coloured residuals"
 
-def complete_aircraft(aircraft: Aircraft, found: Attribution, logs: int) -> Aircraft:
+
+def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, record: CompletionRecord) -> Aircraft:
     """The aircraft with the completed model's values and the effects that are no terms.
 
     Parameters
     ----------
     aircraft : Aircraft
         As given.
-    found : Attribution
-        What is missing.
+    completion : Completion
+        What is missing, and what keeps its declared value.
     logs : int
         How many identification logs there were: with more than one a sudden change says on which it happened.
+    record : CompletionRecord
+        What made the numbers.
     """
+    found = completion.found
     completed, spread = found.completed, found.completed_deviations
     values = {
         (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(spread.corrected[n])))
         for n, (coefficient, term) in enumerate(completed.free)
+        if (coefficient, term) not in completion.kept
     }
     effects = [
         DeclaredEffect(
@@ -43,7 +57,39 @@ def complete_aircraft(aircraft: Aircraft, found: Attribution, logs: int) -> Airc
         for finding in found.findings
         if finding.entry is None
     ]
-    return aircraft.completed(values, effects)
+    not_shown = [(coefficient, str(term)) for coefficient, term in completion.kept]
+    return aircraft.completed(values, effects, not_shown, record)
+
+
+def completion_record(
+    aircraft: Aircraft,
+    logs: Mapping[Role, Sequence[FlightLog]],
+    verdict: Verdict,
+    provenance: Provenance,
+    not_shown: Sequence[tuple[str, Any]] = (),
+) -> CompletionRecord:
+    """What the completed file says of its origin: names without folders, so that it may leave the house."""
+    return CompletionRecord(
+        program=f"aerosid {aerosid.__version__}",
+        date=provenance.date,
+        verdict=verdict.name.lower(),
+        declared_file=Path(aircraft.path).name,
+        declared_sha256=aircraft.sha256,
+        declared_source=shortened(aircraft.source),
+        logs=tuple(
+            LogOfCompletion(file_name(log), role, log.sha256, float(log.time[0]), float(log.time[-1]))
+            for role, those in logs.items()
+            for log in those
+        ),
+        settings={name: str(value) for name, value in provenance.settings.items()},
+        not_shown=tuple(f"{coefficient} {term}" for coefficient, term in not_shown),
+        bounds=BOUNDS,
+    )
+
+
+def file_name(log: FlightLog) -> str:
+    """The log's file without its folders; its name where it is from no file."""
+    return Path(log.path).name if log.path else log.name
 
 
 def _log_of(finding: Finding, effects: Sequence[ActiveEffect]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 import aerosid
@@ -9,29 +11,44 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.completed_aircraft import completion_record
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.goodness import CorrelationMatrix
 from aerosid.loop.identification import Identification
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.provenance import Provenance
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import Role
+from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.nomenclature import CHANNELS
 
 
-def contradicted_loop(identified: Identification, aircraft: Aircraft, seed: int) -> ClosedLoop:
+def contradicted_loop(
+    identified: Identification,
+    aircraft: Aircraft,
+    settings: LoopSettings,
+    provenance: Provenance,
+    hold_out: Sequence[FlightLog] = (),
+) -> ClosedLoop:
     """The result of a loop that stops: the declared model as it was, its errors, and what contradicts what.
 
     Nothing is estimated but initial states; the sentence of the instruments' check becomes the summary.
     """
     manoeuvres, agreement = identified.manoeuvres, identified.agreement
     assert agreement is not None
+    logs: dict[Role, Sequence[FlightLog]] = {"identification": [m.log for m in manoeuvres]}
+    names = [(d.coefficient, str(d.term)) for d in aircraft.derivatives if not d.fixed]
+    record = completion_record(aircraft, logs, Verdict.INCONSISTENT_DATA, provenance, names)
     pairs = [_declared_alone(identified.declared, manoeuvre) for manoeuvre in manoeuvres]
     return ClosedLoop(
         version=aerosid.__version__,
-        seed=seed,
+        seed=settings.seed,
+        settings=settings,
         aircraft=aircraft,
-        completed_aircraft=aircraft,
+        completed_aircraft=aircraft.completed({}, (), names, record),
         identification=tuple(m.log for m in manoeuvres),
         validation=tuple(m.log for m in identified.validation),
         verdict=Verdict.INCONSISTENT_DATA,
@@ -53,6 +70,8 @@ def contradicted_loop(identified: Identification, aircraft: Aircraft, seed: int)
         correlation=CorrelationMatrix((), ()),
         notes=tuple(f"{m.log.name}: {note}" for m in manoeuvres for note in (*m.log.notes, *m.notes)),
         kinematics=agreement,
+        hold_out=tuple(hold_out),
+        provenance=provenance,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.notation import number
 
 __all__ = ["PatternSettings", "told_of_patterns"]
 
@@ -103,7 +104,8 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
         certain = abs(factor - 1.0) > settings.deviations / math.sqrt(float(np.sum(weights)))
         if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + settings.common):
             sentence = (
-                f"All of {coefficient} is {factor:.3g} times as declared ({values.min():.3g} to {values.max():.3g}): "
+                f"All of {coefficient} is {number(factor)} times as declared "
+                f"({number(values.min())} to {number(values.max())}): "
                 f"check {causes} before an aerodynamic reason."
             )
             found.append((coefficient, sentence))
@@ -118,20 +120,20 @@ def _single(row: DerivativeRow, shared: bool, settings: PatternSettings) -> str 
         return None
     if factor < 0.0:
         return (
-            f"{name} has the other sign than declared ({row.value:.3g} against {row.declared:.3g}): check the sign "
-            "convention of the file and of the recorder."
+            f"{name} has the other sign than declared ({number(row.value)} against {number(row.declared)}): "
+            "check the sign convention of the file and of the recorder."
         )
     per_degree = math.degrees(1.0)
     for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
         if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
-            return f"{name} is {factor:.3g} times as declared: is it declared {meant}?"
+            return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
     if "q_hat" in row.term and not shared:
         for unit, meant in ((2.0, "per q c/V"), (0.5, "per q c/(4 V)")):
             near = abs(factor - unit) <= max(settings.deviations * deviation, 0.05 * unit)
             if near and abs(factor - 1.0) > settings.deviations * deviation:
-                return f"{name} is {factor:.3g} times as declared: is it declared {meant}? q_hat is q c/(2 U0)."
+                return f"{name} is {number(factor)} times as declared: is it declared {meant}? q_hat is q c/(2 U0)."
     if not 1.0 / settings.many < factor < settings.many:
-        return f"{name} is {factor:.3g} times as declared: check its unit and decimal point."
+        return f"{name} is {number(factor)} times as declared: check its unit and decimal point."
     return None
 
 
@@ -147,7 +149,7 @@ def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
             most = max(rows, key=lambda row: (row.after or 0.0) / (row.before or 1.0))
             sentences.append(
                 f"The completed model follows its own data on {log} worse than the declared structure re-estimated, "
-                f"{ratio:.3g} times over all channels and {(most.after or 0.0) / (most.before or 1.0):.3g} times in "
-                f"{most.channel}: do not take it over."
+                f"{number(ratio)} times over all channels and {number((most.after or 0.0) / (most.before or 1.0))} "
+                f"times in {most.channel}: do not take it over."
             )
     return sentences

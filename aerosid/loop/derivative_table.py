@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from aerosid.loop.goodness import variance_inflation
 from aerosid.model_error.paper_chain import Chain
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
+from aerosid.search.settings import AttributionSettings
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,13 @@ class DerivativeRow:
     """The estimate among forces of any shape, where the flight shows more than the structure explains."""
     filter_error_std_error: float | None = None
     """Its standard deviation; `std_error` is no smaller."""
+    estimate: float | None = None
+    """Of a derivative that is not shown: the estimate that `std_error` belongs to, while `value` stays as declared."""
 
 
-SHOWN = 0.3
-"""A derivative known to worse than this share of its size (its own or the declared, the greater) is not shown."""
+SHOWN = 1.0 / AttributionSettings().final_deviations
+"""A derivative known to worse than this share of its size (its own or the declared, the greater) is not shown: three
+standard errors, as are asked of what is named, so that nothing is named and not shown."""
 
 
 def is_shown(value: float, declared: float | None, std_error: float) -> bool:
@@ -50,46 +55,67 @@ def is_shown(value: float, declared: float | None, std_error: float) -> bool:
 
 
 def derivative_rows(
-    aircraft: Aircraft, found: Attribution, chain: Chain | None, scattered: Mapping[Entry, float]
+    aircraft: Aircraft,
+    found: Attribution,
+    completed: Attribution,
+    chain: Chain | None,
+    scattered: Mapping[Entry, float],
+    kept: Mapping[Entry, float] = MappingProxyType({}),
 ) -> tuple[DerivativeRow, ...]:
-    """One row for each declared or found term, coefficient by coefficient."""
-    declared = {(d.coefficient, d.term): d for d in aircraft.derivatives}
-    completed, spread = found.completed, found.completed_deviations
-    inflation, beside = variance_inflation(completed), found.filter_error
+    """One row for each declared or found term, coefficient by coefficient.
+
+    Parameters
+    ----------
+    found : Attribution
+        With every declared derivative free: the standard errors are from here.
+    completed : Attribution
+        With those that are `kept` at their declared values: the values are from here.
+    kept : mapping of Entry to float
+        With the estimate that was not shown.
+    """
+    declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
+    inflation = variance_inflation(found.completed)
     rows = []
-    order = sorted(dict.fromkeys([*declared, *completed.free]), key=lambda entry: aircraft.coefficients.index(entry[0]))
-    for entry in order:
-        row = declared.get(entry)
-        given = row.value if row else None
-        if entry not in completed.free:
-            value = completed.model.value(entry)
+    order = dict.fromkeys([*declared, *completed.completed.free])
+    for entry in sorted(order, key=lambda entry: aircraft.coefficients.index(entry[0])):
+        given = declared.get(entry)
+        value = completed.completed.model.value(entry)
+        if entry not in kept and entry not in completed.completed.free:
             rows.append(DerivativeRow(entry[0], str(entry[1]), given, given, value, None, None, None, None, None, True))
             continue
-        n = completed.free.index(entry)
-        value, error = completed.model.value(entry), float(spread.corrected[n])
-        in_chain = chain is not None and entry in chain.entries
+        source = found if entry in kept else completed
+        n = source.completed.free.index(entry)
+        spread, beside = source.completed_deviations, source.filter_error
+        error = float(spread.corrected[n])
+        rls, rls_error = _recursive(chain, entry)
         rows.append(
             DerivativeRow(
                 coefficient=entry[0],
                 term=str(entry[1]),
                 declared=given,
                 refitted=found.before.model.value(entry) if entry in found.before.free else None,
-                value=value,
+                value=given if entry in kept and given is not None else value,
                 std_error=_finite(error),
                 std_error_white=_finite(float(spread.white[n])),
-                rls=chain.model.value(entry) if chain is not None and in_chain else None,
-                rls_std_error=_finite(float(chain.std_errors[chain.entries.index(entry)]))
-                if chain is not None and in_chain
-                else None,
+                rls=rls,
+                rls_std_error=rls_error,
                 correlation_max=_finite(float(spread.correlation_max[n])),
-                shown=is_shown(value, given, error),
-                variance_inflation=_finite(float(inflation[n])),
+                shown=entry not in kept and is_shown(value, given, error),
+                variance_inflation=_finite(float(inflation[found.completed.free.index(entry)])),
                 scatter=scattered.get(entry),
                 filter_error=_finite(float(beside.values[n])) if beside else None,
                 filter_error_std_error=_finite(float(beside.deviations[n])) if beside else None,
+                estimate=kept.get(entry),
             )
         )
     return tuple(rows)
+
+
+def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float | None]:
+    """The estimate of recursive least squares with its standard error; None where that did not see the entry."""
+    if chain is None or entry not in chain.entries:
+        return None, None
+    return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
 def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
@@ -102,9 +128,11 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
         why = ""
         if row.correlation_max is not None and row.correlation_max > 0.95:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
+        estimate = row.value if row.estimate is None else row.estimate
+        holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {row.value:.4g}"
         sentences.append(
-            f"These records cannot show {row.coefficient} {row.term}: {number(row.value)} has {error}{why}. "
-            "Do not read it as measured."
+            f"These records cannot show {row.coefficient} {row.term}: the estimate {number(estimate)} has {error}{why}."
+            f" Do not read it as measured{holds}."
         )
     return sentences
 

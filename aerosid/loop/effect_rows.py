@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.loop.leave_one_out import Gains, identity
 from aerosid.loop.quantity import Parameter
+from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """A term's number from the validation logs alone; `p_value` of their saying so by chance."""
+
+    value: float
+    std_error: float
+    p_value: float
 
 
 @dataclass(frozen=True)
@@ -24,15 +35,23 @@ class Evidence:
     p_value : float
         Of the effect being none, coloured residuals and the number of candidates counted.
     validation_gain : float or None
-        before/after of the root-mean-square error on the validation logs, median over channels; None without one.
+        Root-mean-square error without the effect, everything else estimated again, over that with it, on the validation
+        logs; median over channels. None without such a log.
     likelihood_gain : float
-        Rise of -2 ln L when the effect is struck out again.
+        Rise of -2 ln L when the effect is struck out again; of an alternative the fall when it takes the chosen one's
+        place, negative where it fits worse.
+    hold_out_gain : float or None
+        As `validation_gain`, on the logs that no decision touched.
+    confirmation : Confirmation or None
+        What the validation logs say of the effect by themselves, where only that let it be named.
     """
 
     correlation: float | None
     p_value: float
     validation_gain: float | None
     likelihood_gain: float
+    hold_out_gain: float | None = None
+    confirmation: Confirmation | None = None
 
 
 @dataclass(frozen=True)
@@ -51,15 +70,18 @@ class Effect:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     instead_of: str = ""
     """For an alternative: the chosen effect that it could replace."""
+    worse_by: float | None = None
+    """For an alternative: by how much -2 ln L, with what its numbers cost, is higher than with the chosen effect."""
+    margin: float | None = None
+    """For an alternative: the difference up to which the flights decide nothing; what is worse is not listed."""
 
 
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def effect_row(rank: int, finding: Finding, correlations: dict[Entry, float], gain: float | None) -> Effect:
-    """The row of a finding; `gain`: on the validation flights, None without one."""
-    correlation = correlations.get(finding.entry) if finding.entry is not None else None
+def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
+    """The row of a finding."""
     return Effect(
         rank=rank,
         kind=finding.kind,
@@ -68,8 +90,50 @@ def effect_row(rank: int, finding: Finding, correlations: dict[Entry, float], ga
         value=finding.value,
         std_error=finding.std_error,
         unit=finding.unit,
-        evidence=Evidence(correlation, finding.p_value, gain, finding.gain),
+        evidence=evidence,
         time=finding.time,
         parameters={name: Parameter(value, _finite(error), unit) for name, value, error, unit in finding.parameters},
         instead_of=finding.instead_of,
+        worse_by=finding.worse_by,
+        margin=finding.margin,
+    )
+
+
+def effect_rows(
+    found: Attribution, correlations: Mapping[Entry, float], gains: Gains, hold_out_gains: Gains
+) -> tuple[Effect, ...]:
+    """The findings, most certain first, each with all that speaks for it."""
+    confirmed = {each.entry: Confirmation(each.value, each.std_error, each.p_value) for each in found.confirmed}
+    rows = []
+    for rank, finding in enumerate(found.findings, start=1):
+        term = finding.entry
+        evidence = Evidence(
+            correlation=correlations.get(term) if term is not None else None,
+            p_value=finding.p_value,
+            validation_gain=gains.get(identity(finding)),
+            likelihood_gain=finding.gain,
+            hold_out_gain=hold_out_gains.get(identity(finding)),
+            confirmation=confirmed.get(term) if term is not None else None,
+        )
+        rows.append(effect_row(rank, finding, evidence))
+    return tuple(rows)
+
+
+def with_correlations(
+    effects: Sequence[Effect], found: Attribution, correlations: Mapping[Entry, float]
+) -> tuple[Effect, ...]:
+    """The rows with the correlation of the model error with each term, where that is known."""
+    return tuple(
+        replace(effect, evidence=replace(effect.evidence, correlation=correlations.get(finding.entry)))
+        if finding.entry is not None
+        else effect
+        for effect, finding in zip(effects, found.findings, strict=True)
+    )
+
+
+def alternative_rows(found: Attribution) -> tuple[Effect, ...]:
+    """What could stand in the place of a finding."""
+    return tuple(
+        effect_row(rank, other, Evidence(None, other.p_value, None, other.gain))
+        for rank, other in enumerate(found.alternatives, start=1)
     )

@@ -7,7 +7,7 @@ logs, aircraft -> manoeuvres -> do the instruments agree? -> the declared struct
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,8 +31,10 @@ from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.equation_error_attribution import attribute_by_equations
+from aerosid.search.final_significance import significant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
+from aerosid.search.structure_search import StructureSearch
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Identification:
         What the declared model lacks; None where the instruments contradict each other, so that nothing is judged.
     rivals : tuple of CoefficientRival
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
+    search : StructureSearch or None
+        The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
     """
 
     aircraft: Aircraft
@@ -68,6 +72,7 @@ class Identification:
     agreement: KinematicConsistency | None
     found: Attribution | None
     rivals: tuple[CoefficientRival, ...] = ()
+    search: StructureSearch | None = field(default=None, repr=False, compare=False)
 
 
 def identify(
@@ -132,10 +137,10 @@ def identify(
         before = None
 
     progress("tracing the residual")
-    found, rivals = _traced(
+    found, rivals, search = _traced(
         before, declared, candidates, manoeuvres, others, aircraft, agreement, settings, free, given
     )
-    return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, found, rivals)
+    return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, found, rivals, search)
 
 
 def _traced(
@@ -149,19 +154,24 @@ def _traced(
     settings: LoopSettings,
     free: Sequence[Entry],
     given: Sequence[ActiveEffect],
-) -> tuple[Attribution, tuple[CoefficientRival, ...]]:
+) -> tuple[Attribution, tuple[CoefficientRival, ...], StructureSearch]:
     """What is missing among the hypotheses that the settings allow, and what one coefficient could not tell from it."""
     hypotheses = term_hypotheses(candidates)
     if settings.catalogue == "terms":
         assert before is not None
         quiet = replace(settings.attribution, disturbances=False)
-        return attribute(before, manoeuvres, hypotheses, (), quiet, declared, others), ()
+        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, others)
+        search = StructureSearch(tuple(manoeuvres), hypotheses, (), before, quiet, declared)
+        return significant(found, search), (), search
     hypotheses += effect_hypotheses(declared, manoeuvres, aircraft.coefficients)
     if declared.axes == LONGITUDINAL:
         decision = decide(
             declared, free, given, hypotheses, aircraft.coefficients, manoeuvres, others, settings.equation_error
         )
-        return attribute_by_equations(decision, manoeuvres, before), ()
+        found = attribute_by_equations(decision, manoeuvres, before)
+        asked = tuple(aircraft.coefficients)
+        search = StructureSearch(tuple(manoeuvres), hypotheses, asked, found.before, settings.attribution, declared)
+        return found, (), search
     assert before is not None
     found = attribute(
         before,
@@ -173,8 +183,12 @@ def _traced(
         others,
         moving_air=agreement is not None and agreement.is_gusty,
     )
+    search = StructureSearch(
+        tuple(manoeuvres), tuple(hypotheses), aircraft.coefficients, before, settings.attribution, declared
+    )
+    found = significant(found, search)
     rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-    return with_rivals(found, rivals), tuple(rivals)
+    return with_rivals(found, rivals, settings.attribution.reach), tuple(rivals), search
 
 
 def _mean_airspeed(log: FlightLog) -> float:

@@ -14,6 +14,7 @@ from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.roles import ROLES
 from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
 from aerosid.nomenclature import CHANNELS
 from aerosid.search.attribution import Attribution
@@ -40,7 +41,7 @@ class ErrorRow:
     """Why the noise, estimated from the log, is not to be believed; empty where it is."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulated:
     """Open-loop responses on one log, all in SI; NaN where a simulation left its range.
 
@@ -55,6 +56,10 @@ class Simulated:
     after: Mapping[str, FloatArray]
     trimmed: Mapping[str, FloatArray]
 
+    def __repr__(self) -> str:
+        """One line, however long the log."""
+        return f"<Simulated {self.log.name} ({self.role}): {', '.join(self.measured)}>"
+
 
 def compare(
     declared: AerodynamicModel,
@@ -62,11 +67,16 @@ def compare(
     aircraft: Aircraft,
     manoeuvres: Sequence[Manoeuvre],
     others: Sequence[Manoeuvre],
+    held_out: Sequence[Manoeuvre] = (),
 ) -> tuple[list[Simulated], list[ErrorRow], list[CoefficientRow]]:
     """Open-loop simulations and their errors on every log, and the shares of the measured coefficients explained."""
     simulated, rows, shares = [], [], []
     variance = found.completed.variance
-    logs = [(m, "identification") for m in manoeuvres] + [(m, "validation") for m in others]
+    logs = [
+        (manoeuvre, role)
+        for role, flights in zip(ROLES, (manoeuvres, others, held_out), strict=True)
+        for manoeuvre in flights
+    ]
     for n, (manoeuvre, role) in enumerate(logs):
         effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
         # Each search of an initial state begins at the nearest one known: the estimate's own, or the last model's.
@@ -127,13 +137,3 @@ def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response])
             )
         )
     return rows
-
-
-def validation_gain(errors: Sequence[ErrorRow]) -> float | None:
-    """Median over channels of before/after on the validation logs."""
-    ratios = [
-        row.before / row.after
-        for row in errors
-        if row.role == "validation" and row.before is not None and row.after is not None and row.after > 0.0
-    ]
-    return float(np.median(ratios)) if ratios else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop import frames
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.goodness import CorrelationMatrix, FitRow, InnovationRow
@@ -18,15 +20,20 @@ from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.provenance import NOBODY, Provenance
+from aerosid.loop.roles import ROLES
+from aerosid.loop.settings import USUAL, LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.model_error.screening import RegressorPicture, ScreeningRow
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ClosedLoop:
     """Everything that one run of the loop found; the writers turn it into files."""
 
@@ -60,5 +67,29 @@ class ClosedLoop:
     """The model error against the found terms and their closest rivals."""
     kinematics: KinematicConsistency | None = None
     """Whether the instruments agree with each other; None where too few channels are there."""
+    hold_out: tuple[FlightLog, ...] = ()
+    """Logs that no decision touched: predicted by the completed model after everything else."""
+    decided_by_validation: tuple[str, ...] = ()
+    """What the validation logs confirmed and refuted, a few words each; empty where they changed nothing."""
     provenance: Provenance = NOBODY
     """Day, settings that are not the usual ones, command line, analyst."""
+    settings: LoopSettings = USUAL
+    """All settings."""
+
+    def __repr__(self) -> str:
+        """One line: verdict, logs, effects. The numbers are in the frames, in files, and in the attributes."""
+        logs = ", ".join(log.name for role in ROLES for log in getattr(self, role))
+        named = ", ".join(f"{e.kind} {e.where} {e.term}".strip() for e in self.effects) or "no effect"
+        return f"<{type(self).__name__} {self.verdict.name.lower()}: {named}; {self.aircraft.name} on {logs}>"
+
+    def derivatives_frame(self) -> pd.DataFrame:
+        """The derivative table, one row a derivative, indexed by coefficient and term."""
+        return frames.derivatives_frame(self.derivatives)
+
+    def errors_frame(self) -> pd.DataFrame:
+        """The errors, one row a log and channel, indexed by both."""
+        return frames.errors_frame(self.errors)
+
+    def effects_frame(self) -> pd.DataFrame:
+        """What the declared model lacks, one row an effect, indexed by rank."""
+        return frames.effects_frame(self.effects)

@@ -10,9 +10,11 @@ import numpy as np
 from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.loop.derivative_table import SHOWN
 from aerosid.loop.effect_rows import Effect
+from aerosid.loop.error_reduction import told_of_reduction
 from aerosid.loop.open_loop_errors import ErrorRow
-from aerosid.notation import number, with_deviation
+from aerosid.notation import with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.refutation import cannot_follow
@@ -40,49 +42,54 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
         Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
         missing than the flights that were fitted show.
     """
-    completed, spread = found.completed, found.completed_deviations
-    # Constants are known from any level flight; what depends on the motion needs one.
-    moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
-    values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
-    if values.size and not found.findings and not np.any(spread.published[moving] < 0.3 * values):
+    if not found.findings and not is_excited(found, manoeuvres):
         return Verdict.NOT_EXCITED
     left = unexplained_channels(found.completed, manoeuvres) or any(
-        cannot_follow(completed, each) for each in validation
+        cannot_follow(found.completed, each) for each in validation
     )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
     return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
 
 
+MOVES = 2.0
+"""Times its noise that the standard deviation of an angle to the air or of a rate must be for a flight to have moved at
+all: that of a steady flight is its noise, which is known from the log within a quarter."""
+
+MOTION = ("alpha", "beta", "p", "q", "r")
+
+
+def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
+    """Whether the flights move, and their motion shows any derivative at all.
+
+    By the standard error as published, no smaller than the Cramer-Rao bound. An estimate from noise alone may be far
+    from zero in its own standard errors, since the estimator is not linear: so the motion is asked for as well.
+    """
+    completed, spread = found.completed, found.completed_deviations
+    # Constants are known from any level flight; what depends on the motion needs one.
+    moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
+    if not moving:
+        return True
+    values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
+    known = np.any(np.maximum(spread.published, spread.white)[moving] < SHOWN * values)
+    return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)
+
+
+def _moves(manoeuvre: Manoeuvre) -> bool:
+    places = [n for n, name in enumerate(manoeuvre.axes.outputs) if name in MOTION]
+    return bool(np.any(manoeuvre.spread[places] > MOVES * manoeuvre.noise[places]))
+
+
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
-    """One sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
+    """A sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
     sentence = verdict.value
     if effects:
         sentence = f"The declared model lacks {' and '.join(_named(effect) for effect in effects)}."
         if verdict is Verdict.PARTLY_EXPLAINED:
             sentence += " More is missing than this explains."
-    role = "validation" if any(row.role == "validation" for row in errors) else "identification"
-    pairs = [
-        (row.before / row.noise, row.after / row.noise)
-        for row in errors
-        if row.role == role
-        and row.before is not None
-        and row.after is not None
-        and row.noise > 0.0
-        and not row.noise_doubt
-    ]
-    unknown = list(dict.fromkeys(row.channel for row in errors if row.role == role and row.noise_doubt))
-    if pairs:
-        before, after = (float(np.median(column)) for column in zip(*pairs, strict=True))
-        sentence += (
-            f" Median error on the {role} flight: {number(before)} times the noise before, {number(after)} after."
-        )
-    if unknown:
-        sentence += (
-            f" The noise of {', '.join(unknown)} cannot be estimated from the log (filtered, interpolated or repeated "
-            "samples): nothing is said in units of it."
-        )
-    return sentence
+    if verdict is Verdict.NOT_EXCITED:
+        return f"{sentence} The completed aircraft keeps every declared value."
+    return f"{sentence} {told_of_reduction(errors)}".strip()
 
 
 def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
@@ -92,6 +99,12 @@ def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
         "it is not what is missing, and is not named."
         for label in refuted
     ]
+
+
+def told_of_decisions(found: Attribution) -> tuple[str, ...]:
+    """What the validation flights decided, a few words each; empty where they changed nothing."""
+    confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
+    return (*confirmed, *(f"refuted {named(label)}" for label in found.refuted))
 
 
 def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:

@@ -15,6 +15,7 @@ from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
 from aerosid.notation import MISSING, number, p_value, with_deviation
 from aerosid.reporting.prose import in_words
+from aerosid.reporting.roles import label_of
 from aerosid.reporting.words import effect_sentence, ratio, shown_unit
 
 _STYLES = {
@@ -46,13 +47,14 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
-        console.print(_errors(log, role, [row for row in result.errors if (row.log, row.role) == (log, role)]))
+        rows = [row for row in result.errors if (row.log, row.role) == (log, role)]
+        console.print(_errors(log, label_of(role, result), rows))
 
 
 def print_next_flight(result: ClosedLoop, console: Console) -> None:
     """Prints what to fly next, where something is left to decide."""
     if result.next_flight is not None:
-        console.print(Text(_next_flight(result.next_flight)), soft_wrap=True)
+        console.print(Text(in_words(_next_flight(result.next_flight))), soft_wrap=True)
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
@@ -65,9 +67,13 @@ def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
 
 
 def _effects(title: str, effects: Sequence[Effect]) -> Table:
-    table = _table(title, ("", "effect"), ("value ± standard error", "unit", "p-value", "error ratio on validation"))
+    listed = any(effect.instead_of for effect in effects)
+    last = "fits worse by" if listed else "error without / with"
+    table = _table(title, ("", "effect"), ("value ± standard error", "unit", "p-value", last))
     for effect in effects:
-        gain = effect.evidence.validation_gain
+        evidence = effect.evidence
+        gain = evidence.validation_gain if evidence.hold_out_gain is None else evidence.hold_out_gain
+        said = number(effect.worse_by, 2) if listed else MISSING if gain is None else number(gain, 2)
         sentence = effect_sentence(effect) + (f", in place of {effect.instead_of}" if effect.instead_of else "")
         cells = (
             str(effect.rank),
@@ -75,7 +81,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             with_deviation(effect.value, effect.std_error),
             effect.unit,
             p_value(effect.evidence.p_value),
-            MISSING if gain is None else f"{number(gain, 2)}×",
+            said,
         )
         table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
@@ -100,13 +106,13 @@ def _derivatives(result: ClosedLoop) -> Table:
         "Derivatives", ("", "term"), ("declared", "re-estimated", "completed ± standard error", "largest correlation")
     )
     for row in result.derivatives:
-        estimate = with_deviation(row.value, row.std_error)
+        estimate = with_deviation(row.value if row.estimate is None else row.estimate, row.std_error)
         cells = (
             row.coefficient,
             row.term,
             number(row.declared, 4),
             number(row.refitted, 4),
-            estimate if row.shown else f"not shown ({estimate})",
+            estimate if row.shown else f"{number(row.value, 4)}, not shown ({estimate})",
             number(row.correlation_max, 2),
         )
         table.add_row(*map(Text, cells))
@@ -114,8 +120,7 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
-    used = "not used for the fit" if role == "validation" else "used for the fit"
-    title = f"Error of {log} ({role}: {used}), root-mean-square of measured minus simulated"
+    title = f"Error of {log} ({role}), root-mean-square of measured minus simulated"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
         numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)

@@ -7,17 +7,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
 from aerosid.notation import SUPERSCRIPTS
+from aerosid.reporting.roles import label_of
 
 MOST_TICKS = 3
 """Spaces between the numbers of the scale: more would touch one another."""
 
 
-def by_log(rows: Sequence[ErrorRow]) -> list[dict[str, Any]]:
-    """The rows of each log with its name and role, in their order."""
+def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]:
+    """The rows of each log of a result with its name, role and what it was used for, in their order."""
     logs = dict.fromkeys((row.log, row.role) for row in rows)
     return [
-        {"log": log, "role": role, "rows": [row for row in rows if (row.log, row.role) == (log, role)]}
+        {
+            "log": log,
+            "role": role,
+            "label": label_of(role, result),
+            "rows": [row for row in rows if (row.log, row.role) == (log, role)],
+        }
         for log, role in logs
     ]
 

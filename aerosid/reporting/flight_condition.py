@@ -48,11 +48,26 @@ def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCon
         "calibrated airspeed": _calibrated(log, aircraft),
         "Mach number": _mach(log, aircraft),
         "mass": _shown(log, "mass") if _held(log, "mass") else f"{number(aircraft.mass, 4)} kg (aircraft file)",
-        "centre of gravity": NOT_RECORDED,
-        "flaps": _shown(log, "delta_f"),
-        "gear": NOT_RECORDED,
+        "centre of gravity": _centre_of_gravity(log, aircraft),
+        "flaps": _shown(log, "delta_f") if _held(log, "delta_f") else _configured(aircraft, "flaps"),
+        "gear": _configured(aircraft, "gear"),
     }
     return FlightCondition(log.name, role, entries)
+
+
+def _configured(aircraft: Aircraft, name: str) -> str:
+    """What the aircraft file says of the configuration as flown."""
+    return aircraft.configuration.get(name, NOT_RECORDED)
+
+
+def _centre_of_gravity(log: FlightLog, aircraft: Aircraft) -> str:
+    """The file's words, and what the fuel used has moved it by."""
+    said = _configured(aircraft, "centre_of_gravity")
+    if aircraft.fuel is None or not aircraft.fuel.x_cg or not _held(log, "fuel_used"):
+        return said
+    ahead = float(np.mean(aircraft.fuel.centre_at(log["fuel_used"][np.isfinite(log["fuel_used"])])))
+    moved = f"{number(ahead, 2)} m ahead of the declared one, by fuel used"
+    return moved if said == NOT_RECORDED else f"{said}; {moved}"
 
 
 def _held(log: FlightLog, name: str) -> bool:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from statistics import median
 
+from aerosid.loop.error_reduction import headline_role
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
@@ -36,6 +36,9 @@ TONES = {
     Verdict.INCONSISTENT_DATA: "poor",
 }
 
+_WORSE = 0.98
+"""Error without an effect over error with it below which the effect is told to predict worse."""
+
 _ABOVE_NOISE = 1.5
 """Times its noise from which a channel's remaining error is worth a sentence."""
 
@@ -46,25 +49,33 @@ def unproven(result: ClosedLoop) -> tuple[str, ...]:
 
 
 def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
-    """The rows that answer whether the model got better: of the validation logs, or of all where there is none."""
-    held_back = tuple(row for row in result.errors if row.role == "validation")
-    return held_back or result.errors
-
-
-def typical_gain(rows: Sequence[ErrorRow]) -> float | None:
-    """The median over channels of the error before, divided by the error after."""
-    gains = [row.before / row.after for row in rows if row.before is not None and row.after]
-    return median(gains) if gains else None
+    """The rows that answer whether the model got better: of the logs that are farthest from every decision."""
+    role = headline_role(result.errors)
+    return tuple(row for row in result.errors if row.role == role)
 
 
 def _unproven(result: ClosedLoop) -> Iterator[str]:
-    if not result.validation:
+    if not result.validation and not result.hold_out:
         yield (
-            "No flight was held back (--validate): the errors below are those of the fitted flights, and a model that "
-            "fits the flight it was made from need not predict another."
+            "No flight was held back (--validate, --hold-out): the errors below are those of the fitted flights, and a "
+            "model that fits the flight it was made from need not predict another."
         )
+    for effect in result.effects:
+        gain = (
+            effect.evidence.validation_gain if effect.evidence.hold_out_gain is None else effect.evidence.hold_out_gain
+        )
+        if gain is not None and gain < _WORSE:
+            yield (
+                f"Without {effect_name(effect)}, everything else estimated again, the flights that were not fitted are "
+                f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
+            )
     for effect in result.alternatives:
         yield f"These manoeuvres cannot tell {effect_name(effect)} from {effect.instead_of or 'what was chosen'}."
+    if result.validation and not result.hold_out and result.decided_by_validation:
+        yield (
+            f"The validation flights had a say in what is named ({listed(result.decided_by_validation)}): their "
+            "errors are no independent evidence of it (--hold-out names a flight that no decision touches)."
+        )
     hidden = [f"{row.coefficient} {row.term}" for row in result.derivatives if not row.shown]
     if hidden:
         yield f"The flights hold too little information on {listed(hidden)}."

@@ -14,6 +14,7 @@ from aerosid.logs.quality import LogQuality
 from aerosid.manoeuvres import FlightSegmentation
 from aerosid.notation import number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
+from aerosid.reporting.result_json import portable
 
 
 def print_quality(quality: LogQuality, console: Console) -> None:
@@ -160,7 +161,7 @@ def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) ->
     """What `check --json` says of one log, SI."""
     return {
         "log": quality.name,
-        "path": quality.path,
+        "path": portable(quality.path),
         "samples": quality.samples,
         "start": round(quality.start, 6),
         "stop": round(quality.stop, 6),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from aerosid.compatibility import KinematicConsistency
@@ -12,7 +13,9 @@ from aerosid.flight_model.linear_model import LINEAR_STATES
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.provenance import all_settings
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES
 from aerosid.reporting.result_schema import (
     SCHEMA,
     AlternativeRow,
@@ -28,6 +31,7 @@ from aerosid.reporting.result_schema import (
     LinearEntry,
     NextFlightEntry,
     PrefilterEntry,
+    ProvenanceEntry,
     ResultFile,
     Role,
     ScreeningEntry,
@@ -38,13 +42,24 @@ def input_files(result: ClosedLoop) -> tuple[InputFile, ...]:
     """The files that the result depends on: logs in the order of the call, then the aircraft file."""
 
     def entry(log: FlightLog, role: Role) -> InputFile:
-        return InputFile(path=log.path or log.name, sha256=log.sha256, role=role)
+        return InputFile(
+            path=portable(log.path or log.name),
+            sha256=log.sha256,
+            role=role,
+            span=(float(log.time[0]), float(log.time[-1])),
+            channel_map=portable(log.channel_map) or None,
+            channel_map_sha256=log.channel_map_sha256 or None,
+        )
 
     return (
-        *(entry(log, "identification") for log in result.identification),
-        *(entry(log, "validation") for log in result.validation),
-        InputFile(path=result.aircraft.path, sha256=result.aircraft.sha256, role="aircraft"),
+        *(entry(log, role) for role in ROLES for log in getattr(result, role)),
+        InputFile(path=portable(result.aircraft.path), sha256=result.aircraft.sha256, role="aircraft"),
     )
+
+
+def portable(path: str) -> str:
+    """A path as the user named it; of an absolute one its last part, for a folder of this machine says nothing."""
+    return Path(path).name if Path(path).is_absolute() else path
 
 
 def result_file(result: ClosedLoop) -> ResultFile:
@@ -63,10 +78,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
         verdict=result.verdict.name.lower(),
         summary=result.summary,
         effects=tuple(EffectRow.model_validate(_effect(effect)) for effect in result.effects),
-        alternatives=tuple(
-            AlternativeRow.model_validate({**_effect(effect), "instead_of": effect.instead_of})
-            for effect in result.alternatives
-        ),
+        alternatives=tuple(AlternativeRow.model_validate(_effect(effect)) for effect in result.alternatives),
         derivatives=tuple(DerivativeEntry.model_validate(row) for row in result.derivatives),
         coefficients=tuple(CoefficientEntry.model_validate(row) for row in result.coefficients),
         error=tuple(ErrorEntry.model_validate(row) for row in result.errors),
@@ -78,11 +90,16 @@ def result_file(result: ClosedLoop) -> ResultFile:
         notes=result.notes,
         linear=tuple(_linear(row) for row in result.linear),
         next_flight=None if result.next_flight is None else NextFlightEntry.model_validate(result.next_flight),
-        kinematics=_kinematics(result.kinematics),
+        kinematics=kinematics_entry(result.kinematics),
+        provenance=ProvenanceEntry.model_validate(result.provenance),
+        settings=all_settings(result.settings),
+        settings_changed=tuple(result.provenance.settings),
+        decided_by_validation=result.decided_by_validation,
     )
 
 
-def _kinematics(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
+def kinematics_entry(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
+    """Whether the instruments agree, as result.json says it; None where that was not asked."""
     if agreement is None:
         return None
     values = {entry.name: getattr(agreement, entry.name) for entry in fields(agreement)}
@@ -100,18 +117,27 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time` and `parameters` are left out of effects that have none, `next_flight` where nothing is left to decide, and
-    `kinematics` where too few channels are there; every other key always stands.
+    `time`, `parameters`, `hold_out_gain` and `confirmation` are left out of effects that have none, `next_flight` where
+    nothing is left to decide, and `kinematics` where too few channels are there; every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
-        for key in ("time", "parameters"):
-            if effect[key] is None:
-                del effect[key]
+        for holder, keys in ((effect, _SELDOM), (effect["evidence"], _SELDOM_EVIDENCE)):
+            for key in keys:
+                if holder.get(key) is None:
+                    holder.pop(key, None)
+    for entry in document["inputs"]:
+        for key in ("span", "channel_map", "channel_map_sha256"):
+            if entry[key] is None:
+                del entry[key]
     for key in ("next_flight", "kinematics"):
         if document[key] is None:
             del document[key]
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+_SELDOM = ("time", "parameters")
+_SELDOM_EVIDENCE = ("hold_out_gain", "confirmation")
 
 
 def _effect(effect: Effect) -> Mapping[str, Any]:

@@ -29,7 +29,8 @@ def encodable(text: Any) -> Any:
 
 
 Text = Annotated[str, BeforeValidator(encodable)]
-Role = Literal["identification", "validation", "aircraft"]
+Role = Literal["identification", "validation", "hold_out", "aircraft"]
+LogRole = Literal["identification", "validation", "hold_out"]
 
 
 class _Row(BaseModel):
@@ -37,11 +38,22 @@ class _Row(BaseModel):
 
 
 class InputFile(_Row):
-    """A file that the result depends on."""
+    """A file that the result depends on; `span` of a log is what was used of it, s of its own time."""
 
     path: Text
     sha256: Text
     role: Role
+    span: tuple[float, float] | None = None
+    channel_map: Text | None = None
+    channel_map_sha256: Text | None = None
+
+
+class ConfirmationRow(_Row):
+    """A term's number from the validation logs alone."""
+
+    value: Number
+    std_error: Number
+    p_value: Number
 
 
 class EvidenceRow(_Row):
@@ -51,6 +63,8 @@ class EvidenceRow(_Row):
     p_value: Number
     validation_gain: Number
     likelihood_gain: Number
+    hold_out_gain: Number = None
+    confirmation: ConfirmationRow | None = None
 
 
 class ParameterRow(_Row):
@@ -80,6 +94,8 @@ class AlternativeRow(EffectRow):
     """An effect that these manoeuvres cannot tell from the chosen effect `instead_of`."""
 
     instead_of: Text
+    worse_by: Number = None
+    margin: Number = None
 
 
 class DerivativeEntry(_Row):
@@ -100,6 +116,7 @@ class DerivativeEntry(_Row):
     scatter: Number = None
     filter_error: Number = None
     filter_error_std_error: Number = None
+    estimate: Number = None
 
 
 class CoefficientEntry(_Row):
@@ -115,7 +132,7 @@ class ErrorEntry(_Row):
     """Root-mean-square of measured minus simulated of one channel on one log."""
 
     log: Text
-    role: Literal["identification", "validation"]
+    role: LogRole
     channel: Text
     unit: Text
     declared: Number
@@ -296,7 +313,7 @@ class FitEntry(_Row):
     """How well one channel of one log is simulated."""
 
     log: Text
-    role: Literal["identification", "validation"]
+    role: LogRole
     channel: Text
     variant: Literal["before", "after"]
     theil: Number
@@ -325,6 +342,15 @@ class CorrelationEntry(_Row):
     rows: tuple[tuple[Number, ...], ...]
 
 
+class ProvenanceEntry(_Row):
+    """The day, and who asked how."""
+
+    date: Text
+    command: Text
+    analyst: Text
+    remarks: Text
+
+
 class ResultFile(_Row):
     """The whole of result.json, in the order of its keys; further keys of later versions are ignored on reading."""
 
@@ -348,6 +374,10 @@ class ResultFile(_Row):
     linear: tuple[LinearEntry, ...] = ()
     next_flight: NextFlightEntry | None = None
     kinematics: KinematicsEntry | None = None
+    provenance: ProvenanceEntry | None = None
+    settings: dict[Text, Any] = {}
+    settings_changed: tuple[Text, ...] = ()
+    decided_by_validation: tuple[Text, ...] = ()
 
     model_config = ConfigDict(
         frozen=True,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -55,7 +57,7 @@ def _run(result: ClosedLoop) -> list[tuple[str, str]]:
     made = result.provenance
     given = [("Date", made.date), ("Analyst", made.analyst)]
     rows = [(name, text) for name, text in given if text]
-    rows.append(("Made with", f"aerosid {result.version}, seed {result.seed}"))
+    rows.append(("Made with", ", ".join((f"aerosid {result.version}", *_versions(), f"seed {result.seed}"))))
     if made.command:
         rows.append(("Command", made.command))
     if made.date or made.settings:
@@ -63,6 +65,16 @@ def _run(result: ClosedLoop) -> list[tuple[str, str]]:
     if made.remarks:
         rows.append(("Remarks", made.remarks))
     return rows
+
+
+def _versions() -> Iterator[str]:
+    """The versions of what computes."""
+    yield f"Python {platform.python_version()}"
+    for name in ("numpy", "scipy", "numba"):
+        try:
+            yield f"{name} {version(name)}"
+        except PackageNotFoundError:
+            yield f"{name} not installed"
 
 
 def _changed(made: Provenance) -> Iterator[str]:
@@ -119,6 +131,7 @@ def _references(result: ClosedLoop) -> list[tuple[str, str]]:
     )
     return [
         ("References", sizes),
+        ("Declared numbers from", aircraft.source or "not given"),
         ("Reference point", REFERENCE_POINT),
         ("Signs", SIGN_CONVENTION),
     ]

@@ -49,7 +49,7 @@ def symbol(name: str) -> Symbol:
     base, *marks = name.split("_")
     if (base in CHANNELS or base in _GREEK) and all(mark in _ACCENTS for mark in marks):
         return Symbol(_GREEK.get(base, base) + "".join(_ACCENTS[mark] for mark in marks))
-    return Symbol(name)
+    return Symbol(name.replace("_", " ") if name in CHANNELS else name)
 
 
 def subscripted(name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.deviations import Deviations, deviations
@@ -53,6 +53,8 @@ class Attribution:
         Terms that stand out where something is left, and not far enough.
     confirmed : tuple of Confirmed
         Those of them that flights which were not fitted show by themselves: they are among the findings.
+    fallen : tuple of Finding
+        What entered and whose final number does not stand: `final_significance`.
     """
 
     before: Refinement
@@ -65,6 +67,7 @@ class Attribution:
     filter_error: FilterError | None = None
     unproven: tuple[Unproven, ...] = ()
     confirmed: tuple[Confirmed, ...] = ()
+    fallen: tuple[Finding, ...] = ()
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -115,11 +118,7 @@ def attribute(
         unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
     beside = filter_error(completed, forces, held.searched.estimate.variance, manoeuvres) if forces else None
     spread = widened(spread, beside)
-    p_values = {each.entry: each.p_value for each in confirmed}
-    findings = tuple(
-        replace(row, p_value=p_values[row.entry]) if row.entry in p_values else row
-        for row in findings_of(search, completed, spread)
-    )
+    findings = findings_of(search, completed, spread)
     others = held.searched.others
     if forces is not None:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.

@@ -17,7 +17,9 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.coefficient_match import explained_shares
+from aerosid.notation import number, with_deviation
 from aerosid.search.disturbance_search import in_forces
+from aerosid.search.findings import Finding
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import Unproven, reason
 
@@ -26,6 +28,9 @@ OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0
 
 LESS = 0.95
 """Share of a coefficient's variance unexplained without a term that may be left with it: less is worth no name."""
+
+APART = 3.0
+"""Standard errors of their difference from which two numbers of one term are told to differ."""
 
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
 """Where a coefficient along the wind shows most in those that are measured."""
@@ -89,14 +94,31 @@ def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequ
     return refine_on(completed.with_terms(entries), search.manoeuvres)
 
 
-def told_of_confirmed(confirmed: Sequence[Confirmed], flights: Sequence[str]) -> list[str]:
-    """A sentence for each, for the notes; `flights` the names of those that were asked."""
-    return [
-        f"Confirmed: {each.entry[0]} {each.entry[1]} is not proven by what was fitted ({reason(each.suggested)}), but "
-        f"what was not ({' and '.join(flights)}) shows it by itself too: {each.value:.3g} with a deviation of "
-        f"{each.std_error:.2g}. The errors there had a part in naming it."
-        for each in confirmed
-    ]
+def told_of_confirmed(
+    confirmed: Sequence[Confirmed], flights: Sequence[str], findings: Sequence[Finding] = ()
+) -> list[str]:
+    """A sentence for each, for the notes: the number that is named, and the other flights' own.
+
+    Parameters
+    ----------
+    flights : sequence of str
+        Names of the flights that were asked.
+    findings : sequence of Finding
+        What is named, with its final numbers.
+    """
+    final = {finding.entry: finding for finding in findings}
+    sentences = []
+    for each in confirmed:
+        named = final.get(each.entry, each.suggested.finding)
+        apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
+        size = f" The two numbers are {number(apart)} standard errors apart." if apart > APART else ""
+        sentences.append(
+            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
+            f"is not proven by what was fitted ({reason(each.suggested)}), but what was not "
+            f"({' and '.join(flights)}) shows it by itself too, with the same sign: "
+            f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it.{size}"
+        )
+    return sentences
 
 
 def _on_its_own(

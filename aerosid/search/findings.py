@@ -84,6 +84,9 @@ class Finding:
         All numbers of an effect that has several.
     fit : Refinement or None
         Of an alternative: the estimate with it in place of what it could replace.
+    worse_by, margin : float or None
+        Of an alternative: by how much -2 ln L with the price of its numbers is higher than that of the chosen one, and
+        up to which difference the flights decide nothing.
     """
 
     kind: str
@@ -99,6 +102,8 @@ class Finding:
     instead_of: str = ""
     parameters: tuple[tuple[str, float, float, str], ...] = ()
     fit: Refinement | None = field(default=None, repr=False, compare=False)
+    worse_by: float | None = None
+    margin: float | None = None
 
 
 def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:

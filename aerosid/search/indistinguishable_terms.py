@@ -234,9 +234,16 @@ def _in_its_place(
     return found_among(part, asked, completed.cost - fit.cost, named((*active.name, "")))
 
 
-def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival]) -> Attribution:
-    """What was found with those rivals among its alternatives that are not there yet."""
+def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival], reach: float) -> Attribution:
+    """What was found with those rivals among its alternatives that all channels together do not tell from it either.
+
+    Parameters
+    ----------
+    reach : float
+        Difference of -2 ln L that decides nothing. What is worse by more is a warning about one coefficient, which the
+        notes give, and no alternative.
+    """
     known = {(other.kind, other.where, other.term, other.instead_of) for other in found.alternatives}
-    new = [rival.finding for rival in rivals]
-    new = [f for f in new if (f.kind, f.where, f.term, f.instead_of) not in known]
+    new = [replace(rival.finding, worse_by=-rival.finding.gain, margin=reach) for rival in rivals]
+    new = [f for f in new if -f.gain <= reach and (f.kind, f.where, f.term, f.instead_of) not in known]
     return replace(found, alternatives=(*found.alternatives, *new))

@@ -184,7 +184,10 @@ def within_reach(
             spread = search.rough_deviations(trial)
             others = [part for part in search.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
             place = named(chosen[0])
-            found.extend(replace(finding_of(search, part, -loss, place), fit=trial) for part in others)
+            found.extend(
+                replace(finding_of(search, part, -loss, place), fit=trial, worse_by=loss, margin=margin)
+                for part in others
+            )
     return found
 
 

@@ -24,6 +24,9 @@ class AttributionSettings:
         Difference of -2 ln L, for white residuals, within which another hypothesis counts as not told apart (20:1).
     price : float
         What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
+    final_deviations : float
+        By how many of its own final standard errors a named number is at least off none; chosen by convention, as three
+        standard errors are what flight test calls significant.
     disturbances : bool
         Whether gusts and forces of any shape are considered where something is left.
     """
@@ -34,4 +37,5 @@ class AttributionSettings:
     rounds: int = 6
     reach: float = 6.0
     price: float = 8.0
+    final_deviations: float = 3.0
     disturbances: bool = True

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from strategies import aircraft_texts
 
 from aerosid.aircraft import (
     Aircraft,
+    CompletionRecord,
     DeclaredEffect,
+    LogOfCompletion,
     bundled_aircraft,
     load_aircraft,
     save_aircraft,
@@ -165,7 +168,7 @@ REFUSED = {
     "value missing": (_replaced("{ value = 0.233 }", "{ sigma = 0.1 }"), ["derivatives.C_X.alpha.value", "missing"]),
     "negative mass": (_replaced("mass = 2280", "mass = -2280"), ["mass.mass", "-2280", "positive", "kg"]),
     "zero chord": (_replaced("1.5875", "0.0"), ["reference.mean_chord", "positive", " m "]),
-    "text for a number": (_replaced("mass = 2280 ", 'mass = "2280 kg" '), ["mass.mass", "'2280 kg'", "number in kg"]),
+    "text for a number": (_replaced("mass = 2280 ", 'mass = "2280 m" '), ["mass.mass", "'2280 m'", "number in kg"]),
     "truth for a number": (_replaced("density = 0.9077", "density = true"), ["air.density", "true", "number"]),
     "number for a text": (_replaced('source = "test"', "source = 3"), ["aircraft.source", "3", "text"]),
     "number for a table": (_replaced("{ value = 0.233 }", "0.233"), ["derivatives.C_X.alpha", "{ value"]),
@@ -273,7 +276,9 @@ def test_completing_keeps_comments_and_layout(tmp_path: Path) -> None:
     )
     kept = [line for line in GOOD.splitlines() if "#" in line and "parasite" not in line]
     assert [line for line in kept if line not in completed.text.splitlines()] == []
-    assert '"1" = { value = -0.0512345678901, sigma = 0.00123457 }   # parasite drag' in completed.text
+    # What was said of a number that went is no longer true beside the new one.
+    assert '"1" = { value = -0.0512345678901, sigma = 0.00123457 } # declared -0.054' in completed.text
+    assert "parasite" not in completed.text
     assert '"alpha^2" = { value = 3.6, sigma = 0.02 } # found by aerosid' in completed.text
     values = {(e.coefficient, str(e.term)): (e.value, e.sigma) for e in completed.derivatives}
     assert values["C_X", "alpha^2"] == (3.6, 0.02)
@@ -316,7 +321,8 @@ def test_every_legal_layout_can_be_completed(layout: str, tmp_path: Path) -> Non
     got = {(e.coefficient, str(e.term)): (e.value, e.sigma) for e in loaded.derivatives}
     assert got.items() >= values.items()
     assert loaded.effects == tuple(effects)
-    assert "# note" in loaded.text
+    stale = layout in ("tables of entries", "dotted keys", "dotted keys at the top")
+    assert ("# note" in loaded.text, "# declared 1" in loaded.text) == (not stale, stale)
 
 
 def test_completing_with_nothing_changes_no_byte(tmp_path: Path) -> None:
@@ -475,7 +481,7 @@ def test_the_command_shows_what_was_understood(tmp_path: Path, capsys: pytest.Ca
     path = _write(tmp_path, _replaced('"delta_e" = { value = -1.94', '"delta_e" = { value = 1.94'))
     assert main(["aircraft", "check", str(path), "light_transport"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    for word in ("23.23 m^2", "6940 kg m^2", "alpha^2", "no, fixed", "control_lag delta_e 0.15", "alpha_star = 0.31"):
+    for word in ("23.23 m^2", "6940 kg m^2", "alpha^2", "no, fixed", "control lag delta_e 0.15", "alpha_star = 0.31"):
         assert word in printed
     assert printed.count("look again") == 1
     assert "nothing unusual" in printed
@@ -488,3 +494,55 @@ def test_the_command_says_in_one_line_what_is_wrong(tmp_path: Path, capsys: pyte
     assert told.out == ""
     assert told.err.count("\n") == 1
     assert "mass.mass is -2280" in told.err
+
+
+SOURCED = GOOD.replace('"1" = {', '# measured in the tunnel of 1978\n"1" = {', 1)
+RECORD = CompletionRecord(
+    program="aerosid 0.1.0",
+    date="2026-11-22",
+    verdict="partly_explained",
+    declared_file="craft.toml",
+    declared_sha256="a" * 64,
+    declared_source="test",
+    logs=(
+        LogOfCompletion('dou"blet.csv', "identification", "b" * 64, 3.0, 12.5),
+        LogOfCompletion("other.csv", "hold_out", "c" * 64, 0.0, 9.0),
+    ),
+    settings={"priors": "True", "attribution.price": "9.0"},
+    not_shown=("C_m delta_e",),
+    bounds="one standard error",
+)
+
+
+def test_a_completed_file_says_what_made_it_and_what_is_not_shown(tmp_path: Path) -> None:
+    given_aircraft = load_aircraft(_write(tmp_path, SOURCED))
+    values = {("C_X", "1"): (-0.05, 0.001)}
+    completed = given_aircraft.completed(values, (), [("C_m", "delta_e")], RECORD)
+    save_aircraft(completed, tmp_path / "completed.toml")
+    loaded = load_aircraft(tmp_path / "completed.toml")
+    assert loaded.completion == RECORD
+    assert tomllib.loads(loaded.text)["completed"]["logs"][0]["sha256"] == "b" * 64
+    declared = {(e.coefficient, str(e.term)): e for e in given_aircraft.derivatives}
+    for entry in loaded.derivatives:
+        key = entry.coefficient, str(entry.term)
+        assert entry.shown is (key != ("C_m", "delta_e"))
+        wanted = (-0.05, 0.001) if key == ("C_X", "1") else (declared[key].value, declared[key].sigma)
+        assert (entry.value, entry.sigma) == wanted
+    assert "tunnel" not in loaded.text
+    for word in ("aerosid 0.1.0", "2026-11-22", 'dou"blet.csv', "craft.toml", "C_m delta_e", "test"):
+        assert word in loaded.source
+    # A second time: another record takes the first one's place, and what is shown now is no longer marked.
+    again = loaded.completed({("C_m", "delta_e"): (-1.9, 0.1)}, (), (), replace(RECORD, not_shown=()))
+    assert again.text.count("[completed]") == 1
+    assert all(entry.shown for entry in again.derivatives)
+
+
+@pytest.mark.parametrize("layout", ODD_LAYOUTS)
+def test_what_is_not_shown_is_marked_in_every_layout(layout: str, tmp_path: Path) -> None:
+    text = ODD_LAYOUTS[layout] if layout != "tables out of order" else "schema = 1\n" + ODD_LAYOUTS[layout]
+    given_aircraft = load_aircraft(_write(tmp_path, text))
+    keys = [(entry.coefficient, str(entry.term)) for entry in given_aircraft.derivatives]
+    completed = given_aircraft.completed({}, (), keys, RECORD)
+    assert [entry.value for entry in completed.derivatives] == [entry.value for entry in given_aircraft.derivatives]
+    assert not any(entry.shown for entry in completed.derivatives)
+    assert completed.completion == RECORD

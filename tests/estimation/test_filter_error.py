@@ -76,7 +76,10 @@ def test_no_bound_is_smaller_than_among_forces_of_any_shape_and_the_covariance_f
     model, manoeuvre = problem.prepared(problem.recorded())
     plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     spread = deviations(plain, [manoeuvre], quick=True)
-    beside = FilterError(np.zeros(len(plain.free)), spread.corrected * np.linspace(0.5, 3.0, len(plain.free)))
+    wide = spread.corrected * np.linspace(0.5, 3.0, len(plain.free))
+    beside = FilterError(
+        np.zeros(len(plain.free)), wide, ActiveEffect(unmodelled_forces(LIGHT.coefficients), ()), plain.variance
+    )
     wider = widened(spread, beside)
     assert np.all(wider.corrected >= spread.corrected)
     assert np.all(wider.corrected >= beside.deviations * (1.0 - 1e-12))

@@ -68,8 +68,11 @@ def test_it_is_read_in_two_minutes() -> None:
     assert README.count("\n") <= 120
 
 
-def test_the_printed_verdict_is_what_the_code_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_printed_verdict_is_what_the_code_prints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (code,) = blocks("python")
+    monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})  # noqa: S102
     assert capsys.readouterr().out.split() == blocks("text")[0].split()
 

@@ -17,13 +17,14 @@ from oracles.daveml import DAVEML, check_structure, evaluate, failed_checks
 from oracles.terms import term_by_tree
 from problems import LIFT_AND_DRAG, LIGHT, declaring
 
-from aerosid.aircraft import Aircraft, DeclaredEffect
+from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.cli.main import main
 from aerosid.errors import AerosidError
 from aerosid.flight_model.terms import parse_term
 from aerosid.reporting.export import FORMATS, ExportOptions, export
 from aerosid.reporting.export.jsbsim_xml import aerodynamics_xml
+from aerosid.reporting.export.options import NOT_SHOWN
 
 RICH = declaring(
     LIGHT,
@@ -334,3 +335,37 @@ def test_wrong_usage_is_one_sentence(
     assert captured.err.count("\n") == 1
     assert said.format(folder="folder") in captured.err
     assert list(folder.iterdir()) == []
+
+
+RECORD = CompletionRecord(
+    "aerosid 0.1.0",
+    "2026-11-22",
+    "partly_explained",
+    logs=(LogOfCompletion("dou--blet.csv", "identification", "b" * 64, 3.0, 12.5),),
+    not_shown=("C_Z q_hat",),
+)
+COMPLETED = LIGHT.completed({("C_m", "alpha^2"): (-1.7, 0.02)}, (), [("C_Z", "q_hat")], RECORD)
+
+
+def test_every_export_says_what_made_the_numbers_and_marks_what_is_not_shown() -> None:
+    texts = {name: export(COMPLETED, name, OPTIONS).text for name in FORMATS}
+    for name, text in texts.items():
+        assert "not shown by the flights" in text or '"shown": false' in text, name
+        assert "2026-11-22" in text, name
+        assert "b" * 64 in text, name
+        assert "not shown" not in export(LIGHT, name, OPTIONS).text, name
+    document = json.loads(texts["json"])
+    assert [d["term"] for d in document["derivatives"] if not d["shown"]] == ["q_hat"]
+    assert document["completed"]["verdict"] == "partly_explained"
+    rows = [line for line in texts["csv"].splitlines() if line.endswith(",false")]
+    assert len(rows) == 1
+    assert rows[0].startswith("C_Z,q_hat,-4.32,")
+    assert r"$\hat{q}$ & $-4.32$$^{a}$" in texts["latex"]
+    jsbsim = ET.fromstring(texts["jsbsim"], parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+    said = [element.text for element in jsbsim.iter(ET.Comment)]
+    assert next(text for text in said if text and text.startswith(" C_Z q_hat")).endswith("not shown by the flights ")
+    root = daveml(COMPLETED)
+    check_structure(root)
+    variables = root.iter(f"{DAVEML}variableDef")
+    marked = [each.get("name") for each in variables if each.findtext(f"{DAVEML}description") == NOT_SHOWN]
+    assert marked == ["C_Z of q_hat"]

@@ -63,7 +63,7 @@ def test_what_is_to_be_decided_comes_first(page: Page) -> None:
     assert sections[0] == "decision"
     story = ["residual", "candidates", "effects", "prediction", "alternatives"]
     assert [name for name in sections if name in story] == story
-    assert {"derivatives", "readings", "origin"} <= set(sections[1 + len(story) :])
+    assert {"derivatives", "readings", "glossary"} <= set(sections[1 + len(story) :])
 
 
 def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) -> None:

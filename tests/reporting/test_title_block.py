@@ -10,6 +10,7 @@ import pytest
 from hostile_pages import Page
 from problems_report import closed_loop
 
+from aerosid.aircraft import load_aircraft
 from aerosid.cli.close_loop import command_line, loop_settings, provenance
 from aerosid.errors import UsageError
 from aerosid.loop.provenance import Provenance
@@ -73,6 +74,20 @@ def test_the_condition_is_that_of_the_recording(result: ClosedLoop) -> None:
     assert told["Mach number"] == "0.365 (standard day)"
     assert told["calibrated airspeed"] == "202 kt (standard day)"
     assert pytest.approx(0.3048) == FOOT
+
+
+def test_the_configuration_is_that_of_the_aircraft_file(result: ClosedLoop) -> None:
+    flown = {"centre_of_gravity": "25 % of the mean chord", "gear": "down"}
+    aircraft = dataclasses.replace(result.aircraft, configuration=flown)
+    told = flight_condition(result.identification[0], "identification", aircraft).entries
+    assert (told["centre of gravity"], told["gear"]) == ("25 % of the mean chord", "down")
+    assert told["flaps"] == "not recorded"
+
+
+def test_a_configuration_is_read_from_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "craft.toml"
+    file.write_text(load_aircraft("light_transport").text + '\n[configuration]\nflaps = "20 deg"\n')
+    assert dict(load_aircraft(file).configuration) == {"flaps": "20 deg"}
 
 
 def test_who_says_nothing_gets_no_empty_lines() -> None:

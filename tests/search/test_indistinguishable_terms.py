@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, with_channels
 from scipy.signal import lsim
 
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
 from aerosid.search.attribution import USUAL, Attribution, attribute
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, told_of_rivals, with_rivals
@@ -62,9 +62,13 @@ def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> N
     won = plain - unexplained(log, true)
     assert moment.share == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
     assert moment.finding.gain < -100.0
-    listed = with_rivals(found, rivals).alternatives
+    listed = with_rivals(found, rivals, np.inf).alternatives
     assert ("C_m", "alpha_dot_hat") in {(other.where, other.term) for other in listed}
-    assert with_rivals(with_rivals(found, rivals), rivals).alternatives == listed
+    assert with_rivals(with_rivals(found, rivals, np.inf), rivals, np.inf).alternatives == listed
+    # What all channels together tell from the effect is a warning about one coefficient, and no alternative.
+    worse = max(-rival.finding.gain for rival in rivals)
+    assert with_rivals(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
+    assert len(with_rivals(found, rivals, worse - 1.0).alternatives) < len(listed)
     (sentence,) = [note for note in told_of_rivals(rivals) if note.startswith("C_m alone")]
     assert "sensor_lag of alpha" in sentence
     assert "speak for the effect" in sentence

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from problems import LIGHT, Problem, entry, shaken
 
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import BEFORE
 from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import term_hypotheses
 from aerosid.search.structure_search import StructureSearch

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
+from scipy.stats import binom, chi2
 
 from aerosid.errors import LogError, UsageError
 from aerosid.loop.settings import LoopSettings
 from aerosid.studies.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
 from aerosid.studies.batch.one_log import _at_first
 from aerosid.studies.batch.page import drawn_figure, page_html
-from aerosid.studies.batch.table import conditions, measured
-from aerosid.studies.batch.table_texts import table_csv, table_latex, table_markdown
+from aerosid.studies.batch.table import conditions, homogeneity, measured, structure_of, structures
+from aerosid.studies.batch.table_texts import structure_words, table_csv, table_latex, table_markdown
 from aerosid.studies.journal import Row
 from aerosid.studies.workers import Workers
 
@@ -155,6 +156,42 @@ def test_repeats_are_put_together_and_their_scatter_told() -> None:
     assert (fast.group, fast.value, fast.scatter) == (2, -0.60, None)
     assert (high.group, high.manoeuvres) == (3, 1)
     assert derivative_table(dict(reversed(ROWS.items()))) == (slow, fast, high)
+
+
+TERM = {"kind": "aero_term", "where": "C_m", "term": "alpha^2", "value": 1.0, "std_error": 0.1}
+
+
+def test_estimates_beside_different_structures_are_never_averaged() -> None:
+    """-.284 and -.250 beside the declared structure, -.947 beside another: two rows, no -.387."""
+    rows = {"a": row(-0.284, 0.03, V=90.0), "b": row(-0.250, 0.03, V=90.0), "c": row(-0.947, 0.09, V=90.0)}
+    rows["c"] = {**rows["c"], "effects": [*rows["c"]["effects"], TERM]}
+    common, other = derivative_table(rows)
+    assert (common.structure, common.manoeuvres, common.value) == (1, 2, pytest.approx(-0.267))
+    assert (other.structure, other.manoeuvres, other.value) == (2, 1, -0.947)
+    assert structures(rows) == {structure_of(rows["a"]): 1, structure_of(rows["c"]): 2}
+    assert structure_words(structure_of(rows["c"])) == "declared + C_m alpha^2 + sensor bias of V"
+    lines = list(csv.DictReader(io.StringIO(table_csv([common, other]))))
+    assert [line["structure"] for line in lines] == ["1", "2"]
+
+
+def test_cochrans_q_is_that_of_the_book_and_marks_what_is_not_one_number() -> None:
+    alike, apart = [row(-0.70, 0.01, V=90.0), row(-0.71, 0.02, V=90.0)], [row(v, 0.01, V=90.0) for v in (-0.7, -0.8)]
+    (one,) = derivative_table(dict(zip("ab", alike, strict=True)))
+    # By hand: the mean is -.702, so that Q = (.002/.01)^2 + (.008/.02)^2.
+    assert one.heterogeneity == pytest.approx(0.2)
+    assert one.p_value == pytest.approx(chi2.sf(0.2, 1))
+    (two,) = derivative_table(dict(zip("ab", apart, strict=True)))
+    assert (one.homogeneous, two.homogeneous) == (True, False)
+    assert "!" in table_markdown([two]).splitlines()[2]
+    assert "!" not in table_markdown([one]).splitlines()[2]
+
+
+def test_the_test_of_homogeneity_alarms_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(11)
+    errors = rng.uniform(0.01, 0.05, (2000, 5))
+    alarms = sum(homogeneity(-0.7 + error * rng.standard_normal(5), error)[1] < 0.05 for error in errors)
+    # Binomial with 2000 draws at 0.05, two tails of one in a thousand each.
+    assert binom.isf(0.999, 2000, 0.05) <= alarms <= binom.isf(0.001, 2000, 0.05)
 
 
 def test_scatter_over_deviation_is_one_where_deviations_are_true() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.logs.formats.quantity import read_quantity
+from aerosid.logs.formats.units import UnitProblem
 from aerosid.loop.next_flight.predicted_flight import ELEVATOR
 
 GRAVITY = 9.80665
@@ -116,6 +119,13 @@ def flight_limits(
     return FlightLimits(ranges, rate, frozenset(given))
 
 
+_NUMBER = re.compile(r"^\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?")
+
+
+def _has_unit(word: str) -> bool:
+    return bool(_NUMBER.sub("", word, count=1).strip())
+
+
 def read_limit(text: str) -> tuple[str, tuple[float, float]]:
     """A limit in words, `alpha=-2:12deg` or `delta_e_rate=20deg/s`, in SI.
 
@@ -130,16 +140,12 @@ def read_limit(text: str) -> tuple[str, tuple[float, float]]:
     wrong = f"--limit is {text!r}"
     if unit is None:
         raise UsageError(f"{wrong}; limit one of {', '.join(UNITS)}, as in alpha=-2:12deg.")
-    factor = 1.0
     spelled = {"rad": "deg", "rad/s": "deg/s"}.get(unit)
-    rest = rest.strip()
-    for suffix, scale in ((spelled, np.pi / 180.0), (unit, 1.0)):
-        if suffix and rest.endswith(suffix):
-            rest, factor = rest.removesuffix(suffix).strip(), scale
-            break
+    *lower, upper = rest.split(":")
+    behind = _NUMBER.sub("", upper, count=1).strip()  # a unit behind the last number is that of all
     try:
-        numbers = [factor * float(word) for word in rest.split(":")]
-    except ValueError:
+        numbers = [read_quantity(word if _has_unit(word) else f"{word} {behind}", unit) for word in (*lower, upper)]
+    except UnitProblem:
         numbers = []
     if name == RATE_NAME and len(numbers) == 1:
         numbers = [-numbers[0], numbers[0]]

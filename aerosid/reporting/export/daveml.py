@@ -21,7 +21,15 @@ from aerosid.errors import AircraftError, UsageError
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.export.check_cases import CheckCase, check_cases
 from aerosid.reporting.export.mathml import apply, identifier, maths, number, term_maths
-from aerosid.reporting.export.options import Exported, ExportOptions, left_out, named, of_the_recording
+from aerosid.reporting.export.options import (
+    NOT_SHOWN,
+    Exported,
+    ExportOptions,
+    left_out,
+    named,
+    of_the_recording,
+    origin,
+)
 
 NAMESPACE = "http://daveml.org/2010/DAVEML"
 DOCTYPE = (
@@ -118,7 +126,8 @@ def _header(aircraft: Aircraft, date: str) -> ET.Element:
     _author(provenance)
     ET.SubElement(provenance, "creationDate", date=date)
     file = f"Aircraft file {Path(aircraft.path).name}, SHA-256 {aircraft.sha256}."
-    _leaf(provenance, "description", f"{file} Source: {aircraft.source or 'not stated'}")
+    made = f" {origin(aircraft)}." if aircraft.completion else ""
+    _leaf(provenance, "description", f"{file}{made} Source: {aircraft.source or 'not stated'}")
     return header
 
 
@@ -235,6 +244,8 @@ def _derivative(aircraft: Aircraft, place: int, name: str) -> ET.Element:
     entry = aircraft.derivatives[place]
     variable = _variable(f"{entry.coefficient} of {entry.term}", name, "nd")
     variable.set("initialValue", repr(entry.value))
+    if not entry.shown:
+        _leaf(variable, "description", NOT_SHOWN)
     ET.SubElement(variable, "provenanceRef", provID=PROVENANCE)
     if entry.sigma is not None:
         uncertainty = ET.SubElement(variable, "uncertainty", effect="additive")

@@ -28,6 +28,7 @@ from aerosid.reporting.export.jsbsim_functions import (
     variable_element,
 )
 from aerosid.reporting.export.jsbsim_units import FOOT
+from aerosid.reporting.export.options import NOT_SHOWN, origin
 
 _PREFIX = "aero/aerosid/"
 _ACTING = "fcs/aerosid/{}-acting"
@@ -86,6 +87,8 @@ def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSe
     section = ET.Element("aerodynamics")
     section.append(_comment(f"{aircraft.name}, written by aerosid {__version__} from {aircraft.sha256[:16]}"))
     section.append(_comment("Body axes, coefficients in total alpha and deflections (rad) about the centre of gravity"))
+    if aircraft.completion is not None:
+        section.append(_comment(origin(aircraft)))
     for effect in aircraft.effects:
         if effect.kind in _OF_THE_RECORDING:
             section.append(_comment(f"{effect.kind} {effect.where} belongs to a recording and is left out"))
@@ -189,7 +192,8 @@ def _coefficient(aircraft: Aircraft, coefficient: str) -> ET.Element:
     addends = [value(0.0), value(0.0)]
     for entry in declared:
         spread = "" if entry.sigma is None else f", standard deviation {entry.sigma:.6g}"
-        addends.append(_comment(f"{coefficient} {entry.term}{spread}"))
+        kept = "" if entry.shown else f", {NOT_SHOWN}"
+        addends.append(_comment(f"{coefficient} {entry.term}{spread}{kept}"))
         addends.append(term_element(entry.value, entry.term, lambda name: reading(_PREFIX + name)))
     return function(_PREFIX + coefficient, call("sum", *addends))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.flight_model.terms import Factor, Term
-from aerosid.reporting.export.options import Exported, ExportOptions, named
+from aerosid.reporting.export.options import NOT_SHOWN, Exported, ExportOptions, named, origin
 
 _SYMBOLS = {
     "alpha": r"\alpha",
@@ -42,7 +42,10 @@ def latex_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     for coefficient in aircraft.coefficients:
         for entry in (entry for entry in aircraft.derivatives if entry.coefficient == coefficient):
             value, sigma = _value_and_deviation(entry.value, entry.sigma)
-            rows.append(f"${_coefficient(coefficient)}$ & ${term_formula(entry.term)}$ & ${value}$ & {sigma} \\\\")
+            mark = "" if entry.shown else "$^{a}$"
+            rows.append(
+                f"${_coefficient(coefficient)}$ & ${term_formula(entry.term)}$ & ${value}${mark} & {sigma} \\\\"
+            )
         rows.append(r"\hline")
     for effect in aircraft.effects:
         value, sigma = _value_and_deviation(effect.value, effect.std_error)
@@ -54,9 +57,12 @@ def latex_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
         ]
     if aircraft.effects:
         rows.append(r"\hline")
-    origin = f"{aircraft.name}; {Path(aircraft.path).name}, SHA-256 {aircraft.sha256}; aerosid {__version__}"
+    if not all(entry.shown for entry in aircraft.derivatives):
+        rows.append(f"\\multicolumn{{4}}{{l}}{{$^{{a}}$ {NOT_SHOWN}}} \\\\")
+    file = f"{aircraft.name}; {Path(aircraft.path).name}, SHA-256 {aircraft.sha256}; aerosid {__version__}"
     head = [
-        f"% {' '.join(origin.split())}",
+        f"% {' '.join(file.split())}",
+        *([f"% {' '.join(origin(aircraft).split())}"] if aircraft.completion else []),
         r"\begin{tabular}{llrr}",
         r"\hline",
         r"coefficient & term & value & standard deviation \\",

@@ -9,6 +9,22 @@ from pathlib import Path
 from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.errors import UsageError
 
+NOT_SHOWN = "declared value, not shown by the flights"
+"""What stands beside a derivative of a completed file that the flights hold too little information on."""
+
+
+def origin(aircraft: Aircraft) -> str:
+    """What made a completed file's numbers, in one line; empty for any other file."""
+    made = aircraft.completion
+    if made is None:
+        return ""
+    logs = "; ".join(
+        f"{log.name} {log.start:g} to {log.stop:g} s ({log.role.replace('_', '-')}, SHA-256 {log.sha256})"
+        for log in made.logs
+    )
+    kept = f"; {NOT_SHOWN}: {', '.join(made.not_shown)}" if made.not_shown else ""
+    return f"completed by {made.program} on {made.date}, verdict {made.verdict.replace('_', ' ')}, from {logs}{kept}"
+
 
 @dataclass(frozen=True)
 class ExportOptions:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
-from aerosid.reporting.export.options import Exported, ExportOptions, named
+from aerosid.reporting.export.options import Exported, ExportOptions, named, origin
 
 SCHEMA = 1
 
@@ -19,7 +20,7 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     """Everything that the aircraft file says, units beside the numbers.
 
     Keys: schema, aerosid, name, source, file, sha256, reference, mass, air, thrust, derivatives (coefficient, term,
-    value, sigma, fixed) and effects. What the file does not give is null.
+    value, sigma, fixed, shown), completed (what made a completed file) and effects. What is not given is null.
     """
     options.only("json")
     document = {
@@ -41,6 +42,7 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
             "incidence": _quantity(aircraft.thrust_incidence, "rad"),
             "z_arm": _quantity(aircraft.thrust_z_arm, "m"),
         },
+        "completed": None if aircraft.completion is None else asdict(aircraft.completion),
         "derivatives": [
             {
                 "coefficient": entry.coefficient,
@@ -48,6 +50,7 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
                 "value": entry.value,
                 "sigma": entry.sigma,
                 "fixed": entry.fixed,
+                "shown": entry.shown,
             }
             for entry in aircraft.derivatives
         ],
@@ -74,6 +77,7 @@ def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
         f"aircraft: {aircraft.name}",
         f"source: {aircraft.source}",
         f"file: {Path(aircraft.path).name}, SHA-256 {aircraft.sha256}",
+        *([origin(aircraft)] if aircraft.completion else []),
         f"wing_area [m^2]: {aircraft.wing_area!r}",
         f"mean_chord [m]: {aircraft.mean_chord!r}",
         f"airspeed of q_hat and V_hat [m/s]: {'current' if aircraft.airspeed is None else repr(aircraft.airspeed)}",
@@ -92,11 +96,11 @@ def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     for line in lines:
         stream.write(f"# {' '.join(line.split())}\n")
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(("coefficient", "term", "value", "sigma", "fixed"))
+    writer.writerow(("coefficient", "term", "value", "sigma", "fixed", "shown"))
     for entry in aircraft.derivatives:
         sigma = "" if entry.sigma is None else repr(entry.sigma)
-        fixed = "true" if entry.fixed else "false"
-        writer.writerow((entry.coefficient, str(entry.term), repr(entry.value), sigma, fixed))
+        marks = ("true" if mark else "false" for mark in (entry.fixed, entry.shown))
+        writer.writerow((entry.coefficient, str(entry.term), repr(entry.value), sigma, *marks))
     return Exported(stream.getvalue())
 
 

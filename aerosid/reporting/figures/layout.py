@@ -15,6 +15,9 @@ WIDTH = 540.0
 """Width of every chart, pt: on A4 it is printed at about its own size."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 60.0, 8.0, 6.0, 30.0
+MOST_PLACES = 5
+"""Decimals at an axis; smaller steps are written with a power of ten."""
+
 ACROSS = 14
 """Characters, subscript braces counted, of a line of a label beside a low panel; longer ones are set upright."""
 _GAP_ACROSS, _GAP_UP = 60.0, 38.0
@@ -78,18 +81,18 @@ _FEW = 3
 
 
 def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
-    """A chart of strips in two: as many of its channels as fit the height, pt, and the others; None where few fit.
+    """A chart in two: as many of its channels or rows of panels as fit the height, pt, and the others; None where few.
 
     Parameters
     ----------
     chart : Chart
-        As `stacked` makes it; the strips of one channel stay together, and each part has its own time axis.
+        As `stacked` or `tiled` makes it; the strips of one channel stay together, and each part has its own time axis.
     height : float
         Room for the first part, pt.
     """
     groups: list[list[Panel]] = []
     for panel in chart.panels:
-        if panel.quiet and groups:
+        if groups and (panel.quiet or panel.bottom == groups[-1][-1].bottom):
             groups[-1].append(panel)
         else:
             groups.append([panel])
@@ -98,9 +101,9 @@ def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
     for n, group in enumerate(groups, start=1):
         if top - group[-1].bottom + _BOTTOM <= height:
             fitting = n
-    least = 1 if len(groups) <= _FEW else 2
+    least = 1 if len(groups) <= _FEW or not chart.timeline else 2
     first = min(fitting, len(groups) - least)
-    if not chart.timeline or first < least:
+    if first < least:
         return None
     return _part(chart, groups[:first]), _part(chart, groups[first:])
 
@@ -111,7 +114,12 @@ def _part(chart: Chart, groups: Sequence[Sequence[Panel]]) -> Chart:
     top = panels[0].bottom + panels[0].height
     drop = panels[-1].bottom - _BOTTOM
     moved = [
-        replace(panel, bottom=panel.bottom - drop, x=replace(panel.x, bare=panel is not panels[-1])) for panel in panels
+        replace(
+            panel,
+            bottom=panel.bottom - drop,
+            x=replace(panel.x, bare=bool(chart.timeline) and panel is not panels[-1]),
+        )
+        for panel in panels
     ]
     return Chart(chart.width, top - drop + _TOP, tuple(moved), chart.timeline)
 
@@ -165,6 +173,8 @@ def tick_texts(values: Sequence[float]) -> list[str]:
         return [plain(value) for value in values]
     step = values[1] - values[0]
     places = next((n for n in range(12) if abs(round(step, n) - step) < 1e-6 * step), 12)
+    if places > MOST_PLACES:
+        return [plain(value, 3) for value in values]
     return [f"{value:.{places}f}".replace("-", "−") for value in values]
 
 

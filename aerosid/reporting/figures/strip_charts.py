@@ -17,12 +17,12 @@ from aerosid.reporting.words import shown_unit, subscripted
 CHANNELS_A_CHART = 8
 """Channels in one figure: a flight is compared on one sheet."""
 
-TALLEST = 600.0
+TALLEST = 570.0
 """Height, pt, that a figure's strips are pressed into: with legend and caption it fills a page of A4."""
 
 INPUTS_DRAWN = 3
 
-_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 30.0, 46.0, 52.0  # heights, pt
+_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 30.0, 46.0, 50.0  # heights, pt
 _WITHIN, _BETWEEN = 4.0, 12.0
 _LONGEST_LABEL = 16
 _MODELS: tuple[Role, ...] = ("declared", "before", "after")
@@ -84,10 +84,19 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
         if history.terms:
             marks.append(Line(history.time, history.explained, "after"))
         label = f"d in {subscripted(history.coefficient)} [1]"
-        rows.append(Row(_EQUATION, _BETWEEN, label, limits_around(history.d, history.explained), tuple(marks)))
+        rows.append(Row(_EQUATION, _BETWEEN, label, _error_limits(history), tuple(marks)))
     times = [history.time for history in histories]
     span = (min(float(time[0]) for time in times), max(float(time[-1]) for time in times))
     return stacked(rows, span, histories[0].log)
+
+
+def _error_limits(history: ErrorHistory) -> Limits:
+    """A scale for d(t); for its band where that is the wider, lest what is uncertain look like a signal."""
+    if history.deviation is not None:
+        reach = 2.0 * float(np.nanmedian(history.deviation))
+        if reach > 0.5 * float(np.nanmax(history.d) - np.nanmin(history.d)):
+            return limits_around(np.concatenate([history.d - reach, history.d + reach]))
+    return limits_around(history.d, history.explained)
 
 
 def inputs_to_draw(simulated: Simulated, wanted: frozenset[str]) -> tuple[str, ...]:
@@ -126,10 +135,10 @@ def _moves(values: FloatArray) -> bool:
 
 
 def _responses(simulated: Simulated, channel: str) -> dict[Role, FloatArray]:
-    """Measured and simulated histories of one channel in the unit shown; the trimmed one on validation logs only."""
+    """Measured and simulated histories of one channel in the unit shown; the trimmed one where nothing was fitted."""
     factor = shown_unit(_unit(channel, simulated)).factor
     roles: tuple[Role, ...] = ("measured", *_MODELS)
-    if simulated.role == "validation":
+    if simulated.role != "identification":
         roles = (*roles, "trimmed")
     held: dict[Role, Mapping[str, FloatArray]] = {role: getattr(simulated, role) for role in roles}
     return {role: factor * histories[channel] for role, histories in held.items() if channel in histories}

@@ -9,8 +9,6 @@ from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import (
     CondPageBreak,
     Flowable,
-    ListFlowable,
-    ListItem,
     LongTable,
     Paragraph,
     Spacer,
@@ -37,7 +35,7 @@ _NAMES = 92.0
 _CARD, _CARD_EDGE = 363.0, 10.0
 """Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
 
-_SMALL = 0.7
+_SMALL = 0.62
 """Scale of a figure of class `small`."""
 
 _SKIPPED = {"fieldset", "svg", "script", "style"}
@@ -138,7 +136,7 @@ def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
         if isinstance(flowable, Paragraph) and flowable.style.keepWithNext:
             heads.append(flowable)
             continue
-        if isinstance(flowable, Drawing) and flowable.chart.timeline:
+        if isinstance(flowable, Drawing):
             yield flowable.under(heads)
             heads = []
             continue
@@ -160,11 +158,8 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
     elif element.tag == "p":
         yield Paragraph(markup(element), _paragraph_style(element))
     elif element.tag == "ul":
-        items: list[Any] = [
-            ListItem(Paragraph(markup(item), style(_TEXT)), leftIndent=12) for item in element.elements()
-        ]
-        if items:
-            yield ListFlowable(items, bulletType="bullet", start="•", leftIndent=12, bulletFontSize=_TEXT)
+        for item in element.elements():
+            yield Paragraph(markup(item), style(_TEXT, after=1.0, indent=12.0), bulletText="•")
     elif element.tag == "dl":
         facts = [(next(entry.all("dt")), next(entry.all("dd"))) for entry in element.elements()]
         if "lines" in element.classes:

@@ -83,8 +83,7 @@ def _sheets(
     rl_config.useA85 = 0  # bytes as they are: text form takes longer and a quarter more room
     by_identity = {figure.identity: figure for figure in figures}
     for heading, name, body in sections:
-        story.append(_Heading(heading, name))
-        story.extend(allow_breaks(list(blocks(body, by_identity, width))))
+        story.extend(allow_breaks([_Heading(heading, name), *blocks(body, by_identity, width)]))
     stream = io.BytesIO()
     document = BaseDocTemplate(
         stream,

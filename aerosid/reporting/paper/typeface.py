@@ -61,8 +61,9 @@ def style(
     before: float = 0.0,
     after: float = 0.0,
     together: bool = False,
+    indent: float = 0.0,
 ) -> ParagraphStyle:
-    """A paragraph style: size, pt; spaces before and after, pt; `together` keeps it with what follows."""
+    """A paragraph style: size, spaces before and after, indent, pt; `together` keeps it with what follows."""
     from reportlab.lib.enums import TA_LEFT, TA_RIGHT
     from reportlab.lib.styles import ParagraphStyle
 
@@ -74,6 +75,8 @@ def style(
         leading=1.3 * size,
         textColor=colours()[colour],
         alignment=TA_RIGHT if right else TA_LEFT,
+        leftIndent=indent,
+        bulletIndent=0.0,
         spaceBefore=before,
         spaceAfter=after,
         keepWithNext=together,

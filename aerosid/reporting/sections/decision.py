@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from aerosid.loop.error_reduction import told_of_reduction
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.error_rows import by_log, noise_scale
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, typical_gain, unproven
+from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, unproven
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
@@ -19,8 +20,8 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "meaning": result.verdict.value,
         "decision": DECISIONS[result.verdict],
         "open_points": unproven(result),
-        "held_back": bool(rows) and rows[0].role == "validation",
-        "gain": typical_gain(rows),
-        "logs": by_log(rows),
+        "held_back": bool(rows) and rows[0].role != "identification",
+        "reduction": told_of_reduction(result.errors),
+        "logs": by_log(rows, result),
         "scale": noise_scale(rows),
     }

@@ -7,12 +7,14 @@ from typing import Any
 
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.reporting.error_rows import by_log
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import CHANNELS_A_CHART, inputs_to_draw, strip_chart
 from aerosid.reporting.judgement import headline_rows
+from aerosid.reporting.roles import label_of
 from aerosid.reporting.simulator_tolerances import within
 from aerosid.reporting.tables import measured_channels
 from aerosid.reporting.words import shown_unit
@@ -21,10 +23,10 @@ from aerosid.reporting.words import shown_unit
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """Strip charts and errors of every log."""
     wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
-    groups = {(group["log"], group["role"]): group for group in by_log(result.errors)}
+    groups = {(group["log"], group["role"]): group for group in by_log(result.errors, result)}
     told = {row.role for row in headline_rows(result)}
     logs = []
-    for simulated in sorted(result.simulated, key=lambda simulated: simulated.role != "validation"):
+    for simulated in sorted(result.simulated, key=lambda simulated: -ROLES.index(simulated.role)):
         rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
         noise = {channel: row.noise for channel, row in rows.items()}
         inputs = inputs_to_draw(simulated, wanted)
@@ -41,12 +43,13 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
             {
                 "log": simulated.log,
                 "role": simulated.role,
+                "label": label_of(simulated.role, result),
                 "figures": drawn,
                 "errors": errors,
                 "tolerance": bool(corridors),
             }
         )
-    return {"logs": logs, "trimmed": any(simulated.role == "validation" for simulated in result.simulated)}
+    return {"logs": logs, "trimmed": any(simulated.role != "identification" for simulated in result.simulated)}
 
 
 def _groups(channels: Sequence[str]) -> list[Sequence[str]]:
@@ -70,5 +73,4 @@ def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, Erro
             "diverged" if value is None else number(value * unit.factor, 2) for value in (row.before, row.after)
         )
         parts.append(f"{name} {before} → {after} {unit.text}".rstrip())
-    use = "not used for the fit" if simulated.role == "validation" else "used for the fit"
-    return f"{simulated.log.name} ({simulated.role}, {use}); error re-estimated → completed: {'; '.join(parts)}."
+    return f"{simulated.log.name} ({label_of(simulated.role)}); error re-estimated → completed: {'; '.join(parts)}."

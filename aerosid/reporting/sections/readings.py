@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES
 from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.roles import label_of
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     """The channels of every log with their sources."""
     logs: list[dict[str, Any]] = []
-    roles = [("identification", log) for log in result.identification]
-    for role, log in [*roles, *(("validation", log) for log in result.validation)]:
+    roles = [(role, log) for role in ROLES for log in getattr(result, role)]
+    for role, log in roles:
         channels = []
         for name, values in log.channels.items():
             known = np.isfinite(values)
@@ -29,5 +31,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
                     "high": float(values[known].max()) if known.any() else None,
                 }
             )
-        logs.append({"log": log, "role": role, "channels": channels})
+        logs.append({"log": log, "role": role, "label": label_of(role, result), "channels": channels})
     return {"logs": logs}

@@ -8,7 +8,7 @@ from typing import Any
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
 
-LISTED = 20
+LISTED = 16
 """Candidates in the report: what lies further back brought nothing; result.json holds all."""
 
 

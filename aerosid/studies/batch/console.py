@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from aerosid.studies.batch.run import Batch
-from aerosid.studies.batch.table_texts import cells, headings
+from aerosid.studies.batch.table_texts import cells, headings, structure_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,6 +22,8 @@ def print_batch(batch: Batch, console: Console) -> None:
     for row in batch.table:
         table.add_row(f"{row.coefficient} {row.term}", *cells(row))
     console.print(table)
+    for structure, number in batch.structures.items():
+        console.print(f"structure {number}: {structure_words(structure)}", soft_wrap=True)
     verdicts = Counter(row["verdict"].replace("_", " ") for row in batch.rows.values())
     console.print(", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common()))
     if batch.failures:

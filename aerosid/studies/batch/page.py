@@ -12,7 +12,7 @@ from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.templating import page_environment, page_style
 from aerosid.studies.batch.figures import condition_chart, usual_abscissa
 from aerosid.studies.batch.run import REPORTS, Batch
-from aerosid.studies.batch.table_texts import NOTE, cells, headings
+from aerosid.studies.batch.table_texts import NOTE, cells, headings, structure_words
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -33,6 +33,7 @@ def page_html(batch: Batch, figure: Figure | None) -> str:
         group_of=batch.conditions,
         headings=headings(),
         cells=cells,
+        structure_words=structure_words,
         note=NOTE,
         figure=figure,
         report_of=lambda name: f"{REPORTS}/{quote(name)}/report.html" if batch.reports else None,

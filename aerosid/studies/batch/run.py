@@ -15,7 +15,15 @@ from aerosid.errors import LogError
 from aerosid.loop.settings import LoopSettings
 from aerosid.studies.batch.logs import LogFile
 from aerosid.studies.batch.one_log import BatchTask, close_one
-from aerosid.studies.batch.table import Measured, TableRow, conditions, derivative_table, measured
+from aerosid.studies.batch.table import (
+    Measured,
+    Structure,
+    TableRow,
+    conditions,
+    derivative_table,
+    measured,
+    structures,
+)
 from aerosid.studies.journal import Journal, Row
 from aerosid.studies.source_digest import source_state
 from aerosid.studies.workers import EVERY_CORE, FAILURE, Workers, work_off
@@ -62,6 +70,11 @@ class Batch:
     def conditions(self) -> dict[str, int]:
         """The number of each log's condition."""
         return conditions(self.rows)
+
+    @property
+    def structures(self) -> dict[Structure, int]:
+        """The number of each structure: what the declared model lacked."""
+        return structures(self.rows)
 
     @property
     def table(self) -> tuple[TableRow, ...]:

@@ -1,14 +1,24 @@
-"""Derivatives over manoeuvres: repeats at one condition put together, their scatter beside the deviations reported."""
+"""Weighted means of derivatives over repeats of one condition and one structure, with Cochran's test of homogeneity."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc
 
 from aerosid.studies.batch.one_log import CONDITION
 from aerosid.studies.journal import Row
+
+FloatArray = NDArray[np.float64]
+Structure = tuple[tuple[str, str, str], ...]
+"""Kind, place and term of each effect that a model holds beside the declared ones."""
+
+ALIKE = 0.01
+"""p-value of Cochran's Q below which a mean is marked: one honest set of repeats in a hundred."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,7 @@ class Measured:
     std_error: float
     shown: bool
     condition: Mapping[str, float | None]
+    structure: Structure = ()
 
 
 @dataclass(frozen=True)
@@ -69,6 +80,14 @@ class TableRow:
         Standard deviation between the repeats; None for a single one.
     condition : mapping of str to float or None
         Means over the manoeuvres.
+    structure : int
+        Number of the structure, from 1: what the model lacked in all of these manoeuvres. Others have their own rows,
+        for an estimate beside another structure is of another quantity.
+    heterogeneity : float or None
+        Cochran's Q: squared distances of the estimates from their weighted mean in units of their deviations; None for
+        a single one.
+    p_value : float or None
+        Of a Q as great among estimates of one number (chi-squared with n - 1 degrees of freedom).
     """
 
     coefficient: str
@@ -81,6 +100,14 @@ class TableRow:
     std_error: float | None
     scatter: float | None
     condition: Mapping[str, float | None]
+    structure: int = 1
+    heterogeneity: float | None = None
+    p_value: float | None = None
+
+    @property
+    def homogeneous(self) -> bool:
+        """Whether the repeats may be estimates of one number: otherwise their mean is none that an aircraft has."""
+        return self.p_value is None or self.p_value >= ALIKE
 
     @property
     def honest(self) -> float | None:
@@ -106,6 +133,7 @@ def measured(rows: Mapping[str, Row]) -> tuple[Measured, ...]:
             entry["std_error"],
             entry["shown"],
             row["condition"],
+            structure_of(row),
         )
         for log, row in rows.items()
         for entry in row["derivatives"]
@@ -129,33 +157,54 @@ def conditions(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -> dict
     return {log: number for number, group in enumerate(groups, start=1) for log in group}
 
 
+def structure_of(row: Row) -> Structure:
+    """What the model of a manoeuvre holds beside the declared one: kind, place and term of each effect, sorted."""
+    return tuple(sorted((effect["kind"], effect["where"], effect["term"]) for effect in row["effects"]))
+
+
+def structures(rows: Mapping[str, Row]) -> dict[Structure, int]:
+    """The number of each structure, from 1: the commonest first, the simpler of two as common."""
+    counts = Counter(structure_of(row) for row in rows.values())
+    ordered = sorted(counts, key=lambda structure: (-counts[structure], len(structure), structure))
+    return {structure: number for number, structure in enumerate(ordered, start=1)}
+
+
 def derivative_table(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -> tuple[TableRow, ...]:
-    """One row for each derivative at each condition, in the order of the aircraft file, then of the conditions."""
-    group_of = conditions(rows, likeness)
+    """One row for each derivative, condition and structure, in the order of the aircraft file, then of the conditions.
+
+    Notes
+    -----
+    Only estimates of like models are put together: C_m alpha beside a term in alpha^2 is the slope at alpha = 0,
+    without it a mean slope, and the average of the two is neither.
+    """
+    group_of, number_of = conditions(rows, likeness), structures(rows)
     entries = measured(rows)
     order = list(dict.fromkeys((m.coefficient, m.term) for m in sorted(entries, key=lambda m: m.declared is None)))
     order.sort(key=lambda entry: _COEFFICIENTS.index(entry[0]) if entry[0] in _COEFFICIENTS else len(_COEFFICIENTS))
     table = []
-    for coefficient, term in order:
-        for number in sorted(set(group_of.values())):
-            here = [m for m in entries if (m.coefficient, m.term) == (coefficient, term) and group_of[m.log] == number]
-            if here:
-                table.append(_row(here, number))
+    for entry in order:
+        like: dict[tuple[int, int], list[Measured]] = {}
+        for m in entries:
+            if (m.coefficient, m.term) == entry:
+                like.setdefault((group_of[m.log], number_of[m.structure]), []).append(m)
+        table += [_row(like[group, structure], group, structure) for group, structure in sorted(like)]
     return tuple(table)
 
 
 _COEFFICIENTS = ("C_X", "C_D", "C_Z", "C_L", "C_m")
 
 
-def _row(here: Sequence[Measured], number: int) -> TableRow:
+def _row(here: Sequence[Measured], number: int, structure: int) -> TableRow:
     told = [m for m in here if m.shown]
-    value = std_error = scatter = None
+    value = std_error = scatter = heterogeneity = p_value = None
     if told:
         values, errors = np.array([m.value for m in told]), np.array([m.std_error for m in told])
         weights = 1.0 / np.maximum(errors, 1e-300) ** 2
         value = float(weights @ values / weights.sum())
         std_error = float(np.sqrt(np.mean(errors**2)))
-        scatter = float(values.std(ddof=1)) if len(told) > 1 else None
+        if len(told) > 1:
+            scatter = float(values.std(ddof=1))
+            heterogeneity, p_value = homogeneity(values, errors)
     first = here[0]
     return TableRow(
         coefficient=first.coefficient,
@@ -168,7 +217,28 @@ def _row(here: Sequence[Measured], number: int) -> TableRow:
         std_error=std_error,
         scatter=scatter,
         condition=_mean([m.condition for m in told or here]),
+        structure=structure,
+        heterogeneity=heterogeneity,
+        p_value=p_value,
     )
+
+
+def homogeneity(values: FloatArray, errors: FloatArray) -> tuple[float, float]:
+    """Cochran's Q of estimates with their standard errors, and its p-value.
+
+    Parameters
+    ----------
+    values, errors : ndarray, shape (n,)
+        n of at least 2, in the derivative's own unit.
+
+    References
+    ----------
+    Cochran, The combination of estimates from different experiments, Biometrics 10 (1), 1954.
+    """
+    weights = 1.0 / np.maximum(errors, 1e-300) ** 2
+    mean = weights @ values / weights.sum()
+    q = float(weights @ (values - mean) ** 2)
+    return q, float(chdtrc(values.size - 1, q))
 
 
 def _mean(held: Sequence[Mapping[str, float | None]]) -> dict[str, float | None]:

@@ -10,7 +10,7 @@ from aerosid import notation
 from aerosid.flight_model.terms import Factor
 from aerosid.reporting import words
 from aerosid.studies.batch.one_log import CONDITION
-from aerosid.studies.batch.table import Measured, TableRow
+from aerosid.studies.batch.table import Measured, Structure, TableRow
 
 UNITS = {"V": "m/s", "h": "m", "mach": "1", "alpha": "rad"}
 
@@ -23,11 +23,13 @@ _SPECIAL |= {character: f"\\{character}" for character in "&%$#_{}"}
 def table_csv(table: Sequence[TableRow]) -> str:
     """One line for each derivative at each condition, SI; empty where there is no number."""
     header = ["coefficient", "term", "declared", "value", "std_error", "scatter", "manoeuvres", "left_out", "condition"]
+    header += ["structure", "cochran_q", "p_homogeneous"]
     header += [f"{name} [{UNITS[name]}]" for name in CONDITION]
     lines = (
         [
             row.coefficient, row.term, row.declared, row.value, row.std_error, row.scatter, row.manoeuvres,
-            row.left_out, row.group, *(row.condition[name] for name in CONDITION),
+            row.left_out, row.group, row.structure, row.heterogeneity, row.p_value,
+            *(row.condition[name] for name in CONDITION),
         ]
         for row in table
     )  # fmt: skip
@@ -67,10 +69,20 @@ def condition_words(row: TableRow) -> list[str]:
     return shown
 
 
+def structure_words(structure: Structure) -> str:
+    """What a structure holds beside the declared model, in the names of the files."""
+    names = [
+        f"{where} {term}" if kind == "aero_term" else f"{kind.replace('_', ' ')} of {where}".removesuffix(" of ")
+        for kind, where, term in structure
+    ]
+    return "declared" + "".join(f" + {name}" for name in names)
+
+
 def headings() -> list[str]:
     """The columns of the printed tables."""
     units = [f"{name} [{words.shown_unit(UNITS[name]).text}]".removesuffix(" []") for name in CONDITION]
-    return ["derivative", "declared", "value ± deviation", "scatter", "scatter / deviation", "n", *units]
+    numbers = ["value ± deviation", "scatter", "scatter / deviation", "p (one number)", "n", "structure"]
+    return ["derivative", "declared", *numbers, *units]
 
 
 def cells(row: TableRow) -> list[str]:
@@ -80,7 +92,9 @@ def cells(row: TableRow) -> list[str]:
         notation.with_deviation(row.value, row.std_error),
         notation.number(row.scatter, 2),
         notation.number(row.honest, 2),
+        notation.MISSING if row.p_value is None else notation.p_value(row.p_value) + ("" if row.homogeneous else " !"),
         f"{row.manoeuvres}" + (f" (+{row.left_out})" if row.left_out else ""),
+        str(row.structure),
         *condition_words(row),
     ]
 
@@ -97,9 +111,12 @@ def table_markdown(table: Sequence[TableRow]) -> str:
 
 
 NOTE = (
-    "value: mean over the manoeuvres of a condition, weighted with their deviations. deviation: corrected for coloured "
-    "residuals, of one manoeuvre. scatter: between repeats; about as large as the deviation where that is true. n: "
-    "manoeuvres that show the derivative (+ those with too little information on it, which are left out)."
+    "value: mean over the manoeuvres of a condition, weighted with their deviations. deviation: corrected for "
+    "coloured residuals, of one manoeuvre. scatter: between repeats; about as large as the deviation where that is "
+    "true. n: manoeuvres that show the derivative (+ those with too little information on it, which are left out). p "
+    "(one number): that the repeats are estimates of one number, by Cochran's Q; marked with ! below 0.01, where the "
+    "mean is that of different numbers. structure: what the declared model lacked; estimates beside different "
+    "structures are never put together."
 )
 
 

@@ -9,8 +9,10 @@ from typing import Any
 from aerosid import __version__
 from aerosid.file_set import text, write_files
 from aerosid.reporting.paper import page_pdf
+from aerosid.reporting.result_json import portable
 from aerosid.studies.batch.page import drawn_figure, page_html
 from aerosid.studies.batch.run import Batch
+from aerosid.studies.batch.table import structure_of
 from aerosid.studies.batch.table_texts import manoeuvres_csv, table_csv, table_latex, table_markdown
 
 SCHEMA = 1
@@ -18,12 +20,15 @@ SCHEMA = 1
 
 def batch_json(batch: Batch) -> dict[str, Any]:
     """What batch.json holds: every log with its verdict, effects and derivatives, and why others could not be used."""
-    group_of = batch.conditions
+    group_of, structure_number = batch.conditions, batch.structures
     return {
         "schema": SCHEMA,
         "aerosid": __version__,
-        "aircraft": {"path": batch.aircraft.path, "sha256": batch.aircraft.sha256},
-        "logs": [{"log": name, "condition_number": group_of[name], **row} for name, row in batch.rows.items()],
+        "aircraft": {"path": portable(batch.aircraft.path), "sha256": batch.aircraft.sha256},
+        "logs": [
+            {"log": name, "condition_number": group_of[name], "structure": structure_number[structure_of(row)], **row}
+            for name, row in batch.rows.items()
+        ],
         "failures": [{"log": name, "reason": reason} for name, reason in batch.failures.items()],
     }
 

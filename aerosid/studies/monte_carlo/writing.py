@@ -10,6 +10,7 @@ from typing import Any
 from aerosid import __version__
 from aerosid.file_set import text, write_files
 from aerosid.reporting.paper import page_pdf
+from aerosid.reporting.result_json import portable
 from aerosid.studies.monte_carlo.page import drawn_figures, page_html
 from aerosid.studies.monte_carlo.run import Study
 from aerosid.studies.workers import FAILURE
@@ -24,10 +25,20 @@ def study_json(study: Study) -> dict[str, Any]:
         "aerosid": __version__,
         "seed": study.plan.seed,
         "runs": study.plan.runs,
-        "plan": study.plan.describe(),
+        "plan": _portable(study.plan.describe()),
         "levels": [asdict(level) for level in study.levels],
         "failures": [{"reason": reason, "runs": count} for reason, count in sorted(study.failures.items())],
     }
+
+
+def _portable(described: Any) -> Any:
+    """The plan with each path as another machine may read it."""
+    if isinstance(described, dict):
+        return {
+            name: portable(value) if name == "path" and isinstance(value, str) else _portable(value)
+            for name, value in described.items()
+        }
+    return [_portable(value) for value in described] if isinstance(described, list) else described
 
 
 def write_runs(study: Study, path: Path) -> None:

@@ -1,0 +1,70 @@
+"""Duplicate samples of two recordings: the same file over overlapping spans, or rows that agree in every channel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.logs.flight_log import FlightLog
+from aerosid.nomenclature import CHANNELS
+
+LEAST = 2
+"""Samples of one file in both spans from which on they overlap: spans that touch share the one at which they do."""
+
+LEAST_ROWS = 10
+"""Distinct rows in both files from which on they hold the same flight: chance makes none of several noisy channels."""
+
+LEAST_CHANNELS = 3
+"""Channels that must move in both for rows to be compared: fewer agree by chance where a recorder is coarse."""
+
+DIGITS = 9
+"""Significant digits that are compared: two maps may bring the same decimals to SI with different roundings."""
+
+
+def shared_samples(one: FlightLog, other: FlightLog) -> tuple[float, float] | None:
+    """The span of `one`, s in its own time, whose samples the other log holds too; None where there is none.
+
+    Notes
+    -----
+    The same file (by path or SHA-256) runs on one clock, so that spans tell. Of different files rows are compared,
+    whatever their clocks say: a cut that begins at zero again holds the same samples as the recording it is from.
+    """
+    if _is_same_file(one, other):
+        both = one.time[(one.time >= other.time[0]) & (one.time <= other.time[-1])]
+        return (float(both[0]), float(both[-1])) if both.size >= LEAST else None
+    names = [
+        name
+        for name in one.channels
+        if name in other and name in CHANNELS and min(_range(one[name]), _range(other[name])) > 0.0
+    ]
+    if len(names) < LEAST_CHANNELS:
+        return None
+    (mine, times), (theirs, _) = _rows(one, names), _rows(other, names)
+    shared = np.isin(mine, theirs)
+    if np.unique(mine[shared]).size < LEAST_ROWS:
+        return None
+    return float(times[shared][0]), float(times[shared][-1])
+
+
+def _is_same_file(one: FlightLog, other: FlightLog) -> bool:
+    if one.sha256 and one.sha256 == other.sha256:
+        return True
+    return bool(one.path and other.path) and Path(one.path).resolve() == Path(other.path).resolve()
+
+
+def _range(values: NDArray[np.float64]) -> float:
+    held = values[np.isfinite(values)]
+    return float(np.ptp(held)) if held.size else 0.0
+
+
+def _rows(log: FlightLog, names: list[str]) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+    """The complete rows of some channels as one item each, and their times."""
+    table = np.column_stack([log[name] for name in names])
+    complete = np.isfinite(table).all(axis=1)
+    table = table[complete]
+    size = np.abs(table)
+    scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.where(size > 0.0, size, 1.0))))
+    whole = np.ascontiguousarray(np.rint(table * scale) / scale) + 0.0  # -0.0 and 0.0 are one number
+    return whole.view(np.dtype((np.void, whole.dtype.itemsize * len(names)))).ravel(), log.time[complete]

@@ -1,0 +1,127 @@
+"""Restricted re-estimation: derivatives that the record does not show are held at their declared values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft
+from aerosid.errors import EstimationError
+from aerosid.estimation.deviations import Deviations
+from aerosid.estimation.maximum_likelihood import refine_on
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.loop.derivative_table import is_shown
+from aerosid.search.attribution import Attribution
+from aerosid.search.final_significance import significant
+from aerosid.search.finding_rows import findings_of
+from aerosid.search.structure_search import StructureSearch
+
+BREAKDOWN = (
+    "Beside the declared values of what is not shown the others could not be estimated anew: the completed aircraft "
+    "holds the others as they are where all are free, and the errors after are those of that estimate."
+)
+
+
+@dataclass(frozen=True)
+class Completion:
+    """The completed model, as it is written, simulated and linearised.
+
+    Attributes
+    ----------
+    found : Attribution
+        The findings and the estimate with every derivative that is not shown at its declared value. The standard errors
+        are those of the estimate where all are free: they count what is not known of the held ones.
+    kept : mapping of Entry to float
+        What is held, with the estimate that was not shown.
+    broke_down : bool
+        Whether nothing could be estimated beside the held ones: the other numbers are then those of the free estimate.
+    """
+
+    found: Attribution
+    kept: Mapping[Entry, float] = field(default_factory=dict)
+    broke_down: bool = False
+
+
+def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearch, *, excited: bool) -> Completion:
+    """The completed model with what the record does not show kept as declared, the rest re-estimated beside it.
+
+    Parameters
+    ----------
+    found : Attribution
+        With all declared derivatives free.
+    aircraft : Aircraft
+        The declared values.
+    search : StructureSearch
+        The flights that were fitted, with the settings.
+    excited : bool
+        Whether the flights say anything at all; otherwise every derivative is kept.
+
+    Notes
+    -----
+    A table that mixes declared numbers into a joint estimate is no model that was ever compared with the flight: what
+    is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
+    """
+    declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
+    kept: dict[Entry, float] = {}
+    while hidden := _not_shown(found, declared, excited=excited):
+        kept |= {entry: found.completed.model.value(entry) for entry in hidden}
+        try:
+            found = significant(_held(found, {entry: declared[entry] for entry in hidden}, search), search)
+        except EstimationError:
+            return Completion(found, kept, broke_down=True)
+    return Completion(found, kept)
+
+
+def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:
+    """The free declared derivatives on which the record holds too little information.
+
+    Constants are none of them in a flight that moves: any stretch of it shows the trim, which may well be near zero.
+    """
+    completed, spread = found.completed, found.completed_deviations
+    return tuple(
+        entry
+        for n, entry in enumerate(completed.free)
+        if entry in declared
+        and (entry[1].factors or not excited)
+        and not (excited and is_shown(completed.model.value(entry), declared[entry], float(spread.corrected[n])))
+    )
+
+
+def _held(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
+    """The estimate with some entries no longer free."""
+    completed = found.completed
+    numbers = completed.model.values.copy()
+    for entry, value in values.items():
+        numbers[completed.model.index(entry)] = value
+    places = [n for n, entry in enumerate(completed.free) if entry not in values]
+    free = tuple(completed.free[n] for n in places)
+    start = replace(completed, model=completed.model.with_values(numbers), free=free)
+    restricted = refine_on(start, search.manoeuvres)
+    spread = _only(found.completed_deviations, places)
+    beside = found.filter_error
+    if beside is not None:
+        beside = replace(beside, values=beside.values[places], deviations=beside.deviations[places])
+    findings = findings_of(search, restricted, spread)
+    return replace(found, completed=restricted, completed_deviations=spread, filter_error=beside, findings=findings)
+
+
+def _only(spread: Deviations, places: Sequence[int]) -> Deviations:
+    """The standard deviations of some of the free entries."""
+    chosen = list(places)
+    return replace(
+        spread,
+        corrected=spread.corrected[chosen],
+        white=spread.white[chosen],
+        published=spread.published[chosen],
+        covariance=spread.covariance[np.ix_(chosen, chosen)],
+        correlation_max=spread.correlation_max[chosen],
+    )
+
+
+def told_of_breakdown(completion: Completion) -> list[str]:
+    """A sentence where the derivatives that are kept could not be estimated around."""
+    if not completion.broke_down:
+        return []
+    return [BREAKDOWN]

@@ -1,0 +1,66 @@
+"""Leave-one-out prediction: what each effect by itself does to the error on flights that were not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from aerosid.errors import EstimationError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.estimation.open_loop import on_log, respond
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import Finding, Part
+from aerosid.search.structure_search import StructureSearch
+
+Gains = Mapping[tuple[str, str, str, float | None], float | None]
+
+
+def identity(row: Finding | Part) -> tuple[str, str, str, float | None]:
+    """Kind, place, term and moment: by which a finding and its part are known to be one."""
+    kind, where, term = row.label if isinstance(row, Part) else (row.kind, row.where, row.term)
+    return kind, where, term, row.time
+
+
+def prediction_gains(found: Attribution, search: StructureSearch, flights: Sequence[Manoeuvre]) -> Gains:
+    """For each effect, error without it over error with it, on flights that were not fitted; median over channels.
+
+    Parameters
+    ----------
+    found : Attribution
+        The completed model.
+    search : StructureSearch
+        The flights that were fitted.
+    flights : sequence of Manoeuvre
+        Those to predict; none: no gains.
+
+    Notes
+    -----
+    The effect is struck out, everything else estimated again on the fitted flights, and the others simulated in open
+    loop from initial states of their own. A sudden change of a fitted flight is no part of another: its gain is what it
+    keeps out of the derivatives. None where a simulation leaves its range or nothing can be estimated without it.
+    """
+    if not flights or not found.findings:
+        return {}
+    beside = _errors(found.completed, flights)
+    gains: dict[tuple[str, str, str, float | None], float | None] = {}
+    for part in search.parts(found.completed, None):
+        try:
+            without = _errors(refine_on(search.struck_out(found.completed, [part]), search.manoeuvres), flights)
+        except EstimationError:
+            gains[identity(part)] = None
+            continue
+        pairs = [(without[key], error) for key, error in beside.items()]
+        ratios = [worse / error for worse, error in pairs if worse is not None and error is not None and error > 0.0]
+        gains[identity(part)] = float(np.median(ratios)) if ratios else None
+    return gains
+
+
+def _errors(at: Refinement, flights: Sequence[Manoeuvre]) -> dict[tuple[int, str], float | None]:
+    """Root-mean-square error by flight and channel."""
+    return {
+        (n, channel): error
+        for n, flight in enumerate(flights)
+        for channel, error in respond(at.model, flight, at.variance, effects=on_log(at, flight)).rms.items()
+    }

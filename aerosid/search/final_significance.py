@@ -1,0 +1,104 @@
+"""Wald test of every named number by its final estimate: at least three standard errors from none, of one sign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.estimation.deviations import deviations
+from aerosid.estimation.filter_error import filter_error, widened
+from aerosid.estimation.maximum_likelihood import refine_on
+from aerosid.search.attribution import Attribution
+from aerosid.search.confirmation import Confirmed
+from aerosid.search.finding_rows import finding_of, findings_of
+from aerosid.search.findings import Part, labels, named
+from aerosid.search.structure_search import StructureSearch
+
+
+def significant(found: Attribution, search: StructureSearch) -> Attribution:
+    """The findings whose final numbers stand, everything re-estimated without the others.
+
+    Parameters
+    ----------
+    found : Attribution
+        What any way of searching ended with.
+    search : StructureSearch
+        The flights that were fitted, the hypotheses that were asked for and the settings.
+
+    Returns
+    -------
+    Attribution
+        Where all stand, `found` itself. Otherwise without those that do not, which are `fallen`; the weakest first,
+        since what is left becomes more certain without it.
+
+    Notes
+    -----
+    Wald's test of the very number that is reported, on the standard error that is reported beside it: whatever a search
+    or another flight said before, a term is not named by a number that the final estimate cannot tell from none, nor
+    by one whose sign another flight contradicts. The size of a random disturbance has no sign and its standard error
+    grows with it; the likelihood ratio that let it enter judges it alone.
+    """
+    current = found
+    while (weakest := _weakest(current, search)) is not None:
+        current = _without(current, weakest, search)
+    if current is found:
+        return found
+    held = {named(label) for label in labels(current.findings)}
+    return replace(current, alternatives=tuple(each for each in current.alternatives if each.instead_of in held))
+
+
+def told_of_fallen(found: Attribution, asked: float) -> list[str]:
+    """A sentence for each finding that entered and fell, for the notes."""
+    return [
+        f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {each.value:.3g} with "
+        f"a standard error of {each.std_error:.2g}, is not {asked:g} standard errors from none with the sign that it "
+        "was claimed with; everything is re-estimated without it."
+        for each in found.fallen
+    ]
+
+
+def _weakest(found: Attribution, search: StructureSearch) -> Part | None:
+    """The part whose number stands least; None where all stand."""
+    asked = search.settings.final_deviations
+    parts = [part for part in search.parts(found.completed, found.completed_deviations) if not part.is_disturbance]
+    failing = [part for part in parts if _distance(part) < asked or not has_the_confirmed_sign(part, found.confirmed)]
+    return min(failing, key=_distance, default=None)
+
+
+def _distance(part: Part) -> float:
+    """By how many of its standard errors a part is from none: that of its most certain number, where it has several."""
+    if part.active is None or not part.parameters:
+        return abs(part.value - part.null) / part.std_error if part.std_error > 0.0 else 0.0
+    nulls = [parameter.null for parameter in part.active.effect.parameters]
+    numbers = zip(part.parameters, nulls, strict=True)
+    return max((abs(v - null) / error for (_, v, error, _), null in numbers if error > 0.0), default=0.0)
+
+
+def has_the_confirmed_sign(part: Part, confirmed: Sequence[Confirmed]) -> bool:
+    """Whether a term's number has the sign by which another flight confirmed it."""
+    claimed = [each.value for each in confirmed if each.entry == part.entry]
+    return all(np.sign(value) == np.sign(part.value) for value in claimed)
+
+
+def _without(found: Attribution, part: Part, search: StructureSearch) -> Attribution:
+    """All re-estimated without one part, by the estimators that the numbers are from."""
+    struck = search.struck_out(found.completed, [part])
+    is_declared = (struck.free, struck.effects) == (found.before.free, found.before.effects)
+    completed = found.before if is_declared else refine_on(struck, search.manoeuvres)
+    spread = deviations(completed, search.manoeuvres)
+    beside = found.filter_error
+    if beside is not None:
+        beside = filter_error(completed, beside.forces, beside.variance, search.manoeuvres)
+    spread = widened(spread, beside)
+    gone = finding_of(search, part, completed.cost - found.completed.cost)
+    return replace(
+        found,
+        completed=completed,
+        completed_deviations=spread,
+        filter_error=beside,
+        findings=findings_of(search, completed, spread),
+        confirmed=tuple(each for each in found.confirmed if each.entry != part.entry),
+        fallen=(*found.fallen, gone),
+    )
