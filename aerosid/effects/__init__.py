@@ -11,6 +11,7 @@ from aerosid.effects import (
     flow_separation,
     ground_effect,
     sensor,
+    sensor_position,
     step_change,
     thrust,
 )
@@ -22,6 +23,7 @@ from aerosid.effects.kinds import (
     InputEffect,
     NoiseEffect,
     OutputEffect,
+    PositionEffect,
     StateEffect,
     frozen,
     whole,
@@ -29,6 +31,7 @@ from aerosid.effects.kinds import (
 
 CATALOGUE: tuple[Family, ...] = (
     sensor.FAMILY,
+    sensor_position.FAMILY,
     control.FAMILY,
     step_change.FAMILY,
     cg_shift.FAMILY,
@@ -56,6 +59,7 @@ __all__ = [
     "Offer",
     "OutputEffect",
     "Planted",
+    "PositionEffect",
     "StateEffect",
     "at_null",
     "frozen",

@@ -145,7 +145,21 @@ class StateEffect:
         return tuple(numbers)
 
 
-Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect
+@dataclass(frozen=True)
+class PositionEffect:
+    """A sensor that sits elsewhere than declared by its one number, m, along the body `axis`, x or z.
+
+    The equation-error regression estimates it; to a simulation it is a position of the sensor.
+    """
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    axis: str
+    source: str
+
+
+Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect | PositionEffect
 
 
 @dataclass(frozen=True)
@@ -224,6 +238,8 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
     if isinstance(effect, StateEffect):
         held = replace(effect, parameters=(), given=effect.law_numbers(values), places=())
         return ActiveEffect(held, (), active.log, values)
+    if isinstance(effect, PositionEffect):
+        return ActiveEffect(replace(effect, parameters=()), (), active.log, values)
     fixed = replace(
         effect,
         parameters=(),

@@ -8,6 +8,7 @@ from dataclasses import replace
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
 from aerosid.effects.cg_shift import centre_column
 from aerosid.effects.disturbance import GUST_COLUMN
+from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
 from aerosid.effects.thrust import THRUST_COLUMN
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -55,4 +56,4 @@ def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) ->
 def _columns(effect: Effect) -> tuple[str, ...]:
     if isinstance(effect, InputEffect):
         return (effect.where_acts,)
-    return () if isinstance(effect, OutputEffect) else effect.columns
+    return () if isinstance(effect, OutputEffect | PositionEffect) else effect.columns

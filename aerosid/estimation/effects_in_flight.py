@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
+from aerosid.effects.kinds import PositionEffect
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.flight import Flight, simulate_outputs
@@ -55,7 +56,13 @@ def acting_flight(
             for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
                 place = model.columns.index(column)
                 variance[place - leading], memory[place - leading] = spread, remembered
-    return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance), memory
+    positions = flight.positions
+    for active in effects:
+        if isinstance(active.effect, PositionEffect):
+            positions = positions.copy()
+            row = manoeuvre.axes.outputs.index(active.effect.where)
+            positions[row, "xyz".index(active.effect.axis)] += active.numbers[0]
+    return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance, positions=positions), memory
 
 
 def transformed(

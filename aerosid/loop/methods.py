@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.decision import decide
+from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.final_significance import significant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
@@ -85,24 +89,60 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
         Where the declared model cannot be simulated.
     """
     methods: dict[Method, Callable[[Question, LoopSettings, Progress], Answer]] = {
+        "equations": by_equations,
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
     return methods[settings.method](question, settings, progress)
 
 
-def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Score tests, trial fits and maximum likelihood."""
+def by_equations(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """Kinematic and coefficient equations with coloured residuals, then maximum likelihood where the air is calm.
+
+    A study of terms alone, with a start of its own, is answered by the likelihood.
+    """
+    if settings.catalogue == "terms":
+        return by_likelihood(question, settings, progress)
+    before = None
+    with suppress(EstimationError):  # the equations need no simulation of the whole record
+        before = _declared_estimate(question, settings, progress)
+    progress("tracing the residual")
+    hypotheses = question.hypotheses(settings.catalogue)
+    coefficients = question.aircraft.coefficients
+    decision = decide(
+        question.declared,
+        question.free,
+        question.given,
+        hypotheses,
+        coefficients,
+        question.manoeuvres,
+        question.others,
+        settings.equation_error,
+    )
+    found = attribute_by_equations(decision, question.manoeuvres, before)
+    search = StructureSearch(
+        question.manoeuvres, hypotheses, coefficients, found.before, settings.attribution, question.declared
+    )
+    return Answer(found, search)
+
+
+def _declared_estimate(question: Question, settings: LoopSettings, progress: Progress) -> Refinement:
+    """The declared structure, re-estimated."""
     progress("re-estimating the declared model")
-    manoeuvres, declared = question.manoeuvres, question.declared
-    before = refine(
-        _begun(declared, settings.start),
-        manoeuvres,
+    return refine(
+        _begun(question.declared, settings.start),
+        question.manoeuvres,
         question.free,
         effects=question.given,
         priors=_priors(question.aircraft) if settings.priors else (),
         settings=NEARBY if settings.start else WRONG_STRUCTURE,
     )
+
+
+def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """Score tests, trial fits and maximum likelihood."""
+    manoeuvres, declared = question.manoeuvres, question.declared
+    before = _declared_estimate(question, settings, progress)
     progress("tracing the residual")
     hypotheses = question.hypotheses(settings.catalogue)
     if settings.catalogue == "terms":

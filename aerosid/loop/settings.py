@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 
-Method = Literal["likelihood", "iebmee"]
+Method = Literal["equations", "likelihood", "iebmee"]
 
-METHODS: tuple[Method, ...] = ("likelihood", "iebmee")
+METHODS: tuple[Method, ...] = ("equations", "likelihood", "iebmee")
 """The first decides unless another one is asked for."""
 
 Progress = Callable[[str], None]
@@ -27,12 +28,15 @@ class LoopSettings:
     ----------
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
-    method : "likelihood" or "iebmee"
-        What decides the structure: score tests and likelihood, or the model error d(t) of Parameswaran & Raol 1994.
+    method : "equations", "likelihood" or "iebmee"
+        What decides the structure: the kinematic and coefficient equations with coloured residuals, score tests of the
+        simulated flight's likelihood, or the model error d(t) of Parameswaran & Raol 1994.
     model_error : ModelErrorSearchSettings
         Of method iebmee.
     attribution : AttributionSettings
-        Which evidence lets a term enter.
+        Which evidence lets a term enter where terms alone are asked for.
+    equation_error : EquationErrorSettings
+        Which evidence of the kinematic and coefficient equations lets anything enter.
     catalogue : "all" or "terms"
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
@@ -60,9 +64,10 @@ class LoopSettings:
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
-    method: Method = "likelihood"
+    method: Method = "equations"
     model_error: ModelErrorSearchSettings = field(default_factory=ModelErrorSearchSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    equation_error: EquationErrorSettings = field(default_factory=EquationErrorSettings)
     catalogue: Literal["all", "terms"] = "all"
     paper_chain: bool = True
     second_opinion: bool = True

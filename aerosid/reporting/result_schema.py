@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from aerosid.reporting.next_flight_schema import NextFlightEntry
 from aerosid.reporting.schema_types import Number, Row, Text
@@ -318,7 +318,7 @@ class ResultFile(Row):
     next_flight: NextFlightEntry | None = None
     kinematics: KinematicsEntry | None = None
     provenance: ProvenanceEntry | None = None
-    settings: dict[Text, Any] = {}
+    settings: dict[Text, Any] = Field(default_factory=dict)
     settings_changed: tuple[Text, ...] = ()
     decided_by_validation: tuple[Text, ...] = ()
     second_opinion: SecondOpinionEntry | None = None

@@ -27,4 +27,6 @@ Text = Annotated[str, BeforeValidator(encodable)]
 
 
 class Row(BaseModel):
+    """A frozen row, read from the attributes of a result; NaN and infinity are refused."""
+
     model_config = ConfigDict(frozen=True, from_attributes=True, allow_inf_nan=False)

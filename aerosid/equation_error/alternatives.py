@@ -1,0 +1,124 @@
+"""Hypotheses that these recordings cannot tell from a chosen one: in its place they are nearly as likely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.candidates import (
+    effect_candidates,
+    joined,
+    of_sensors,
+    scores,
+    started,
+    term_candidates,
+)
+from aerosid.equation_error.design import regress
+from aerosid.equation_error.deviations import corrected_covariance
+from aerosid.equation_error.estimate import Estimate, estimate
+from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told, without
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """What could stand in place of a chosen hypothesis.
+
+    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more.
+    """
+
+    hypothesis: Hypothesis
+    active: ActiveEffect | None
+    value: float
+    std_error: float
+    gain: float
+    behind: float
+    instead_of: Hypothesis
+    estimate: Estimate = field(repr=False, compare=False)
+
+
+def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
+    """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first."""
+    rows: list[Alternative] = []
+    for each in selected.chosen:
+        rows.extend(in_place_of(selected, each, asked))
+    return tuple(rows)
+
+
+def replaced(selected: Selected, asked: Sequence[Hypothesis], rules: Rules, rounds: int = 2) -> Selected:
+    """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
+    for _ in range(rounds):
+        for each in selected.chosen:
+            rows = [
+                (rules.price(each.hypothesis) - rules.price(row.hypothesis) - row.behind, row)
+                for row in in_place_of(selected, each, asked)
+            ]
+            better, row = max(rows, key=lambda pair: pair[0], default=(0.0, None))
+            if row is not None and better > CLEARLY:
+                others = tuple(other for other in selected.chosen if other is not each)
+                entered = Chosen(row.hypothesis, each.kinematic, row.gain)
+                selected = Selected(row.estimate, (*others, entered))
+                break
+        else:
+            return selected
+    return selected
+
+
+CLEARLY = 1.0
+"""Gain in ln L, prices counted, from which another hypothesis takes a chosen one's place."""
+
+
+def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
+    """What could stand in place of one, the likeliest first."""
+    frame, settings = selected.estimate.frame, selected.estimate.frame.settings
+    bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+    taken = {other.hypothesis.label for other in selected.chosen}
+    rest = [other for other in selected.chosen if other is not each]
+    open_ = [
+        h
+        for h in asked
+        if h.label not in taken and of_sensors(h) == of_sensors(each.hypothesis) and not is_told(h, rest)
+    ]
+    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
+    gains = scores(bare, candidates)
+    worth = selected.estimate.log_likelihood - bare.log_likelihood
+    order: list[int] = []
+    labels: set[tuple[str, str, str]] = set()
+    for n in np.argsort(-gains):
+        if candidates[n].hypothesis.label not in labels:
+            labels.add(candidates[n].hypothesis.label)
+            order.append(int(n))
+        if len(order) == settings.shortlist:
+            break
+    rows = []
+    for n in order:
+        candidate = candidates[n]
+        names = [("trial", i) for i in range(candidate.columns.shape[1])]
+        trial = regress(bare.design.beside(candidate.columns, names), settings, bare.solution.weights, 2)
+        if worth - (trial.log_likelihood - bare.log_likelihood) > 4.0 * settings.alike + 0.3 * worth:
+            continue
+        step = trial.values[-candidate.columns.shape[1] :]
+        hypothesis = started(candidate, step.tolist())
+        found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
+        behind = worth - (found.log_likelihood - bare.log_likelihood)
+        if behind < settings.alike + 0.03 * worth:
+            rows.append(_row(found, hypothesis, each.hypothesis, worth - behind, behind))
+    return sorted(rows, key=lambda row: row.behind)
+
+
+def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:
+    deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
+    if hypothesis.entries:
+        entry = hypothesis.entries[0]
+        unknown: tuple[object, ...] = ("term", entry)
+        active, value = None, found.point.model.value(entry)
+    else:
+        place = len(found.point.effects) - 1
+        active = found.point.effects[place]
+        unknown, value = ("effect", place, 0), active.values[0]
+    known = unknown in found.design.unknowns
+    error = float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")
+    return Alternative(hypothesis, active, value, error, gain, behind, chosen, found)

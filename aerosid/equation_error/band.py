@@ -1,0 +1,94 @@
+"""Low-pass and decimation to the band in which the motion stands above its noise, alike for everything compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import firwin, upfirdn
+
+Array = NDArray[np.float64]
+
+HALF_LENGTH = 5
+"""Half the filter's length in samples after decimation; the transition is then a fifth of the band."""
+
+CUT_AT_ENDS = 2
+"""Samples after decimation left out at either end, where the filter leans on the record's reflection."""
+
+FLOOR_SHARE = 0.2
+"""Share of all frequencies, the highest, whose median power counts as the noise floor."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """Every `step`-th sample of a symmetric low-pass with the given `weights`."""
+
+    step: int
+    weights: Array
+
+    def rows(self, samples: int) -> NDArray[np.int64]:
+        """Places of the samples that are kept, of a record of so many."""
+        first = CUT_AT_ENDS * self.step if self.step > 1 else 0
+        return np.arange(first, samples - first, self.step, dtype=np.int64)
+
+    def __call__(self, values: Array) -> Array:
+        """The series (N,) or (N, K) in the band, fewer samples.
+
+        A linear operation: what holds between columns before holds after. Ends are reflected through their values.
+        """
+        if self.step == 1:
+            return values
+        half = self.weights.size // 2
+        before = 2.0 * values[0] - values[half:0:-1]
+        after = 2.0 * values[-1] - values[-2 : -half - 2 : -1]
+        whole = np.concatenate([before, values, after])
+        first = CUT_AT_ENDS * self.step
+        kept = self.rows(values.shape[0]).size
+        filtered = upfirdn(self.weights, whole[first:], down=self.step, axis=0)
+        # Output n of the decimated convolution ends at input n * step: the filter's whole length comes first.
+        skip = -(-2 * half // self.step)
+        shift = skip * self.step - 2 * half
+        if shift:
+            filtered = upfirdn(self.weights, whole[first - shift :], down=self.step, axis=0)
+        return np.asarray(filtered[skip : skip + kept])
+
+
+def choose_band(
+    rates: Sequence[Array], interval: float, ratio: float, depth: float, limits: tuple[float, float, float]
+) -> Band:
+    """The band up to which the pitch rate's power stands above its floor.
+
+    Parameters
+    ----------
+    rates : sequence of ndarray, shape (N,)
+        Pitch rate of each recording, at a constant `interval`, s.
+    ratio : float
+        Power over the floor that counts as above.
+    depth : float
+        Share of the greatest power below which a frequency holds no motion: a recording smoothed after the flight has
+        no floor, and beyond its smoothing nothing but rounding.
+    limits : (float, float, float)
+        Lowest and highest end of the band, Hz, and its highest share of the sampling frequency.
+    """
+    lowest, highest, share = limits
+    highest = min(highest, share / interval)
+    ends = [_end(rate, interval, ratio, depth) for rate in rates]
+    end = float(np.clip(np.median(ends), min(lowest, highest), highest))
+    step = max(1, int(0.5 / (interval * end) + 1e-9))
+    if step == 1:
+        return Band(1, np.ones(1))
+    return Band(step, np.asarray(firwin(2 * HALF_LENGTH * step + 1, 0.9 / step, window="hamming")))
+
+
+def _end(rate: Array, interval: float, ratio: float, depth: float) -> float:
+    """Frequency, Hz, from which on the smoothed periodogram stays near its floor."""
+    line = np.linspace(rate[0], rate[-1], rate.size)
+    power = np.abs(np.fft.rfft((rate - line) * np.hanning(rate.size))) ** 2
+    smooth = uniform_filter1d(power, max(3, power.size // 40), mode="nearest")
+    frequency = np.fft.rfftfreq(rate.size, interval)
+    floor = float(np.median(smooth[-max(3, int(FLOOR_SHARE * smooth.size)) :]))
+    above = np.flatnonzero(smooth > max(ratio * floor, depth * float(smooth.max())))
+    return float(frequency[above[-1]]) if above.size else 0.0

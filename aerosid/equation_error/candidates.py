@@ -1,0 +1,167 @@
+"""Hypotheses as columns of the regression: what each would add to every equation, to first order in its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.family import at_null
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
+from aerosid.equation_error.design import design_of, whiten
+from aerosid.equation_error.estimate import Estimate, Frame, residual_of
+from aerosid.equation_error.points import Point
+from aerosid.flight_model.aerodynamics import Entry
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A hypothesis with its columns at an estimate.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    columns : ndarray, shape (R, k)
+        What one unit of each number adds.
+    trial : int
+        Which of its trial values the columns lead to.
+    """
+
+    hypothesis: Hypothesis
+    columns: Array
+    trial: int = 0
+
+
+def of_sensors(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis says something of instruments alone, so that kinematics judge it."""
+    return bool(hypothesis.effects) and all(
+        isinstance(active.effect, OutputEffect | PositionEffect) for active in hypothesis.effects
+    )
+
+
+LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
+"""By unit; a channel that is further off is wrong and not biased."""
+
+
+def bounded(hypothesis: Hypothesis) -> Hypothesis:
+    """A sensor's bias with the limits of an instrument in use; everything else as it is."""
+    if hypothesis.kind != "sensor_bias":
+        return hypothesis
+    (active,) = hypothesis.effects
+    assert isinstance(active.effect, OutputEffect)
+    first = active.effect.parameters[0]
+    limit = LARGEST_BIAS.get(first.unit)
+    if limit is None:
+        return hypothesis
+    parameter = replace(first, lowest=-limit, highest=limit)
+    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=(parameter,))),))
+
+
+def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
+    """Sensors that sit elsewhere, of the channels that are there."""
+    return tuple(
+        Hypothesis("sensor_position", channel, effects=(at_null(sensor_position(channel, axis)),))
+        for channel, axis in SHOWN_BY_PITCHING
+        if channel in channels
+    )
+
+
+def joined(point: Point, hypothesis: Hypothesis) -> Point:
+    """The point with a hypothesis' terms and effects, at the values that it gives them."""
+    model = point.model.extended(hypothesis.entries)
+    wider = replace(point, model=model, free=(*point.free, *hypothesis.entries))
+    return wider.with_effects((*point.effects, *hypothesis.effects))
+
+
+def term_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """All hypotheses that are one plain term, their columns made in one pass."""
+    asked = {
+        h.entries[0]: h
+        for h in hypotheses
+        if len(h.entries) == 1 and not h.effects and h.entries[0] not in base.point.free
+    }
+    if not asked:
+        return []
+    model = base.point.model.extended(asked)
+    wide = design_of(frame.segments(replace(base.point, model=model, free=tuple(asked))), frame.settings)
+    return [
+        Candidate(hypothesis, wide.columns[:, [p for p, u in enumerate(wide.unknowns) if _is_of(u, entry)]])
+        for entry, hypothesis in asked.items()
+    ]
+
+
+def _is_of(unknown: tuple[object, ...], entry: Entry) -> bool:
+    return unknown[0] in ("term", "one") and unknown[1] == entry
+
+
+def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """Hypotheses that are one effect each, with a column for every trial value: a delay is not linear in its number."""
+    found = []
+    linear = [p for p, unknown in enumerate(base.design.unknowns) if unknown[0] != "effect"]
+    design = design_of(frame.segments(base.point), frame.settings)
+    values = np.array([base.solution.values[p] for p in linear])
+    at_base = residual_of(frame, design, values, base.point)
+    for hypothesis in hypotheses:
+        if len(hypothesis.effects) != 1 or hypothesis.entries:
+            continue
+        active = hypothesis.effects[0]
+        wide = joined(base.point, hypothesis)
+        for trial, ends in enumerate(_trials(active)):
+            moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
+            distance = ends[0] - active.values[0]
+            column = -(residual_of(frame, design, values, moved) - at_base) / distance
+            if np.isfinite(column).all():
+                found.append(Candidate(hypothesis, column[:, None], trial))
+    return found
+
+
+def _trials(active: ActiveEffect) -> list[tuple[float, ...]]:
+    """Values to which the effect is moved: its trials, or one small step where it is linear."""
+    first = active.effect.parameters[0]
+    away = [value for value in first.trials if value != first.null] or [first.null + first.step]
+    return [(value, *active.values[1:]) for value in away]
+
+
+def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
+    """The hypothesis with its numbers where the columns' regression puts them, within their limits."""
+    if not candidate.hypothesis.effects:
+        return candidate.hypothesis
+    (active,) = candidate.hypothesis.effects
+    first = active.effect.parameters[0]
+    aim = active.values[0] + float(step[0])
+    if not first.lowest < aim < first.highest:
+        away = _trials(active)[candidate.trial][0]
+        aim = away if (away - first.null) * float(step[0]) > 0.0 else first.null + first.step * np.sign(step[0])
+        aim = float(np.clip(aim, first.lowest, first.highest))
+    return replace(candidate.hypothesis, effects=(replace(active, values=(aim, *active.values[1:])),))
+
+
+def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
+    """Gain in ln L of each candidate at the base's colour (C,), from its columns alone."""
+    if not candidates:
+        return np.zeros(0)
+    stacked = np.column_stack([each.columns for each in candidates])
+    white = whiten(base.design, stacked, base.solution.weights)
+    slopes, covariance = base.solution.slopes, base.solution.covariance
+    along = slopes.T @ white
+    innovations = base.solution.whitened
+    gains = np.zeros(len(candidates))
+    place = 0
+    for n, each in enumerate(candidates):
+        k = each.columns.shape[1]
+        part, toward = white[:, place : place + k], along[:, place : place + k]
+        place += k
+        total = part.T @ part
+        left = total - toward.T @ covariance @ toward
+        if np.linalg.eigvalsh(left)[0] <= 1e-6 * max(float(np.trace(total)), 1e-300):
+            continue
+        pull = part.T @ innovations
+        gains[n] = 0.5 * float(pull @ np.linalg.solve(left, pull))
+    return gains

@@ -1,0 +1,236 @@
+"""The stacked regression of all equations and recordings: rows by segment, a column for each unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.channels import KINEMATIC
+from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
+from aerosid.equation_error.points import Segment
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import CONSTANT
+
+Array = NDArray[np.float64]
+
+HEIGHT = "h"
+"""Integrated twice from the accelerometers: what is left of their zeros bends it."""
+
+Unknown = tuple[object, ...]
+"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording) or
+("effect", number of the effect, number of its parameter)."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Rows of all segments, one under the other.
+
+    Attributes
+    ----------
+    segments : tuple of (recording, equation)
+    groups : tuple of (equation, float)
+        Segments that share a colour: the same equation at the same interval, s.
+    bounds : ndarray, shape (S + 1,)
+        Where each segment's rows begin.
+    target : ndarray, shape (R,)
+    columns : ndarray, shape (R, P)
+    unknowns : tuple, length P
+    precisions : ndarray, shape (P,)
+        Inverse standard deviation known beforehand of each unknown, 0 where nothing is known.
+    floors : ndarray, shape (S,)
+        Least size of each segment's residual.
+    """
+
+    segments: tuple[tuple[int, str], ...]
+    groups: tuple[tuple[str, float], ...]
+    bounds: NDArray[np.int64]
+    target: Array
+    columns: Array
+    unknowns: tuple[Unknown, ...]
+    precisions: Array
+    floors: Array
+
+    def rows(self, segment: int) -> slice:
+        """The rows of a segment."""
+        return slice(int(self.bounds[segment]), int(self.bounds[segment + 1]))
+
+    def beside(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
+        """The design with further columns (R, K)."""
+        return Design(
+            self.segments,
+            self.groups,
+            self.bounds,
+            self.target,
+            np.column_stack([self.columns, columns]),
+            (*self.unknowns, *unknowns),
+            np.append(self.precisions, np.zeros(len(unknowns))),
+            self.floors,
+        )
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the residuals are like: the colour of each equation, the size of each segment's innovations (S,)."""
+
+    colours: Mapping[tuple[str, float], Colour]
+    sizes: Array
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Generalised least squares at given weights, and the likelihood with them estimated anew.
+
+    `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
+    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike.
+    """
+
+    values: Array
+    covariance: Array
+    residuals: Array
+    weights: Weights
+    log_likelihood: float
+    whitened: Array = field(repr=False)
+    slopes: Array = field(repr=False)
+
+
+def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
+    """The regression of some equations with their constants, drifts and free terms."""
+    bounds = np.concatenate([[0], np.cumsum([each.target.size for each in segments])]).astype(np.int64)
+    place: dict[Unknown, int] = {}
+    parts: list[tuple[int, int, Array]] = []
+    precision: dict[Unknown, float] = {}
+
+    def put(unknown: Unknown, segment: int, values: Array) -> None:
+        parts.append((place.setdefault(unknown, len(place)), segment, values))
+
+    for s, each in enumerate(segments):
+        if each.equation in KINEMATIC:
+            put(("constant", each.equation, each.recording), s, np.ones(each.target.size))
+            if settings.drifts.get(each.equation, 0.0) > 0.0:
+                unknown = ("drift", each.equation, each.recording)
+                put(unknown, s, each.time)
+                precision[unknown] = 1.0 / settings.drifts[each.equation]
+        if each.equation == HEIGHT:
+            unknown = ("bend", each.equation, each.recording)
+            put(unknown, s, 0.5 * each.time**2)
+            precision[unknown] = 1.0 / settings.height_bend
+        if each.gust.size:
+            for k in range(each.gust.shape[1]):
+                put(("gust", each.recording, k), s, each.gust[:, k])
+        for entry, values in each.columns.items():
+            put(("one", entry, each.recording) if entry[1] == CONSTANT else ("term", entry), s, values)
+    columns = np.zeros((int(bounds[-1]), len(place)))
+    for p, s, values in parts:
+        columns[bounds[s] : bounds[s + 1], p] += values
+    target = np.concatenate([each.target for each in segments])
+    return Design(
+        tuple((each.recording, each.equation) for each in segments),
+        tuple((each.equation, round(float(each.time[1] - each.time[0]), 6)) for each in segments),
+        bounds,
+        target,
+        columns,
+        tuple(place),
+        np.array([precision.get(unknown, 0.0) for unknown in place]),
+        np.array([each.floor for each in segments]),
+    )
+
+
+def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings) -> Weights:
+    """Colour and sizes that residuals (R,) show."""
+    by_group: dict[tuple[str, float], list[int]] = {}
+    for s, group in enumerate(design.groups):
+        by_group.setdefault(group, []).append(s)
+    sizes = np.ones(len(design.segments))
+    colours: dict[tuple[str, float], Colour] = {}
+    for (equation, interval), members in by_group.items():
+        parts = [residuals[design.rows(s)] for s in members]
+        rough = [max(float(np.std(part)), 1e-300) for part in parts]
+        longest = np.inf
+        if equation not in KINEMATIC:
+            longest = settings.memory / interval
+        colour = fit_colour(parts, rough, settings.order, longest)
+        colours[equation, interval] = colour
+        for s, part in zip(members, parts, strict=True):
+            white = colour.whitened(part[:, None])[:, 0]
+            sizes[s] = max(float(np.sqrt(np.mean(white**2))), design.floors[s], 1e-12)
+    return Weights(colours, sizes)
+
+
+def whiten(design: Design, values: Array, weights: Weights) -> Array:
+    """Rows (R, K) whitened and over their sizes."""
+    out = np.empty_like(values)
+    for s, group in enumerate(design.groups):
+        rows = design.rows(s)
+        out[rows] = weights.colours[group].whitened(values[rows]) / weights.sizes[s]
+    return out
+
+
+def solve(design: Design, weights: Weights) -> Solution:
+    """Generalised least squares at given weights; unknowns that nothing shows keep zero with an infinite deviation."""
+    white = whiten(design, np.column_stack([design.target, design.columns]), weights)
+    y, x = white[:, 0], white[:, 1:]
+    gram = x.T @ x + np.diag(design.precisions**2)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    eigenvalues, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    inverse = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
+    covariance = (vectors * inverse) @ vectors.T / np.outer(scale, scale)
+    values = covariance @ (x.T @ y)
+    innovations = y - x @ values
+    residuals = design.target - design.columns @ values
+    prior = float(np.sum((design.precisions * values) ** 2))
+    return Solution(
+        values,
+        covariance,
+        residuals,
+        weights,
+        log_likelihood(design, innovations, weights) - 0.5 * prior,
+        innovations,
+        x,
+    )
+
+
+def log_likelihood(design: Design, innovations: Array, weights: Weights) -> float:
+    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
+    total = -0.5 * float(innovations @ innovations)
+    for s, group in enumerate(design.groups):
+        samples = int(design.bounds[s + 1] - design.bounds[s])
+        total -= samples * float(np.log(weights.sizes[s])) + weights.colours[group].log_start
+    return total
+
+
+def white_weights(design: Design) -> Weights:
+    """Weights to begin with: no colour, sizes of the residuals of ordinary least squares by equation."""
+    sizes = np.ones(len(design.segments))
+    for s in range(len(design.segments)):
+        sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
+    return Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes)
+
+
+def uncoloured(design: Design, residuals: Array) -> Solution:
+    """Least squares with each segment's size alone: what a slow effect looks like before the colour takes it in."""
+    sizes = np.array(
+        [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
+    )
+    return solve(design, Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes))
+
+
+def regress(
+    design: Design,
+    settings: EquationErrorSettings,
+    start: Weights | None = None,
+    rounds: int = 3,
+) -> Solution:
+    """Least squares and the residuals' colour and sizes in turn."""
+    weights = start or white_weights(design)
+    solution = solve(design, weights)
+    for _ in range(rounds if start else rounds + 3):
+        weights = residual_weights(design, solution.residuals, settings)
+        found = solve(design, weights)
+        done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
+        solution = found
+        if done and start:
+            break
+    return solution

@@ -1,0 +1,185 @@
+"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, regress, solve
+from aerosid.equation_error.points import Equations, Point, Segment
+from aerosid.equation_error.recording import Recording
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import Entry
+
+Array = NDArray[np.float64]
+
+STEPS = 8
+HALVINGS = 4
+CLOSE = 0.05
+"""Change of ln L in a step that decides nothing any more."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is compared: some equations of some recordings, with the settings.
+
+    `all_fitted`: whether coefficients are regressed on the validation recordings too. `gusts`: what the lift says of
+    the gusts of each recording, in the band, rad.
+    """
+
+    recordings: tuple[Recording, ...]
+    kinds: tuple[str, ...]
+    settings: EquationErrorSettings
+    all_fitted: bool = False
+    gusts: tuple[Array, ...] = ()
+
+    @cached_property
+    def _equations(self) -> Equations:
+        return Equations(self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted, gusts=self.gusts)
+
+    def segments(self, point: Point) -> list[Segment]:
+        """The equations at a point."""
+        return self._equations.at(point)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A point of highest likelihood: the regression there, effects' columns among the others."""
+
+    frame: Frame
+    point: Point
+    design: Design
+    solution: Solution
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of all equations."""
+        return self.solution.log_likelihood
+
+    def value(self, unknown: Unknown) -> float:
+        """The estimate of a linear unknown."""
+        return float(self.solution.values[self.design.unknowns.index(unknown)])
+
+
+def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Array:
+    """Residuals (R,) at a point with the linear unknowns' values (P,), as ordered in the design."""
+    fresh = design_of(frame.segments(point), frame.settings)
+    known = dict(zip(design.unknowns, values, strict=True))
+    chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
+    return np.asarray(fresh.target - fresh.columns @ chosen)
+
+
+def effect_columns(
+    frame: Frame, design: Design, values: Array, point: Point, numbers: Sequence[tuple[int, int]]
+) -> Array:
+    """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
+
+    `numbers`: place of the effect and of its number.
+    """
+    here = residual_of(frame, design, values, point)
+    columns = np.zeros((here.size, len(numbers)))
+    for column, (place, number) in enumerate(numbers):
+        active = point.effects[place]
+        parameter = active.effect.parameters[number]
+        side = active.beside(number, parameter.step)
+        if side.values[number] == active.values[number]:  # at its upper limit
+            side = active.beside(number, -parameter.step)
+        moved = residual_of(frame, design, values, replace(point, effects=_put(point.effects, place, side)))
+        columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
+    return columns
+
+
+def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
+    changed = list(effects)
+    changed[place] = active
+    return tuple(changed)
+
+
+def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
+    """The likeliest numbers of a structure.
+
+    Parameters
+    ----------
+    point : Point
+        Where to begin.
+    weights : Weights, optional
+        What the residuals are like to begin with.
+    """
+    design = design_of(frame.segments(point), frame.settings)
+    solution = regress(design, frame.settings, weights)
+    point = _with_terms(point, design, solution.values)
+    free = [(i, k) for i, active in enumerate(point.effects) for k in range(len(active.values))]
+    if not free:
+        return Estimate(frame, point, design, solution)
+    for _ in range(steps):
+        columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
+        names: list[Unknown] = [("effect", i, k) for i, k in free]
+        wide = design.beside(columns, names)
+        full = regress(wide, frame.settings, solution.weights)
+        linear = len(design.unknowns)
+        step = full.values[linear:]
+        moved, design_new, solved = _stepped(frame, point, design, full, free, step)
+        if moved is None:
+            break
+        gained = solved.log_likelihood - solution.log_likelihood
+        point, design, solution = moved, design_new, solved
+        if abs(gained) < CLOSE and _small(full, linear, step):
+            break
+    columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
+    wide = design.beside(columns, [("effect", i, k) for i, k in free])
+    full = solve(wide, solution.weights)
+    # The likelihood of the point itself, not of the linear step beyond it.
+    full = replace(full, log_likelihood=solution.log_likelihood, residuals=solution.residuals)
+    return Estimate(frame, point, wide, full)
+
+
+def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
+    """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
+    known = dict(zip(found.design.segments, found.solution.weights.sizes, strict=True))
+    segments = frame.segments(point)
+    sizes = np.array([known[each.recording, each.equation] for each in segments])
+    return Weights(found.solution.weights.colours, sizes)
+
+
+def _small(full: Solution, linear: int, step: Array) -> bool:
+    deviation = np.sqrt(np.maximum(np.diag(full.covariance)[linear:], 1e-300))
+    return bool(np.all(np.abs(step) < 0.1 * deviation))
+
+
+def _stepped(
+    frame: Frame, point: Point, design: Design, full: Solution, free: Sequence[tuple[int, int]], step: Array
+) -> tuple[Point | None, Design, Solution]:
+    """The point after the step, shortened until the likelihood does not fall."""
+    start = regress(design, frame.settings, full.weights, rounds=1)
+    before = start.log_likelihood
+    share = 1.0
+    for _ in range(HALVINGS):
+        effects = list(point.effects)
+        for (i, k), change in zip(free, step, strict=True):
+            effects[i] = effects[i].beside(k, share * float(change))
+        trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
+        fresh = design_of(frame.segments(trial), frame.settings)
+        solved = regress(fresh, frame.settings, full.weights)
+        if solved.log_likelihood > before - CLOSE:
+            return _with_terms(trial, fresh, solved.values), fresh, solved
+        share *= 0.4
+    return None, design, start
+
+
+def _with_terms(point: Point, design: Design, values: Array) -> Point:
+    """The point with the regression's values of its terms; of a constant the mean over recordings."""
+    changed = np.array(point.model.values)
+    constants: dict[Entry, list[float]] = {}
+    for unknown, value in zip(design.unknowns, values, strict=False):
+        if unknown[0] == "term":
+            changed[point.model.index(unknown[1])] = value  # type: ignore[arg-type]
+        elif unknown[0] == "one":
+            constants.setdefault(unknown[1], []).append(float(value))  # type: ignore[arg-type]
+    for entry, found in constants.items():
+        changed[point.model.index(entry)] = float(np.mean(found))
+    return replace(point, model=point.model.with_values(changed))

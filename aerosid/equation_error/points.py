@@ -1,0 +1,158 @@
+"""A point of the search: what acts with which numbers, and the equations of every recording there, in the band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
+from aerosid.equation_error.coefficient_equations import CoefficientEquations
+from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct
+from aerosid.equation_error.recording import Recording
+from aerosid.equation_error.sensors import corrected
+from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+
+Array = NDArray[np.float64]
+
+
+KEPT = 24
+"""Motions of each recording that are kept: a Gauss-Newton step over ten sensors' numbers asks for as many."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A structure with its numbers.
+
+    Attributes
+    ----------
+    model : AerodynamicModel
+        With the current values.
+    free : tuple of Entry
+        Terms that are estimated.
+    effects : tuple of ActiveEffect
+        Held and free ones; those with `values` are free.
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    effects: tuple[ActiveEffect, ...]
+
+    def with_effects(self, effects: Sequence[ActiveEffect]) -> Point:
+        """The point with other effects, and the input columns that they fill."""
+        return replace(self, model=with_columns_of(self.model, effects), effects=tuple(effects))
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One equation of one recording, in the band.
+
+    Attributes
+    ----------
+    recording : int
+        Its place.
+    equation : str
+    target : ndarray, shape (n,)
+        Measured less what is known.
+    columns : mapping of Entry to ndarray, shape (n,)
+        What one unit of each free term adds, where it adds anything.
+    ramp : ndarray, shape (n,)
+        Time from the middle of the record, s; empty where the equation has no drift.
+    floor : float
+        Least size of a residual that the recorder's resolution allows.
+    gust : ndarray, shape (n, G) or (0,)
+        What the lift says of the gusts that this equation's sensor sees; none where nothing is known of them.
+    """
+
+    recording: int
+    equation: str
+    target: Array
+    columns: dict[Entry, Array]
+    time: Array
+    floor: float
+    gust: Array = field(default_factory=lambda: np.zeros(0))
+
+
+class Equations:
+    """The equations of some recordings, at one point after another.
+
+    What depends on the sensors alone is kept from the last few points: most points of a search differ in something
+    else.
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        blend: float,
+        kinds: Sequence[str] = EQUATIONS,
+        *,
+        all_fitted: bool = False,
+        gusts: Sequence[Array] = (),
+    ) -> None:
+        self._gusts = gusts
+        self._recordings, self._blend = recordings, blend
+        self._kinematic = any(kind in kinds for kind in KINEMATIC)
+        self._coefficient = any(kind in kinds for kind in COEFFICIENT)
+        self._fitted = [recording.fitted or all_fitted for recording in recordings]
+        self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
+
+    def at(self, point: Point) -> list[Segment]:
+        """The equations of all recordings; coefficients on those that are fitted alone."""
+        segments = []
+        for n, recording in enumerate(self._recordings):
+            motion, kinematic = self._motion(n, recording, point.effects)
+            segments.extend(kinematic)
+            if self._coefficient and self._fitted[n]:
+                rows = recording.time[recording.band.rows(recording.time.size)]
+                segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
+        return segments
+
+    def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
+        key = tuple(
+            (active.name, active.numbers, active.log)
+            for active in effects
+            if isinstance(active.effect, OutputEffect | PositionEffect)
+        )
+        kept = self._kept[n]
+        if key not in kept:
+            if len(kept) >= KEPT:
+                del kept[next(iter(kept))]
+            motion = reconstruct(recording, effects, corrected(recording, effects), self._blend)
+            segments = []
+            if self._kinematic:
+                rows = recording.time[recording.band.rows(recording.time.size)]
+                time = rows - 0.5 * (rows[0] + rows[-1])
+                for name, values in predicted_records(recording, effects, motion).items():
+                    target = recording.band(recording.channels[name] - values)
+                    gust = self._gusts[n] if name == "alpha" and self._gusts else np.zeros(0)
+                    segments.append(Segment(n, name, target, {}, time, _floor(recording, name), gust))
+            kept[key] = motion, segments
+        return kept[key]
+
+
+def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
+    """The coefficient equations of one recording in the band, with the columns of the free terms."""
+    equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
+    names = [name for name in COEFFICIENT if name in equations.target]
+    stacked = [equations.target[name] for name in names]
+    keys: list[tuple[str, Entry | None]] = [(name, None) for name in names]
+    for entry in point.free:
+        for name, series in equations.column(entry).items():
+            keys.append((name, entry))
+            stacked.append(series)
+    banded = recording.band(np.column_stack(stacked))
+    found = {name: Segment(n, name, banded[:, i], {}, time, 0.0) for i, name in enumerate(names)}
+    for i, (name, key) in enumerate(keys):
+        if key is not None:
+            found[name].columns[key] = banded[:, i]
+    return list(found.values())
+
+
+def _floor(recording: Recording, channel: str) -> float:
+    """Standard deviation of the rounding of a recorder, averaged over the samples that the band makes one of."""
+    return float(recording.resolution.get(channel, 0.0) / np.sqrt(12.0 * recording.band.step))

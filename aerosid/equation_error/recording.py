@@ -1,0 +1,111 @@
+"""One recording as the equations take it: bridged channels at a constant interval, in the band of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.band import Band, choose_band
+from aerosid.equation_error.running_integral import derivative
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+
+Array = NDArray[np.float64]
+
+IRREGULAR = 0.02
+"""Share of the sampling interval by which samples may lie off a regular grid before they are interpolated to one."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A manoeuvre at a constant interval.
+
+    Attributes
+    ----------
+    manoeuvre : Manoeuvre
+        With its flight on the regular grid and its measured channels without gaps.
+    fitted : bool
+        Whether coefficients are estimated on it; kinematics are on all.
+    interval : float
+        s.
+    channels : mapping of str to ndarray, shape (N,)
+        Measured outputs, SI.
+    resolution : mapping of str to float
+        Smallest step of each channel, SI; 0 where none is seen.
+    band : Band
+        That of all recordings compared together.
+    """
+
+    manoeuvre: Manoeuvre
+    fitted: bool
+    interval: float
+    channels: Mapping[str, Array]
+    resolution: Mapping[str, float]
+    band: Band
+
+    @cached_property
+    def q_dot(self) -> Array:
+        """Derivative of the measured pitch rate, rad/s^2, (N,)."""
+        return derivative(self.channels["q"], self.interval)
+
+    @property
+    def name(self) -> str:
+        """The log's name."""
+        return self.manoeuvre.name
+
+    @property
+    def time(self) -> Array:
+        """Instants, s, (N,)."""
+        return self.manoeuvre.flight.time
+
+    def position(self, channel: str) -> Array:
+        """Declared position of a sensor from the centre of gravity, m, (3,)."""
+        return np.asarray(self.manoeuvre.flight.positions[self.manoeuvre.axes.outputs.index(channel)], dtype=np.float64)
+
+
+def read_recordings(
+    identification: Sequence[Manoeuvre], validation: Sequence[Manoeuvre], settings: EquationErrorSettings
+) -> tuple[Recording, ...]:
+    """All recordings, those to be fitted first, with the band chosen from all of them together."""
+    made = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
+    limits = (settings.band_lowest, settings.band_highest, settings.band_share)
+    bands: dict[float, Band] = {}
+    for each in made:
+        if each.interval not in bands:
+            rates = [other.channels["q"] for other in made if other.interval == each.interval]
+            bands[each.interval] = choose_band(rates, each.interval, settings.band_ratio, settings.band_depth, limits)
+    return tuple(replace(each, band=bands[each.interval]) for each in made)
+
+
+def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
+    flight = manoeuvre.flight
+    interval = float(np.round(np.median(np.diff(flight.time)), 6))
+    count = int(np.floor((flight.time[-1] - flight.time[0]) / interval + 1e-6)) + 1
+    time = flight.time[0] + interval * np.arange(count)
+    off = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval
+    if not off:
+        time = flight.time
+    channels = {}
+    for name in manoeuvre.outputs:
+        values = flight.measured[:, manoeuvre.axes.outputs.index(name)]
+        held = np.isfinite(values)
+        channels[name] = np.interp(time, flight.time[held], values[held])
+    inputs = flight.inputs
+    if off:
+        inputs = np.column_stack([np.interp(time, flight.time, column) for column in flight.inputs.T])
+    measured = np.column_stack([channels.get(name, np.full(time.size, np.nan)) for name in manoeuvre.axes.outputs])
+    regular = replace(manoeuvre, flight=flight._replace(time=time, inputs=inputs, measured=measured))
+    resolution = {name: _step(values) for name, values in channels.items()}
+    return Recording(regular, fitted, interval, channels, resolution, Band(1, np.ones(1)))
+
+
+def _step(values: Array) -> float:
+    """The smallest step that a channel takes, where it repeats values; else 0."""
+    levels = np.unique(values)
+    if levels.size > 0.7 * values.size or levels.size < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))

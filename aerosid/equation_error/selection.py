@@ -1,0 +1,295 @@
+"""Forward selection, backward elimination and replacement by Schwarz's criterion with a stated false-alarm share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.candidates import (
+    Candidate,
+    effect_candidates,
+    joined,
+    scores,
+    started,
+    term_candidates,
+)
+from aerosid.equation_error.design import regress, solve, uncoloured
+from aerosid.equation_error.deviations import corrected_covariance
+from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.points import Point
+from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
+
+Array = NDArray[np.float64]
+
+
+AGREEMENT = 3.0
+"""Deviations of their difference by which two recordings' numbers of one instrument may differ."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A hypothesis that entered, with its numbers at the estimate's point.
+
+    `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
+    """
+
+    hypothesis: Hypothesis
+    kinematic: bool
+    gain: float
+
+
+@dataclass(frozen=True)
+class Selected:
+    """A structure and its estimate; `chosen` in the order of the point's added effects and terms."""
+
+    estimate: Estimate
+    chosen: tuple[Chosen, ...]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The price of a hypothesis: all that are asked share the stated odds of a false alarm.
+
+    `shares` by label, their sum one: simple terms take more of it than products of many factors.
+    """
+
+    shares: Mapping[tuple[str, str, str], float]
+    samples: int
+    false_alarm: float
+
+    def price(self, hypothesis: Hypothesis) -> float:
+        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
+        share = self.shares.get(hypothesis.label, max(self.shares.values()))
+        odds = -float(np.log(share * self.false_alarm))
+        return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+
+RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
+"""Sudden changes that a step of one coefficient says more simply; they take the share of a product of two factors."""
+
+
+def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
+    """The rules by which some hypotheses are judged on so many samples."""
+    weights = {}
+    for hypothesis in hypotheses:
+        factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
+        weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
+    for label in RARE:
+        weights.setdefault(label, factor_odds)
+    total = sum(weights.values())
+    return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
+
+
+def total_price(rules: Rules, chosen: Sequence[Chosen]) -> float:
+    """What all that entered has to bring together."""
+    return sum(rules.price(each.hypothesis) for each in chosen)
+
+
+def forward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    kinematic: bool,
+    coefficients: Sequence[str] = (),
+    admitted: Callable[[Estimate, Estimate, Hypothesis], bool] = lambda _before, _after, _hypothesis: True,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again."""
+    refused: set[tuple[str, str, str]] = set()
+    while len(selected.chosen) < frame.settings.most:
+        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients)
+        if best is None:
+            return selected
+        found, hypothesis, gain = best
+        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
+        selected = backward(Selected(found, chosen), frame, rules, keep=hypothesis, told=told)
+    return selected
+
+
+def _best(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    refused: set[tuple[str, str, str]],
+    admitted: Callable[[Estimate, Estimate, Hypothesis], bool],
+    told: Callable[[str], None],
+    coefficients: Sequence[str],
+) -> tuple[Estimate, Hypothesis, float] | None:
+    base = selected.estimate
+    taken = {each.hypothesis.label for each in selected.chosen} | refused
+    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
+    candidates: list[Candidate] = []
+    if "C_m" in frame.kinds:
+        candidates = term_candidates(frame, base, open_)
+        for each in (base, uncoloured_):
+            open_ += [h for h in sudden_hypotheses(frame, each, coefficients) if h.label not in taken]
+    candidates += effect_candidates(frame, base, open_)
+    if not candidates:
+        return None
+    order = list(
+        dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
+    )
+    ranked = []
+    for n in order:
+        candidate = candidates[n]
+        names = [("trial", i) for i in range(candidate.columns.shape[1])]
+        solution = regress(base.design.beside(candidate.columns, names), frame.settings, base.solution.weights, 2)
+        gain = solution.log_likelihood - base.log_likelihood - rules.price(candidate.hypothesis)
+        step = solution.values[-candidate.columns.shape[1] :]
+        ranked.append((gain, n, step, solution.weights))
+    ranked.sort(key=lambda row: -row[0])
+    tried: list[tuple[float, Estimate, Hypothesis]] = []
+    told("   ranked " + ", ".join(f"{candidates[n].hypothesis.label} {gain:.1f}" for gain, n, _, _ in ranked[:6]))
+    for gain, n, step, weights in ranked:
+        if gain < -4.0 or len(tried) == frame.settings.fitted or (tried and gain < tried[0][0] - 6.0):
+            break
+        hypothesis = started(candidates[n], step.tolist())
+        found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
+        net = found.log_likelihood - base.log_likelihood - rules.price(hypothesis)
+        tried.append((net, found, hypothesis))
+        tried.sort(key=lambda row: -row[0])
+    for net, found, hypothesis in tried:
+        if net <= 0.0:
+            break
+        if not admitted(base, found, hypothesis):
+            told(f"  not admitted {hypothesis.label}")
+            refused.add(hypothesis.label)
+            continue
+        told(
+            f"  enters {hypothesis.label} net {net:.1f} others "
+            + ", ".join(f"{h.label} {g:.1f}" for g, _, h in tried if h is not hypothesis)
+        )
+        return found, hypothesis, net + rules.price(hypothesis)
+    return None
+
+
+TIMINGS = (
+    frozenset({"sensor_delay", "sensor_lag", "sensor_position"}),
+    frozenset({"control_delay", "control_lag"}),
+)
+"""Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
+
+
+def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
+    """Whether a chosen hypothesis says already when the same channel answers."""
+    return any(
+        each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
+        for each in chosen
+        for kinds in TIMINGS
+    )
+
+
+def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
+    """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
+    gains = scores(base, candidates)
+    order: list[int] = []
+    seen: set[tuple[str, str, str]] = set()
+    for n in np.argsort(-gains):
+        label = candidates[n].hypothesis.label
+        if label in seen or gains[n] < 0.3 * rules.price(candidates[n].hypothesis):
+            continue
+        seen.add(label)
+        order.append(int(n))
+        if len(order) >= frame.settings.shortlist:
+            break
+    return order
+
+
+def with_separation(
+    selected: Selected, frame: Frame, rules: Rules, coefficients: Sequence[str], told: Callable[[str], None]
+) -> Selected | None:
+    """The structure with flow separation beside what it has, where that pays its price; else None."""
+    best: tuple[float, Estimate, Hypothesis] | None = None
+    for hypothesis in separation_hypotheses(frame, selected.estimate, coefficients):
+        found = estimate(
+            frame, joined(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
+        )
+        net = found.log_likelihood - selected.estimate.log_likelihood - rules.price(hypothesis)
+        told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
+        if net > 0.0 and (best is None or net > best[0]):
+            best = net, found, hypothesis
+    if best is None:
+        return None
+    net, found, hypothesis = best
+    entered = Chosen(hypothesis, kinematic=False, gain=net + rules.price(hypothesis))
+    return Selected(found, (*selected.chosen, entered))
+
+
+def without(point: Point, chosen: Chosen) -> Point:
+    """The point without a hypothesis: its terms struck out, its effects gone."""
+    hypothesis = chosen.hypothesis
+    gone = {active.name for active in hypothesis.effects}
+    logs = {(active.name, active.log) for active in hypothesis.effects}
+    effects = tuple(
+        active
+        for active in point.effects
+        if not (active.values and active.name in gone and (active.name, active.log) in logs)
+    )
+    dropped = set(hypothesis.entries)
+    free = tuple(entry for entry in point.free if entry not in dropped)
+    return replace(point, model=point.model.without(dropped), free=free, effects=effects)
+
+
+def backward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    keep: Hypothesis | None = None,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure without what no longer pays its price; what kinematics proved is kept where others are judged."""
+    while True:
+        worst: tuple[float, Estimate, Chosen] | None = None
+        for each in selected.chosen:
+            if each.hypothesis is keep or (each.kinematic and "C_m" in frame.kinds):
+                continue
+            lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+            loss = selected.estimate.log_likelihood - lone.log_likelihood - rules.price(each.hypothesis)
+            if loss < 0.0 and (worst is None or loss < worst[0]):
+                worst = loss, lone, each
+        if worst is None:
+            return selected
+        told(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
+        selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
+
+
+def recordings_agree(_before: Estimate, found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT) -> bool:
+    """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
+    places = [
+        p
+        for p, unknown in enumerate(found.design.unknowns)
+        if unknown[0] == "effect" and found.point.effects[int(str(unknown[1]))].name == hypothesis.effects[0].name
+    ]
+    recordings = sorted({recording for recording, _ in found.design.segments})
+    if len(recordings) < 2 or len(places) != 1:
+        return True
+    column = found.design.columns[:, places[0]]
+    split = np.zeros((column.size, len(recordings)))
+    for s, (recording, _) in enumerate(found.design.segments):
+        rows = found.design.rows(s)
+        split[rows, recordings.index(recording)] = column[rows]
+    keep = [p for p in range(len(found.design.unknowns)) if p != places[0]]
+    bare = replace(
+        found.design,
+        columns=found.design.columns[:, keep],
+        unknowns=tuple(found.design.unknowns[p] for p in keep),
+        precisions=found.design.precisions[keep],
+    )
+    wide = bare.beside(split, [("alone", recording) for recording in recordings])
+    solved = solve(wide, found.solution.weights)
+    covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]
+    values = solved.values[-len(recordings) :]
+    for i in range(len(recordings)):
+        for j in range(i):
+            apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+            if abs(values[i] - values[j]) > deviations * float(np.sqrt(max(apart, 1e-300))):
+                return False
+    return True

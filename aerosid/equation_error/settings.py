@@ -1,0 +1,95 @@
+"""Settings of the equation-error regression and of the search for structure in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+def _drifts() -> Mapping[str, float]:
+    return {"theta": 1e-4, "alpha": 3e-4, "V": 0.01, "h": 0.5}
+
+
+@dataclass(frozen=True)
+class EquationErrorSettings:
+    """Settings of the equation-error engine, each with quantity, unit, effect and source.
+
+    Attributes
+    ----------
+    false_alarm : float
+        Probability, 1, that a flight with nothing missing has something named: the prior odds of each hypothesis are
+        this share over the number of hypotheses asked, so that an effect enters where its posterior odds by Schwarz's
+        criterion pass one: gain in ln L - (k/2) ln N > ln(asked/false_alarm). Verified by Monte Carlo in
+        tests/equation_error/test_false_alarms.py.
+    deviations : float
+        Distance from none, in its own corrected deviations, that a final value must keep. Three: one in 370 by chance.
+    order : int
+        Order, samples, of the autoregression that colours the residuals. Klein & Morelli, Aircraft System
+        Identification, section 6.3, use correlation up to a short-period's length; four poles hold a resonance, a bend
+        and a drift.
+    memory : float
+        Longest memory, s, that the colour of a coefficient's residual may have: what is slower must be explained.
+        About the scale of moderate turbulence over the airspeed (MIL-F-8785C: 530 m at 180 m/s).
+    band_ratio : float
+        Power of q over its noise floor, 1, up to which frequencies are used: the band in which the motion is known.
+    band_depth : float
+        Power of q over its greatest, 1, below which a frequency holds no motion: amplitudes of a hundredth.
+    band_lowest, band_highest : float
+        Limits of that band's end, Hz: a short period with its damping needs the first, rigid-body motion ends at the
+        second.
+    band_share : float
+        Highest end of the band as a share of the sampling frequency, 1; beyond, the derivative of q through samples
+        loses more than one part in a hundred.
+    blend : float
+        Time, s, over which the difference between measured and integrated alpha and V is smoothed for the regressors:
+        faster, the inertial path is the better; slower, the sensors are.
+    drifts : mapping of str to float
+        Standard deviation of the drift of each kinematic equation from recording to recording, unit/s: rates of gyros
+        (0.006 deg/s), of the wind and of vertical air.
+    separation_range : float
+        Span of alpha, rad, from which on flow separation is asked: six degrees.
+    factor_odds : float
+        Prior odds, 1, of a term with one factor more against the simpler one: of equal fits the simpler is named.
+    height_bend : float
+        Standard deviation of the constant vertical acceleration, m/s^2, that accelerometers' zeros leave in the height:
+        the drift of alpha over a usual airspeed.
+    shortlist : int
+        Candidates a round that are fitted with the colour estimated anew; the score with a given colour ranks them.
+    fitted : int
+        Candidates a round whose numbers, and all others, are estimated anew: the likeliest of the shortlist.
+    most : int
+        Effects that may be named; a flight that lacks more misses something that is no sum of effects.
+    alike : float
+        Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
+        its place is listed as its alternative: odds of fifty to one.
+    gust_share : float
+        Standard deviation of gusts over that of alpha, 1, beyond which kinematics are not asked for scales of alpha,
+        a_z and V: in simulated gliders and light aircraft (seeds 0 to 26 of trials) they were named wrongly beyond it.
+    doubt : float
+        Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
+        that recording refuses it.
+    least_rise : float
+        Fall of R^2, 1, that goes with it at least: less is what the uncertainty of the effect's numbers does.
+    """
+
+    false_alarm: float = 0.01
+    deviations: float = 3.0
+    order: int = 4
+    memory: float = 3.0
+    band_ratio: float = 10.0
+    band_depth: float = 1e-4
+    band_lowest: float = 0.8
+    band_highest: float = 4.0
+    band_share: float = 0.25
+    blend: float = 1.0
+    drifts: Mapping[str, float] = field(default_factory=_drifts)
+    separation_range: float = 0.105
+    factor_odds: float = 0.3
+    height_bend: float = 0.02
+    shortlist: int = 8
+    fitted: int = 3
+    most: int = 12
+    gust_share: float = 0.05
+    doubt: float = 1.0
+    least_rise: float = 0.002
+    alike: float = 4.0

@@ -1,0 +1,252 @@
+"""Attribution from the equation-error decision: maximum likelihood on from it in calm air, its own estimate elsewhere.
+
+In air that moves an open-loop simulation follows no flight: its residuals are the air's, and derivatives fitted to them
+are off by several of their deviations. There the regression's estimate stands, and simulation is a prediction only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from aerosid.effects import ActiveEffect, PositionEffect, frozen
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sudden import is_sudden, moment
+from aerosid.equation_error.alternatives import Alternative
+from aerosid.equation_error.decision import EquationErrorDecision, EvidenceFinding
+from aerosid.equation_error.estimate import Estimate
+from aerosid.equation_error.gusts import turbulence_of
+from aerosid.errors import EstimationError
+from aerosid.estimation.deviations import Deviations, deviations
+from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.search.attribution import Attribution
+from aerosid.search.findings import Finding, named
+
+Array = NDArray[np.float64]
+
+STATES_ALONE = RefinementSettings(steps=20, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=0.1)
+"""With the derivatives held, initial states and noise are a short way."""
+
+ON_FROM_IT = RefinementSettings(steps=25, cost_tolerance=0.05)
+"""From the regression's estimate the likelihood's own is a short way, where there is one."""
+
+
+@dataclass(frozen=True)
+class _Stands:
+    """An estimate with its deviations, those of the effects by their place among the point's effects."""
+
+    refinement: Refinement
+    spread: Deviations
+
+
+def attribute_by_equations(
+    decision: EquationErrorDecision,
+    manoeuvres: Sequence[Manoeuvre],
+    likeliest: Refinement | None,
+) -> Attribution:
+    """The decision as an attribution.
+
+    Parameters
+    ----------
+    decision : EquationErrorDecision
+        What the equations show.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights.
+    likeliest : Refinement or None
+        The declared structure's maximum-likelihood estimate, where it could be simulated.
+
+    Raises
+    ------
+    EstimationError
+        Where neither the declared nor the completed model can be simulated from any initial state.
+    """
+    calm = _in_calm_air(decision, manoeuvres) if likeliest is not None else None
+    if calm is not None and likeliest is not None:
+        before, stands = likeliest, calm
+    else:
+        stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
+        before = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    findings = [_finding(row, decision, stands) for row in decision.findings]
+    if calm is None and (gust := _gust(decision.completed)) is not None:
+        findings.append(gust)
+    return Attribution(
+        before,
+        stands.refinement,
+        stands.spread,
+        tuple(findings),
+        tuple(_alternative(row, decision.asked) for row in decision.alternatives),
+        (),
+        decision.refuted,
+    )
+
+
+def _in_calm_air(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> _Stands | None:
+    """The likelihood's estimate of the structure, where it leaves nothing but noise."""
+    point = decision.completed.point
+    try:
+        found = refine(point.model, manoeuvres, point.free, effects=_simulated(point.effects), settings=ON_FROM_IT)
+    except EstimationError:
+        return None
+    if unexplained_channels(found, manoeuvres):
+        return None
+    return _Stands(found, deviations(found, manoeuvres))
+
+
+def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
+    """The effects as the likelihood takes them: a sensor's place is given to it."""
+    return tuple(frozen(active) if isinstance(active.effect, PositionEffect) else active for active in effects)
+
+
+def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _Stands:
+    """The regression's estimate with the initial states and noise that its simulation needs."""
+    point = found.point
+    held = [frozen(active) for active in point.effects]
+    fitted = refine(point.model, manoeuvres, (), effects=held, settings=STATES_ALONE)
+    likelihood = Likelihood(point.model, tuple(manoeuvres), point.free)
+    likelihood.held_to_data = fitted.held_to_data
+    effects = _simulated(point.effects)
+    at = likelihood.evaluate(point.model.values, fitted.states, effects, fitted.variance)
+    if at is None:
+        raise EstimationError(
+            "the model that the equations show cannot be simulated over the whole record; shorten it with --from and "
+            "--to."
+        )
+    refinement = Refinement(
+        model=point.model,
+        free=point.free,
+        states=at.states,
+        effects=effects,
+        variance=at.variance,
+        cost=at.cost,
+        information=at.information,
+        converged=True,
+        held_to_data=likelihood.held_to_data,
+    )
+    return _Stands(refinement, _deviations(found, covariance, refinement))
+
+
+def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> Deviations:
+    """The regression's deviations of the free entries and of the effects' numbers."""
+    unknowns = found.design.unknowns
+    rows = np.zeros((len(refinement.free), len(unknowns)))
+    for n, entry in enumerate(refinement.free):
+        own = [p for p, unknown in enumerate(unknowns) if unknown[0] in ("term", "one") and unknown[1] == entry]
+        rows[n, own] = 1.0 / max(len(own), 1)
+    shared = rows @ covariance @ rows.T
+    white = np.sqrt(np.maximum(np.diag(rows @ found.solution.covariance @ rows.T), 0.0))
+    corrected = np.sqrt(np.maximum(np.diag(shared), 0.0))
+    size = np.where(corrected > 0.0, corrected, 1.0)
+    correlation = np.abs(shared / np.outer(size, size)) - np.eye(len(size))
+    numbers = [
+        unknowns.index(("effect", i, k))
+        for i, active in enumerate(found.point.effects)
+        if not isinstance(active.effect, PositionEffect)
+        for k in range(len(active.values))
+    ]
+    return Deviations(
+        corrected=corrected,
+        white=white,
+        published=corrected,
+        covariance=shared,
+        correlation_max=np.max(correlation, axis=1, initial=0.0),
+        effects=np.sqrt(np.diag(covariance)[numbers]),
+        effects_white=np.sqrt(np.diag(found.solution.covariance)[numbers]),
+    )
+
+
+def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Stands) -> Finding:
+    """A finding with the numbers of the estimate that stands."""
+    kind, where, term = row.hypothesis.label
+    entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
+    values: tuple[float, ...] = (row.value,)
+    errors, ratio = row.std_errors, row.ratio
+    active = row.active
+    if entry is not None:
+        place = stands.refinement.free.index(entry)
+        values = (stands.refinement.model.value(entry),)
+        errors = (float(stands.spread.corrected[place]),)
+        ratio = abs(values[0]) / errors[0] if errors[0] > 0.0 else np.inf
+    elif active is not None and not isinstance(active.effect, PositionEffect):
+        place = decision.completed.point.effects.index(active)
+        first = sum(len(each.values) for each in stands.refinement.effects[:place])
+        active = stands.refinement.effects[place]
+        values = active.values
+        errors = tuple(float(e) for e in stands.spread.effects[first : first + len(values)])
+    elif active is not None:
+        values = active.values
+    return Finding(
+        kind=kind,
+        where=where,
+        term=term,
+        entry=entry,
+        value=values[0],
+        std_error=errors[0],
+        unit=active.effect.parameters[0].unit if active is not None else "1",
+        time=moment(active) if active is not None and is_sudden(active) else None,
+        p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.asked)),
+        gain=2.0 * row.gain,
+        parameters=_parameters(active, errors),
+    )
+
+
+def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
+    """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
+    if active is None or len(active.values) < 2 or is_sudden(active):
+        return ()
+    return tuple(
+        (parameter.name, value, error, parameter.unit)
+        for parameter, value, error in zip(active.effect.parameters, active.values, errors, strict=True)
+    )
+
+
+def _alternative(row: Alternative, asked: int) -> Finding:
+    """An alternative as the result lists it."""
+    hypothesis: Hypothesis = row.hypothesis
+    kind, where, term = hypothesis.label
+    null = row.active.effect.parameters[0].null if row.active is not None else 0.0
+    ratio = abs(row.value - null) / row.std_error if row.std_error > 0.0 else np.inf
+    return Finding(
+        kind=kind,
+        where=where,
+        term=term,
+        entry=hypothesis.entries[0] if hypothesis.entries else None,
+        value=row.value,
+        std_error=row.std_error,
+        unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
+        time=None,
+        p_value=float(min(1.0, 2.0 * ndtr(-ratio) * asked)),
+        gain=2.0 * row.gain,
+        instead_of=named(row.instead_of.label),
+    )
+
+
+def _gust(found: Estimate) -> Finding | None:
+    """The turbulence that vane and lift show together, as a finding."""
+    seen = turbulence_of(found)
+    if seen is None:
+        return None
+    return Finding(
+        kind="gust",
+        where="",
+        term="",
+        entry=None,
+        value=seen.sigma,
+        std_error=seen.sigma_error,
+        unit="m/s",
+        time=None,
+        p_value=float(2.0 * ndtr(-seen.answer / seen.answer_error)),
+        gain=(seen.answer / seen.answer_error) ** 2,
+        parameters=(
+            ("sigma", seen.sigma, seen.sigma_error, "m/s"),
+            ("length", seen.length, float("nan"), "m"),
+        ),
+    )

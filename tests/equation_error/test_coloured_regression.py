@@ -1,0 +1,101 @@
+"""Generalised least squares with autoregressive residuals, against dense covariance matrices."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from aerosid.equation_error.coloured_regression import colour_of, fit_colour
+from aerosid.equation_error.design import Design, Weights, log_likelihood, solve
+
+Array = NDArray[np.float64]
+
+COLOURS = {
+    "white": np.array([1.0]),
+    "drift": np.array([1.0, -0.9]),
+    "resonance": np.real(np.poly([0.8 * np.exp(0.7j), 0.8 * np.exp(-0.7j), 0.5, -0.3])),
+}
+
+
+def covariance(weights: Array, samples: int) -> Array:
+    """Dense covariance of a stationary autoregression with unit innovations, from its long impulse response."""
+    impulse = lfilter([1.0], weights, np.concatenate([[1.0], np.zeros(4000)]))
+    lags = [float(impulse[: impulse.size - k] @ impulse[k:]) for k in range(samples)]
+    return np.asarray(toeplitz(lags))
+
+
+def regression(weights: Array, seed: int) -> tuple[Design, Weights, Array, list[Array]]:
+    """Two segments of one equation, their sizes different, with three unknowns."""
+    generator = np.random.default_rng(seed)
+    lengths, sizes = (60, 45), np.array([0.3, 2.0])
+    columns = generator.standard_normal((sum(lengths), 3)).cumsum(axis=0)
+    target = columns @ np.array([1.0, -2.0, 0.5]) + generator.standard_normal(sum(lengths))
+    bounds = np.array([0, lengths[0], sum(lengths)])
+    design = Design(
+        ((0, "C_m"), (1, "C_m")),
+        (("C_m", 0.1), ("C_m", 0.1)),
+        bounds,
+        target,
+        columns,
+        (("term", 0), ("term", 1), ("term", 2)),
+        np.zeros(3),
+        np.zeros(2),
+    )
+    dense = [size**2 * covariance(weights, n) for size, n in zip(sizes, lengths, strict=True)]
+    return design, Weights({("C_m", 0.1): colour_of(weights)}, sizes), target, dense
+
+
+@pytest.mark.parametrize("weights", COLOURS.values(), ids=COLOURS)
+def test_values_and_covariance_are_those_of_dense_generalised_least_squares(weights: Array) -> None:
+    design, given, target, dense = regression(weights, 1)
+    inverse = [np.linalg.inv(part) for part in dense]
+    rows = [design.rows(0), design.rows(1)]
+    gram = sum(design.columns[r].T @ w @ design.columns[r] for r, w in zip(rows, inverse, strict=True))
+    right = sum(design.columns[r].T @ w @ target[r] for r, w in zip(rows, inverse, strict=True))
+    solution = solve(design, given)
+    np.testing.assert_allclose(solution.values, np.linalg.solve(gram, right), rtol=1e-8)
+    np.testing.assert_allclose(solution.covariance, np.linalg.inv(gram), rtol=1e-7)
+
+
+@pytest.mark.parametrize("weights", COLOURS.values(), ids=COLOURS)
+def test_the_likelihood_is_that_of_the_dense_normal_distribution(weights: Array) -> None:
+    design, given, _, dense = regression(weights, 2)
+    solution = solve(design, given)
+    exact = 0.0
+    for s, part in enumerate(dense):
+        left = solution.residuals[design.rows(s)]
+        exact -= 0.5 * (np.linalg.slogdet(part)[1] + left @ np.linalg.solve(part, left))
+    assert log_likelihood(design, solution.whitened, given) == pytest.approx(exact, rel=1e-9)
+    assert solution.log_likelihood == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_prior_is_a_measurement_of_zero() -> None:
+    design, given, _, _ = regression(COLOURS["drift"], 3)
+    held = Design(
+        design.segments,
+        design.groups,
+        design.bounds,
+        design.target,
+        design.columns,
+        design.unknowns,
+        np.array([0.0, 1e6, 0.0]),
+        design.floors,
+    )
+    assert abs(solve(held, given).values[1]) < 1e-5
+
+
+def test_burg_s_method_finds_the_colour_that_two_records_share() -> None:
+    generator = np.random.default_rng(4)
+    weights = COLOURS["resonance"]
+    records = [size * lfilter([1.0], weights, generator.standard_normal(4000)) for size in (1.0, 50.0)]
+    found = fit_colour(records, [float(np.std(r)) for r in records], 4, np.inf)
+    np.testing.assert_allclose(found.weights, weights, atol=0.05)
+
+
+def test_no_pole_of_a_bounded_colour_remembers_longer() -> None:
+    walk = np.random.default_rng(5).standard_normal(800).cumsum()
+    found = fit_colour([walk], [1.0], 4, 10.0)
+    assert np.max(np.abs(np.roots(found.weights))) <= np.exp(-0.1) + 1e-9
+    free = fit_colour([walk], [1.0], 4, np.inf)
+    assert np.max(np.abs(np.roots(free.weights))) > 0.97

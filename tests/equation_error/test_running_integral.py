@@ -1,0 +1,34 @@
+"""Running integral and derivative: exact on cubics, of the order declared."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aerosid.equation_error.running_integral import derivative, running_integral
+
+NUMBERS = st.floats(-10.0, 10.0)
+
+
+@given(st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS), st.integers(4, 40))
+def test_the_integral_of_a_cubic_is_exact(coefficients: tuple[float, ...], samples: int) -> None:
+    cubic = np.polynomial.Polynomial(coefficients)
+    time = 0.1 * np.arange(samples)
+    np.testing.assert_allclose(running_integral(cubic(time), 0.1), cubic.integ()(time), atol=1e-9)
+
+
+def test_the_error_falls_with_the_fourth_power_of_the_interval() -> None:
+    errors = []
+    for samples in (101, 201, 401):
+        time = np.linspace(0.0, 10.0, samples)
+        found = running_integral(np.cos(3.0 * time), float(time[1]))
+        errors.append(float(np.abs(found - np.sin(3.0 * time) / 3.0).max()))
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(slopes > 3.6)
+
+
+def test_derivative_and_integral_undo_each_other_in_the_band() -> None:
+    time = 0.04 * np.arange(500)
+    signal = np.sin(2.0 * np.pi * 1.5 * time)
+    back = derivative(running_integral(signal, 0.04), 0.04)
+    assert back[5:-5] == pytest.approx(signal[5:-5], abs=3e-3)

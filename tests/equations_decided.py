@@ -1,0 +1,23 @@
+"""The equation-error decision on logs and an aircraft, as the loop asks for it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerosid.aircraft import Aircraft
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.logs.flight_log import FlightLog
+from aerosid.search.candidate_terms import candidate_entries
+from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+
+
+def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
+    candidates = candidate_entries(aircraft, [*logs, *others])
+    model = declared_model(aircraft, float(np.nanmean(logs[0]["V"])), [term for _, term in candidates])
+    manoeuvres = [prepare(log, aircraft, model.columns) for log in logs]
+    unseen = [prepare(log, aircraft, model.columns) for log in others]
+    free = [(d.coefficient, d.term) for d in aircraft.derivatives]
+    hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
+    return decide(model, free, (), hypotheses, aircraft.coefficients, manoeuvres, unseen)
