@@ -11,9 +11,9 @@ from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 
-Method = Literal["equations", "likelihood", "iebmee"]
+Method = Literal["likelihood", "equations", "iebmee"]
 
-METHODS: tuple[Method, ...] = ("equations", "likelihood", "iebmee")
+METHODS: tuple[Method, ...] = ("likelihood", "equations", "iebmee")
 """The first decides unless another one is asked for."""
 
 Progress = Callable[[str], None]
@@ -28,9 +28,9 @@ class LoopSettings:
     ----------
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
-    method : "equations", "likelihood" or "iebmee"
-        What decides the structure: the kinematic and coefficient equations with coloured residuals, score tests of the
-        simulated flight's likelihood, or the model error d(t) of Parameswaran & Raol 1994.
+    method : "likelihood", "equations" or "iebmee"
+        What decides the structure: score tests of the simulated flight's likelihood, the kinematic and coefficient
+        equations with coloured residuals, or the model error d(t) of Parameswaran & Raol 1994.
     model_error : ModelErrorSearchSettings
         Of method iebmee.
     attribution : AttributionSettings
@@ -64,7 +64,7 @@ class LoopSettings:
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
-    method: Method = "equations"
+    method: Method = "likelihood"
     model_error: ModelErrorSearchSettings = field(default_factory=ModelErrorSearchSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     equation_error: EquationErrorSettings = field(default_factory=EquationErrorSettings)
