@@ -158,7 +158,7 @@ def close_loop_command(
     ] = False,
     method: Annotated[
         str,
-        typer.Option(help="What decides the structure: likelihood, equations (on trial), or iebmee, the paper's d(t) alone."),
+        typer.Option(help="What decides the structure: likelihood, equations (on trial), or iebmee, d(t) alone."),
     ] = "likelihood",
     prefilter: Annotated[
         str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
