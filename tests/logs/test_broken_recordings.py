@@ -484,6 +484,7 @@ def test_c24_conventions_of_the_load_factor_are_told_apart_and_asked(
 def test_c24_the_resolution_of_stamps_is_told(tmp_path: Path) -> None:
     log = read_log(avionics(tmp_path, 0.0), "garmin_g1000")
     assert said(log, "resolution of 1 s and 40 of 240 repeat")
+    assert said(log, "read with the channel map garmin_g1000")
     assert np.all(np.diff(log.time) > 0.0)
     assert np.nanmean(log["a_z"]) == pytest.approx(-9.80665, rel=0.01)
 

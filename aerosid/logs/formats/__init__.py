@@ -242,7 +242,11 @@ def _assemble(path: Path, data: bytes, channels: Channels | None) -> list[Assemb
         )
     if name == "ascii" and mapping.text is not None:
         name = "text"
-    return _mapped(name, data, mapping, Place(label, map_label))
+    parts = _mapped(name, data, mapping, Place(label, map_label))
+    if Path(map_label).parent == _READY:
+        for part in parts:
+            part.notes.insert(0, f"read with the channel map {Path(map_label).stem} that comes with aerosid")
+    return parts
 
 
 def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place) -> list[Assembled]:
