@@ -91,7 +91,7 @@ def measure() -> dict[str, float]:
     for name, run in runs.items():
         run()
         times = []
-        for _ in range(25):
+        for _ in range(100):
             began = time.process_time()
             run()
             times.append(time.process_time() - began)

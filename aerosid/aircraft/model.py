@@ -194,6 +194,8 @@ class Aircraft:
         delta_e_rate [rad/s]; only those that the file gives.
     path, sha256, text
         The file, the hash of its text, and the text itself.
+    length
+        From nose to tail, m, None where the file does not say: no sensor lies further from the centre of gravity.
     fuel
         How mass, inertia and centre of gravity follow the fuel used, None where the file does not say.
     noise, resolution
@@ -229,6 +231,7 @@ class Aircraft:
     flight_phase: str | None = None
     aircraft_class: str | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    length: float | None = None
     completion: CompletionRecord | None = None
     fuel: FuelTable | None = None
     noise: Mapping[str, float] = field(default_factory=dict)

@@ -106,6 +106,7 @@ def aircraft_from_text(text: str, path: str, sha256: str) -> Aircraft:
         wing_area=tables.reference.wing_area,
         mean_chord=tables.reference.mean_chord,
         airspeed=tables.reference.airspeed,
+        length=tables.reference.length,
         mass=tables.mass.mass,
         I_yy=tables.mass.I_yy,
         density=None if tables.air is None else tables.air.density,

@@ -15,6 +15,7 @@ UNITS = {
     "reference.mean_chord": "m",
     "reference.span": "m",
     "reference.airspeed": "m/s",
+    "reference.length": "m",
     "mass.mass": "kg",
     "mass.I_xx": "kg m^2",
     "mass.I_yy": "kg m^2",
@@ -61,6 +62,7 @@ class _ReferenceTable(_Table):
     mean_chord: _Positive
     span: _Positive | None = None
     airspeed: _Positive | None = None
+    length: _Positive | None = None
 
 
 class _MassTable(_Table):

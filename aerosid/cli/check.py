@@ -13,6 +13,7 @@ from aerosid.cli.output import headed
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from aerosid.aircraft import Aircraft
     from aerosid.logs.flight_log import FlightLog
 
 UNUSABLE = 3
@@ -53,7 +54,7 @@ def check_command(
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
         silent = quiet or as_json
-        closing.append(_checked(log, None if silent else output, declared.mean_chord if declared else None))
+        closing.append(_checked(log, None if silent else output, _longest(declared)))
     if as_json:
         typer.echo(json.dumps(headed("check", {"logs": closing}), indent=2, allow_nan=False))
     elif quiet:
@@ -62,7 +63,16 @@ def check_command(
     return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
 
 
-def _checked(log: FlightLog, output: Console | None, mean_chord: float | None) -> dict[str, object]:
+def _longest(aircraft: Aircraft | None) -> float | None:
+    """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
+    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
+
+    if aircraft is None:
+        return None
+    return aircraft.length or LENGTH_IN_CHORDS * aircraft.mean_chord
+
+
+def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
     """What one log is worth, printed where there is an output, and as JSON holds it."""
     from aerosid.compatibility import check_kinematics
     from aerosid.compatibility.plausible import implausible_positions
@@ -80,7 +90,7 @@ def _checked(log: FlightLog, output: Console | None, mean_chord: float | None) -
     whole = whole_flight_sentence(log)
     # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
     agreement = check_kinematics([log]) if whole is None else None
-    impossible = implausible_positions(agreement, mean_chord) if agreement is not None else ()
+    impossible = implausible_positions(agreement, longest) if agreement is not None else ()
     lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole, impossible)
     if output is not None:

@@ -194,17 +194,21 @@ def _found(log: FlightLog) -> tuple[FlightLog, ...]:
     return cuts
 
 
-def refuse_whole_flights(roled: RoledLogs) -> None:
-    """Stop before a whole flight is taken for one manoeuvre.
+def refuse_unusable(roled: RoledLogs) -> None:
+    """Stop before a whole flight is taken for one manoeuvre, or degrees for radians.
 
     Raises
     ------
     LogError
-        With the spans that look useful.
+        With the spans that look useful, or the channel and its unit.
     """
+    from aerosid.logs.quality import degrees_findings
     from aerosid.manoeuvres import whole_flight_sentence
 
     for log in (*roled.identification, *roled.validation, *roled.hold_out):
+        wrong = degrees_findings(log)
+        if wrong:
+            raise LogError(f"{log.path or log.name}: {wrong[0]}")
         if (sentence := whole_flight_sentence(log)) is not None:
             raise LogError(sentence)
 

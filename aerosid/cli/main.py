@@ -209,13 +209,13 @@ def close_loop_command(
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
-    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_whole_flights, with_progress
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_unusable, with_progress
 
     roled = read_roles(logs, validate or [], channels, start, stop, hold_out=hold_out or [], find=find)
     from aerosid.aircraft import load_aircraft
 
     declared = load_aircraft(aircraft)
-    refuse_whole_flights(roled)
+    refuse_unusable(roled)
     settings = loop_settings(
         prefilter, error_density, priors, seed, flight_phase, aircraft_class, not no_next_flight, limit or []
     )

@@ -13,18 +13,17 @@ LENGTH_IN_CHORDS = 8.0
 sensor position beyond it is refused. Found on none of the recordings that are judged with it."""
 
 
-def implausible_positions(agreement: KinematicConsistency, mean_chord: float | None) -> tuple[str, ...]:
+def implausible_positions(agreement: KinematicConsistency, longest: float | None) -> tuple[str, ...]:
     """One sentence for each sensor position found that no aircraft of this size has.
 
     Parameters
     ----------
     agreement : KinematicConsistency
-    mean_chord : float or None
-        m; None: the size is not known, and nothing is refused.
+    longest : float or None
+        Length of the aircraft, m; None: its size is not known, and nothing is refused.
     """
-    if mean_chord is None:
+    if longest is None:
         return ()
-    longest = LENGTH_IN_CHORDS * mean_chord
     names = dict.fromkeys(finding.where for finding in agreement.findings)
     sentences = []
     for name in names:
@@ -33,8 +32,7 @@ def implausible_positions(agreement: KinematicConsistency, mean_chord: float | N
         if distance > longest:
             sentences.append(
                 f"The position of {name} that kinematics ask for, {distance:.3g} m from where it was taken to be, "
-                f"cannot be: an aircraft of {mean_chord:.3g} m mean chord is at most {longest:.3g} m long. What is "
-                "wrong is something else that looks the same, a delay or a scale; measure the position and give it in "
-                "the map."
+                f"cannot be: the aircraft is at most {longest:.3g} m long. What is wrong is something else that looks "
+                "the same, a delay or a scale; measure the position and give it in the channel map."
             )
     return tuple(sentences)

@@ -273,7 +273,7 @@ def _predict(
             for c in range(width):
                 columns[a, c] = next_columns[a, c]
         if filtering:
-            _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated)
+            _propagate_covariance(cov, step.transition, step.start, step.end, flight.input_variance, propagated, states)
         for j in range(extra):
             error[j] = 0.0
             for c in range(width):
@@ -289,10 +289,10 @@ def _propagate_covariance(
     end: NDArray[np.float64],
     input_variance: NDArray[np.float64],
     propagated: NDArray[np.float64],
+    states: int,
 ) -> None:
     """Covariance of state and input error at the next sample: eq. (11) with the inputs' noise as model error."""
     extra = input_variance.shape[0]
-    states = transition.shape[0]
     size = states + extra
     for a in range(states):
         for b in range(size):

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.logs.channel_noise import channel_noise
-from aerosid.logs.flight_log import FlightLog, FloatArray
+from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
+from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
-SPIKE = 10.0  # noise standard deviations off both neighbours, and so many times what the neighbourhood does
 STUCK_SHARE = 0.2  # of the record without a change, in a channel that otherwise moves
 STUCK_SAMPLES = 20
-SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
 EXCITED = 3.0  # variation over noise
 WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
 MOST_RADIANS = {"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2}  # 99 % of the samples lie within
@@ -235,73 +234,13 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
         float(held.max()),
         missing,
         int(spikes(values, noise).size),
-        _longest_stand(log.time[there], held),
-        _quantum(held),
+        longest_stand(log.time[there], held),
+        quantum(held),
         noise,
         excitation,
         known.declared,
         known.doubt,
     )
-
-
-def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Indices of single samples that stand off both neighbours on the same side.
-
-    Parameters
-    ----------
-    values : ndarray, shape (N,)
-        One channel; NaN where a sample is missing.
-    noise : float
-        Standard deviation of its noise.
-
-    Notes
-    -----
-    The smaller of the distances to the two neighbours counts. It must exceed the noise, the median of what the eight
-    samples around do, and a tenth of the channel's range, so that a peak of fast motion is no spike.
-    """
-    if values.size < 10 or not np.isfinite(values).any():
-        return np.empty(0, dtype=np.intp)
-    before, after = values[1:-1] - values[:-2], values[1:-1] - values[2:]
-    with np.errstate(invalid="ignore"):
-        height = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
-    low, high = np.nanpercentile(values, [0.5, 99.5])
-    candidates = np.flatnonzero(height > max(SPIKE * noise, 0.1 * float(high - low), 1e-12)) + 1
-    kept = []
-    for k in candidates:
-        around = np.concatenate([values[max(k - 5, 0) : k], values[k + 1 : k + 6]])
-        local = np.abs(np.diff(around))
-        local = local[np.isfinite(local)]
-        if local.size and height[k - 1] > SPIKE * float(np.median(local)):
-            kept.append(k)
-    return np.array(kept, dtype=np.intp)
-
-
-def _runs(values: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
-    """First and last index of each run of equal values."""
-    change = np.flatnonzero(np.diff(values) != 0.0)
-    return np.concatenate([[0], change + 1]), np.concatenate([change, [values.size - 1]])
-
-
-def _longest_stand(time: FloatArray, values: FloatArray) -> float:
-    """The longest time, s, over which the value does not change."""
-    first, last = _runs(values)
-    return float(np.max(time[last] - time[first]))
-
-
-def _quantum(values: FloatArray) -> float:
-    """The step that all values are multiples of, or 0.0 where there is none that shows.
-
-    Recorded numbers are rounded when printed, so multiples are only required within a few hundredths of the step.
-    """
-    levels = np.unique(values)
-    if levels.size < 3 or levels.size > values.size / 3:
-        return 0.0
-    distance = np.diff(levels)
-    # Two values that differ in their last printed digit are one level.
-    distance = distance[distance > 1e-3 * float(np.median(distance))]
-    step = float(distance.min())
-    multiple = distance / step
-    return step if bool(np.all(np.abs(multiple - np.round(multiple)) < 0.05 + 0.01 * multiple)) else 0.0
 
 
 def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
@@ -356,7 +295,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     duration = float(log.time[-1] - log.time[0])
     if channel.stuck > max(STUCK_SHARE * duration, STUCK_SAMPLES * log.interval):
         findings.append(Finding(Problem.STUCK, name, f"for {number(channel.stuck)} s"))
-    elif cut := _cut_at(values):
+    elif cut := cut_at(values):
         findings.append(Finding(Problem.SATURATED, name, f"{number(cut, 4)} {channel.unit}"))
     if coarse:
         findings.append(Finding(Problem.COARSE, name, f"steps of {number(channel.quantum)} {channel.unit}"))
@@ -365,18 +304,13 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     return findings
 
 
-def _cut_at(values: FloatArray) -> float | None:
-    """The extreme at which a channel rests repeatedly and unlike at its other values, or None."""
-    held = values[np.isfinite(values)]
-    first, last = _runs(held)
-    length = last - first + 1
-    for extreme in (float(held.min()), float(held.max())):
-        here = held[first] == extreme
-        longest_here = int(length[here].max())
-        longest_elsewhere = int(length[~here].max(initial=1))
-        if longest_here >= SATURATED_SAMPLES and longest_here > 2 * longest_elsewhere:
-            return extreme
-    return None
+def degrees_findings(log: FlightLog) -> list[Finding]:
+    """The angles that no aircraft reaches in radians."""
+    return [
+        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
+        for name in log.channels
+        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+    ]
 
 
 def _most_radians(log: FlightLog, name: str) -> float:
@@ -394,11 +328,7 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
         bank = float(np.nanmax(np.abs(log["phi"])))
         if bank > BANKED:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
-    findings += [
-        Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
-        for name in log.channels
-        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
-    ]
+    findings += degrees_findings(log)
     slope = pitch_factor(log)
     if slope is not None and slope < -0.3:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))

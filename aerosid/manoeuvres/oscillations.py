@@ -155,7 +155,7 @@ def spirals(record: FlightRecord, settings: FinderSettings) -> list[Stretch]:
             seconds = (last - first) * record.interval
             rate = np.polyfit(np.linspace(0.0, seconds, part.size), np.log(np.maximum(np.abs(part), 1e-3)), 1)[0]
             detail = {"bank_from": float(part[0]), "bank_to": float(part[-1]), "growth_rate": float(rate)}
-            found.append(Stretch("spiral", first, last, "delta_a", detail))
+            found.append(Stretch("spiral", first, last, detail=detail))
     return found
 
 

@@ -385,8 +385,8 @@ def _recur(
                 for j in range(n):
                     d[k, i] += S[i, j] * g0[j]
             if respond:
-                _apply(C, eps, scratch[0], 0.0)
-                _apply(S, scratch[0], columns[k], 0.0)
+                _apply(n, C, eps, scratch[0], 0.0)
+                _apply(n, S, scratch[0], columns[k], 0.0)
         if k + 1 == samples:
             return samples, cost
         for i in range(count):
@@ -430,13 +430,13 @@ def _recur(
                     x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
             # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
             evaluate(ahead_x, flight.inputs[k + 1], theta, table, constants, flight.positions, ahead, True, False)
-            _apply(C, eps, scratch[0], 0.0)
-            _apply(Phi, eps, scratch[1], 0.0)
-            _apply(Gamma0, work.rates_p, scratch[1], 1.0)
-            _apply(Gamma1, ahead.rates_p, scratch[1], 1.0)
-            _apply(M0, scratch[0], eps, 0.0, -1.0)
-            _apply(C, scratch[1], scratch[0], 0.0)
-            _apply(M1, scratch[0], eps, 1.0, -1.0)
+            _apply(n, C, eps, scratch[0], 0.0)
+            _apply(n, Phi, eps, scratch[1], 0.0)
+            _apply(n, Gamma0, work.rates_p, scratch[1], 1.0)
+            _apply(n, Gamma1, ahead.rates_p, scratch[1], 1.0)
+            _apply(n, M0, scratch[0], eps, 0.0, -1.0)
+            _apply(n, C, scratch[1], scratch[0], 0.0)
+            _apply(n, M1, scratch[0], eps, 1.0, -1.0)
             for i in range(n):
                 for c in range(width):
                     eps[i, c] += scratch[1, i, c]
@@ -465,10 +465,9 @@ def _within(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> b
 
 @njit_inline
 def _apply(
-    A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float, sign: float = 1.0
+    n: int, A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float, sign: float = 1.0
 ) -> None:
     """`sign` A B, plus `keep` times what was there, into out: A (c, c), B and out of c rows or more."""
-    n = A.shape[0]
     for i in range(n):
         for j in range(B.shape[1]):
             value = 0.0

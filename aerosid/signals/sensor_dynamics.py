@@ -132,9 +132,9 @@ def no_sensor_states(outputs: int) -> SensorStates:
 
 
 @njit_inline
-def read_row(outputs_x: Array, outputs_u: Array, i: int, sensors: SensorStates, row: Array) -> None:
-    """Slopes of record i with respect to the states (n), the input errors (E) and the sensors' states, into `row`."""
-    states, extra = outputs_x.shape[1], outputs_u.shape[1]
+def read_row(outputs_x: Array, outputs_u: Array, i: int, sensors: SensorStates, row: Array, states: int) -> None:
+    """Slopes of record i with respect to so many states, the input errors (E) and the sensors' states, into `row`."""
+    extra = outputs_u.shape[1]
     for a in range(states):
         row[a] = sensors.direct[i] * outputs_x[i, a]
     for j in range(extra):

@@ -71,7 +71,7 @@ def smooth_inputs(
         for i in range(outputs):
             if not held[k, i]:
                 continue
-            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, states)
             spread = output_variance[i]
             for a in range(size):
                 total = 0.0
@@ -111,7 +111,7 @@ def smooth_inputs(
         for j in range(extra):
             for c in range(width):
                 x[states + j, c] *= noise.memory[j]
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, noise.variance.shape[0])
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra, trace.sizes)
     costate, information = np.zeros((size, width)), np.zeros((size, size))
     for back in range(samples):
         k = samples - 1 - back
@@ -119,7 +119,7 @@ def smooth_inputs(
             i = outputs - 1 - turn
             if not held[k, i]:
                 continue
-            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+            read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, states)
             _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information)
         for j in range(extra):
             place = states + j

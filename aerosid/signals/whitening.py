@@ -161,7 +161,7 @@ def _whiten(
                 continue
             spread = output_variance[i]
             if active:
-                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row)
+                read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, len(sizes.coupled) + len(sizes.alone))
                 for a in range(size):
                     kept[a] = 0.0
                 for b in range(size):
@@ -193,7 +193,7 @@ def _whiten(
             propagate_with_sensors(cov, transition, entry, noise, half)
             continue
         _carry_on(deviation, trace.transition[k], trace.start[k], trace.end[k], noise, moved, extra, sizes)
-        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra)
+        propagate(cov, trace.transition[k], trace.start[k], trace.end[k], noise, propagated, extra, sizes)
     return log_sum
 
 
@@ -327,12 +327,13 @@ def propagate(
     noise: InputNoise,
     propagated: NDArray[np.float64],
     extra: int,
+    sizes: StateSizes,
 ) -> None:
     """Covariance of state and input error at the next sample: eq. (11), `extra` inputs' noise being the model error.
 
     With w+ = m w + v the state moves as Phi x + (start + m end) w + end v; v has the variance (1 - m^2) of w's own.
     """
-    states = transition.shape[0]
+    states = len(sizes.coupled) + len(sizes.alone)
     size = states + extra
     for a in range(states):
         for b in range(size):

@@ -158,3 +158,16 @@ def test_check_takes_spans_and_json(flight_file: Path, capsys: pytest.CaptureFix
         assert entry["stop"] - entry["start"] < 80.0
     assert main(["check", f"{flight_file}@1:60", "--from", "2"]) == 2
     assert "names its span already" in capsys.readouterr().err
+
+
+def test_degrees_read_as_radians_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = _flown(3.0).log().between(0.0, 90.0)
+    spoilt = {name: np.degrees(log[name]) if log.units[name] == "rad" else log[name] for name in log.channels}
+    path = tmp_path / "degrees.csv"
+    path.write_text(native_csv(replace(log, channels=spoilt), "degrees", 9))
+    assert main(["close-loop", str(path), "--aircraft", "light_transport"]) == 3
+    error = capsys.readouterr().err
+    assert "in degrees and read as radians" in error
+    assert error.count("\n") == 1
+    assert main(["check", str(path), "--quiet"]) == 3
+    assert "in degrees" in capsys.readouterr().out

@@ -16,7 +16,7 @@ from aerosid.effects.disturbance import unmodelled_forces
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.effect_columns import with_offsets
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
-from aerosid.estimation.fit_settings import WRONG_STRUCTURE as BEFORE
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog
 
@@ -47,7 +47,7 @@ class Shaken(Problem):
 def estimated(problem: Shaken) -> tuple[Refinement, FilterError]:
     """The open-loop estimate, and that among forces of any shape."""
     model, manoeuvre = problem.prepared(problem.recorded())
-    plain = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     room = replace(plain, model=with_offsets(plain.model, COEFFICIENTS))
     forces = ActiveEffect(unmodelled_forces(COEFFICIENTS), (2e-3,) * 3 + (0.5,) * 3)
     found = filter_error(room, forces, np.where(np.isfinite(manoeuvre.noise), manoeuvre.noise**2, 1.0), [manoeuvre])
@@ -74,7 +74,7 @@ def test_derivatives_scatter_over_disturbed_flights_as_the_filter_error_bounds_s
 def test_no_bound_is_smaller_than_among_forces_of_any_shape_and_the_covariance_follows() -> None:
     problem = Shaken(duration=8.0, seed=3)
     model, manoeuvre = problem.prepared(problem.recorded())
-    plain = refine(model, [manoeuvre], model.entries, settings=BEFORE)
+    plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     spread = deviations(plain, [manoeuvre], quick=True)
     wide = spread.corrected * np.linspace(0.5, 3.0, len(plain.free))
     beside = FilterError(

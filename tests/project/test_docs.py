@@ -10,8 +10,10 @@ from types import ModuleType
 
 import pytest
 
+from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.logs.formats.channel_map import load_channel_map
+from aerosid.logs.spans import read_segment_file
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("*.md"))}
@@ -50,6 +52,13 @@ def test_toml_is_what_it_shows(page: str, code: str, tmp_path: Path) -> None:
         path = tmp_path / "channels.toml"
         path.write_text(code, encoding="utf-8")
         assert load_channel_map(path).channels
+    elif "[[segment]]" in code:
+        path = tmp_path / "segments.toml"
+        path.write_text(code, encoding="utf-8")
+        assert all(span.start < span.stop for span in read_segment_file(path) if span.start and span.stop)
+    elif "[derivatives" not in code:
+        base = load_aircraft("light_transport").text
+        assert aircraft_from_text(f"{base}\n{code}", page, "0" * 64).derivatives
     else:
         assert aircraft_from_text(code, page, "0" * 64).derivatives
 

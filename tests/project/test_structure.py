@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parents[2] / "aerosid"
 LOOSE = {"__init__", "__main__", "errors", "nomenclature", "notation", "file_set"}
 FOLDERS = {
     "signals", "logs", "flight_model", "effects", "aircraft", "estimation", "model_error", "search", "compatibility",
-    "loop", "reporting", "studies", "cli", "compiled",
+    "loop", "reporting", "studies", "cli", "compiled", "manoeuvres",
 }  # fmt: skip
 MOST_LINES = 400
 LONGEST_FUNCTION = 60

@@ -1,0 +1,84 @@
+"""Spikes, stuck, quantised and saturated samples of one channel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerosid.logs.flight_log import FloatArray
+
+SPIKE = 10.0  # noise standard deviations off both neighbours, and so many times what the neighbourhood does
+SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
+
+
+def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Indices of single samples that stand off both neighbours on the same side.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N,)
+        One channel; NaN where a sample is missing.
+    noise : float
+        Standard deviation of its noise.
+
+    Notes
+    -----
+    The smaller of the distances to the two neighbours counts. It must exceed the noise, the median of what the eight
+    samples around do, and a tenth of the channel's range, so that a peak of fast motion is no spike.
+    """
+    if values.size < 10 or not np.isfinite(values).any():
+        return np.empty(0, dtype=np.intp)
+    before, after = values[1:-1] - values[:-2], values[1:-1] - values[2:]
+    with np.errstate(invalid="ignore"):
+        height = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    low, high = np.nanpercentile(values, [0.5, 99.5])
+    candidates = np.flatnonzero(height > max(SPIKE * noise, 0.1 * float(high - low), 1e-12)) + 1
+    kept = []
+    for k in candidates:
+        around = np.concatenate([values[max(k - 5, 0) : k], values[k + 1 : k + 6]])
+        local = np.abs(np.diff(around))
+        local = local[np.isfinite(local)]
+        if local.size and height[k - 1] > SPIKE * float(np.median(local)):
+            kept.append(k)
+    return np.array(kept, dtype=np.intp)
+
+
+def _runs(values: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
+    """First and last index of each run of equal values."""
+    change = np.flatnonzero(np.diff(values) != 0.0)
+    return np.concatenate([[0], change + 1]), np.concatenate([change, [values.size - 1]])
+
+
+def longest_stand(time: FloatArray, values: FloatArray) -> float:
+    """The longest time, s, over which the value does not change."""
+    first, last = _runs(values)
+    return float(np.max(time[last] - time[first]))
+
+
+def quantum(values: FloatArray) -> float:
+    """The step that all values are multiples of, or 0.0 where there is none that shows.
+
+    Recorded numbers are rounded when printed, so multiples are only required within a few hundredths of the step.
+    """
+    levels = np.unique(values)
+    if levels.size < 3 or levels.size > values.size / 3:
+        return 0.0
+    distance = np.diff(levels)
+    # Two values that differ in their last printed digit are one level.
+    distance = distance[distance > 1e-3 * float(np.median(distance))]
+    step = float(distance.min())
+    multiple = distance / step
+    return step if bool(np.all(np.abs(multiple - np.round(multiple)) < 0.05 + 0.01 * multiple)) else 0.0
+
+
+def cut_at(values: FloatArray) -> float | None:
+    """The extreme at which a channel rests repeatedly and unlike at its other values, or None."""
+    held = values[np.isfinite(values)]
+    first, last = _runs(held)
+    length = last - first + 1
+    for extreme in (float(held.min()), float(held.max())):
+        here = held[first] == extreme
+        longest_here = int(length[here].max())
+        longest_elsewhere = int(length[~here].max(initial=1))
+        if longest_here >= SATURATED_SAMPLES and longest_here > 2 * longest_elsewhere:
+            return extreme
+    return None

@@ -1,0 +1,27 @@
+"""Sensor positions that no aircraft has are refused, those that it may have are not."""
+
+from __future__ import annotations
+
+from aerosid.compatibility import Agreement, InstrumentFinding, KinematicConsistency
+from aerosid.compatibility.plausible import implausible_positions
+
+
+def found(**arms: float) -> KinematicConsistency:
+    findings = tuple(
+        InstrumentFinding("sensor_position", "a_x", axis, value, 0.5, "m", 1e-9, 40.0) for axis, value in arms.items()
+    )
+    delay = InstrumentFinding("sensor_delay", "alpha", "", 24.0, 0.01, "s", 1e-9, 40.0)
+    return KinematicConsistency(("flight",), Agreement.CORRECTED, (*findings, delay), (), (), (), "")
+
+
+def test_a_sensor_outside_the_aircraft_is_refused() -> None:
+    (said,) = implausible_positions(found(z=-24.0), 14.0)
+    assert "24 m" in said
+    assert "at most 14 m long" in said
+    (both,) = implausible_positions(found(x=12.0, z=9.0), 14.0)  # 15 m away
+    assert "15 m" in both
+
+
+def test_a_sensor_inside_is_not_and_without_a_size_nothing_is() -> None:
+    assert implausible_positions(found(x=4.4, z=-0.6), 14.0) == ()
+    assert implausible_positions(found(z=-24.0), None) == ()
