@@ -13,6 +13,7 @@ BEGUN: Mapping[str, tuple[float, float]] = {
     "comparing the instruments with each other": (0.0, 0.01),
     "re-estimating the declared model": (0.04, 0.18),
     "tracing the residual": (0.04, 0.22),
+    "asking the model error d(t)": (0.50, 0.95),
     "re-estimating beside what is not shown": (0.61, 0.97),
     "simulating every log": (0.61, 0.98),
     "leaving each effect out": (0.65, 0.98),
