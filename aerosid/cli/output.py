@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 SCHEMA = 1
-OF_THEIR_OWN = ("check", "find", "warm-up")
+OF_THEIR_OWN = ("channels", "check", "find", "warm-up")
 """Verbs that declare --json or --quiet themselves."""
 
 WHERE_TO = "--out"

@@ -13,7 +13,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.nomenclature import CHANNELS
-from aerosid.notation import number
+from aerosid.notation import number, plain
 
 GAP = 2.5  # median intervals without a sample
 UNEVEN = 0.02  # spread of the intervals over their median
@@ -280,7 +280,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     if channel.missing > 0.0:
         findings.append(Finding(Problem.MISSING, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
-        times = ", ".join(number(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
+        times = ", ".join(plain(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
         more = " ..." if channel.spikes > 3 else ""
         findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
     # Controls and slow quantities rightly rest; what moves with the aircraft does not.

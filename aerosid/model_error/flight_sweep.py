@@ -71,7 +71,7 @@ class FlightSweeps:
         self.manoeuvres = tuple(manoeuvres)
         self.coefficients = tuple(coefficients)
         self.settings = settings or SweepSettings()
-        self.airspeeds = tuple(float(np.nanmean(m.flight.measured[:, 0])) for m in self.manoeuvres)
+        self.airspeeds = tuple(float(np.nanmean(m.measured("V"))) for m in self.manoeuvres)
         self.columns = tuple(offset_column(name) for name in self.coefficients)
         self.intervals = tuple(float(np.median(np.diff(m.flight.time))) for m in self.manoeuvres)
 

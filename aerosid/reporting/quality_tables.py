@@ -47,7 +47,7 @@ def print_quality(quality: LogQuality, console: Console) -> None:
         )
     console.print(table)
     span = f"from {plain(quality.start)} to {plain(quality.stop)} s"
-    console.print(f"{quality.samples} samples {span}, every {number(quality.interval, 4)} s.")
+    console.print(f"{quality.samples} samples {span}, every {plain(quality.interval, 4)} s.")
     for note in quality.notes:
         console.print(f"read: {note}", soft_wrap=True)
     for finding in quality.findings:

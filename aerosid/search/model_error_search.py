@@ -343,8 +343,9 @@ class _Search:
         total = 0.0
         for (coefficient, term), value in zip(model.entries, model.values, strict=True):
             if coefficient in heave and term.variables == {"alpha_dot_hat"}:
-                flight = self.manoeuvres[0].flight
-                density, mass = float(np.median(flight.inputs[:, 0])), float(np.median(flight.inputs[:, 2]))
+                first = self.manoeuvres[0]
+                inputs = dict(zip(first.columns, first.flight.inputs.T, strict=True))
+                density, mass = float(np.median(inputs["rho"])), float(np.median(inputs["mass"]))
                 total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
         return total
 

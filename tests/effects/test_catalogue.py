@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, with_channels
 
 from aerosid.aircraft.reading import aircraft_from_text
-from aerosid.effects import KINDS, ActiveEffect, Planted, frozen
+from aerosid.effects import KINDS, ActiveEffect, Planted, PositionEffect, frozen
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
@@ -28,6 +28,8 @@ EXAMPLES = [
     pytest.param(name, planted, id=f"{name} {planted.where}")
     for name, kind in KINDS.items()
     for planted in kind.planted
+    # A sensor's place is estimated by the equations; the likelihood takes it as given.
+    if not isinstance(kind.made(planted.where, planted.numbers, 0.05), PositionEffect)
 ]
 
 

@@ -112,7 +112,7 @@ def test_a_log_is_no_segment_file(log: Path) -> None:
     [
         ("[[segment]]\nfrom = 1\n", "names no log"),
         ('[[segment]]\nlog = "a.csv"\nform = 1\n', "'form'"),
-        ('[[segment]]\nlog = "a.csv"\nrole = "fit"\n', "expected identification or validation"),
+        ('[[segment]]\nlog = "a.csv"\nrole = "fit"\n', "expected one of identification, validation, hold_out"),
         ('[[segment]]\nlog = "a.csv"\nfrom = "soon"\n', "expected a time in s"),
         ('[[segment]]\nlog = "a.csv"\nfrom = true\n', "expected a time in s"),
         ('[[segment]]\nlog = "a.csv"\nfrom = 3\nto = 2\n', "earlier time first"),

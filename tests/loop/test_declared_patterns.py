@@ -45,7 +45,7 @@ def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
     assert len(said) == 2
     assert said[0].startswith("All of C_Z is 1.25 times")
     assert "mass, wing area or air density" in said[0]
-    assert said[1].startswith("All of C_m is 1.6 times")
+    assert said[1].startswith("All of C_m is 1.60 times")
     assert "moment of inertia, mean chord" in said[1]
 
 
@@ -75,6 +75,6 @@ def test_worse_on_its_own_data_is_said() -> None:
 
     (said,) = told_of_patterns([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
     assert "worse than the declared structure" in said
-    assert "1.5 times in alpha" in said
+    assert "1.50 times in alpha" in said
     assert told_of_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
     assert told_of_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()

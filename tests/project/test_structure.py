@@ -11,8 +11,8 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[2] / "aerosid"
 LOOSE = {"__init__", "__main__", "errors", "nomenclature", "notation", "file_set"}
 FOLDERS = {
-    "signals", "logs", "flight_model", "effects", "aircraft", "estimation", "model_error", "search", "compatibility",
-    "loop", "reporting", "studies", "cli", "compiled", "manoeuvres",
+    "signals", "logs", "manoeuvres", "flight_model", "effects", "aircraft", "estimation", "model_error",
+    "equation_error", "search", "compatibility", "loop", "reporting", "studies", "cli", "compiled",
 }  # fmt: skip
 MOST_LINES = 400
 LONGEST_FUNCTION = 60
