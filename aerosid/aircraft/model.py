@@ -272,7 +272,7 @@ class Aircraft:
         AircraftError
             Where the model holds C_Y, C_l or C_n.
         """
-        if self.axes is not LONGITUDINAL:
+        if self.axes != LONGITUDINAL:
             raise AircraftError(
                 f"{self.path}: derivatives holds {', '.join(LATERAL.coefficients)}, but {doing} handles longitudinal "
                 "models alone; remove these tables, or estimate with aerosid.estimation.maximum_likelihood.refine"

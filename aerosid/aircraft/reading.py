@@ -163,18 +163,18 @@ def _axes(coefficients: Sequence[str]) -> Axes:
 def _check_lateral(path: str, tables: AircraftFile, axes: Axes, derivatives: Sequence[Derivative]) -> None:
     """Span and inertia are there where rolling and yawing motion needs them."""
     named = {name for derivative in derivatives for name in derivative.term.variables}
-    if tables.reference.span is None and (named & {"p_hat", "r_hat"} or axes is not LONGITUDINAL):
+    if tables.reference.span is None and (named & {"p_hat", "r_hat"} or axes != LONGITUDINAL):
         raise AircraftError(
             f"{path}: the key reference.span [m] is missing, expected the whole span where a model has C_l or C_n, or "
             "a term names p_hat or r_hat; add it"
         )
     for name in ("I_xx", "I_zz"):
-        if axes is not LONGITUDINAL and getattr(tables.mass, name) is None:
+        if axes != LONGITUDINAL and getattr(tables.mass, name) is None:
             raise AircraftError(
                 f"{path}: the key mass.{name} [kg m^2] is missing, expected it where a model has C_l or C_n; add it"
             )
     i_xx, i_zz, i_xz = (getattr(tables.mass, name) or 0.0 for name in ("I_xx", "I_zz", "I_xz"))
-    if axes is not LONGITUDINAL and i_xz**2 >= i_xx * i_zz:
+    if axes != LONGITUDINAL and i_xz**2 >= i_xx * i_zz:
         raise AircraftError(
             f"{path}: mass.I_xz is {i_xz:g}, expected I_xz^2 below I_xx I_zz, as of any body; correct it"
         )

@@ -17,9 +17,9 @@ def found(**arms: float) -> KinematicConsistency:
 def test_a_sensor_outside_the_aircraft_is_refused() -> None:
     (said,) = implausible_positions(found(z=-24.0), 14.0)
     assert "24.0 m" in said
-    assert "at most 14 m long" in said
+    assert "at most 14.0 m long" in said
     (both,) = implausible_positions(found(x=12.0, z=9.0), 14.0)  # 15 m away
-    assert "15 m" in both
+    assert "15.0 m" in both
 
 
 def test_a_sensor_inside_is_not_and_without_a_size_nothing_is() -> None:
