@@ -277,7 +277,7 @@ MAPS: dict[str, Any] = {
 }
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60, derandomize=True)
 @given(st.data())
 def test_damaged_recordings_are_read_or_refused_in_one_sentence(tmp_path: Path, data: st.DataObject) -> None:
     for module in ("asammdf", "nptdms", "h5py", "aerofiles", "chapter10", "pymavlink"):
@@ -304,3 +304,14 @@ def test_damaged_recordings_are_read_or_refused_in_one_sentence(tmp_path: Path, 
 
 
 _SAMPLES: dict[str, bytes] = {}
+
+
+def test_a_text_log_is_read_without_the_line_that_describes_its_descriptions(tmp_path: Path) -> None:
+    path = tmp_path / "log.log"
+    rows = "".join(f"ATT, {20 * k}, {k}.5, 2.0\n" for k in range(50))
+    path.write_text(
+        f"xMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format\nFMT, 1, 20, ATT, Icc, TimeMS,Roll,Pitch\n{rows}"
+    )
+    (stream,) = read_recording(path).streams
+    assert stream.name == "ATT"
+    assert {"Roll", "Pitch"} <= set(stream.columns)

@@ -48,7 +48,7 @@ def read_dataflash_text(data: bytes, path: str) -> Recording:
     streams = [
         stream
         for name, held in lines.items()
-        if formats[name].name not in BOOKKEEPING
+        if name in formats and formats[name].name not in BOOKKEEPING
         for stream in _text_stream(formats[name], held, np.array(places[name]))
     ]
     counts = {name.decode("latin-1"): len(held) for name, held in lines.items()}
