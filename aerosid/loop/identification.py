@@ -149,7 +149,7 @@ def asked_of(
 ) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
     candidates = candidate_entries(aircraft, [*logs, *others])
-    return declared_model(aircraft, _mean_airspeed(logs[0]), [term for _, term in candidates]), candidates
+    return declared_model(aircraft, mean_airspeed(logs[0]), [term for _, term in candidates]), candidates
 
 
 def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]:
@@ -171,6 +171,6 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
 
 
-def _mean_airspeed(log: FlightLog) -> float:
+def mean_airspeed(log: FlightLog) -> float:
     """U0 of V_hat where the aircraft file gives none, m/s."""
     return float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.effects import ActiveEffect
@@ -18,7 +16,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import Entry, controls_of
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import identify
+from aerosid.loop.identification import identify, mean_airspeed
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.findings import Finding
 from aerosid.studies.monte_carlo.plan import Catalogue
@@ -98,8 +96,7 @@ def estimate_known(
     LogError, EstimationError
         As of `identify`.
     """
-    airspeed = float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0
-    plain = declared_model(aircraft, airspeed, [term for _, term in structure])
+    plain = declared_model(aircraft, mean_airspeed(log), [term for _, term in structure])
     manoeuvre = prepare(log, aircraft, plain.columns)
     given = declared_effects(aircraft, controls_of(plain), [manoeuvre])
     declared = with_columns_of(plain, (*given, *effects))
