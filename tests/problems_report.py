@@ -10,7 +10,8 @@ from aerosid.logs.flight_log import ChannelSource, FlightLog
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.effect_rows import Effect, Evidence
 from aerosid.loop.goodness import CorrelationMatrix, InnovationRow, fit_rows
-from aerosid.loop.linear_analysis import LinearRow, ModeRow
+from aerosid.loop.linear_analysis import LinearRow, ModeRow, StepRow
+from aerosid.loop.mode_levels import Level
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.quantity import Parameter
@@ -189,6 +190,7 @@ def linear_rows() -> tuple[LinearRow, ...]:
                 density=0.9077,
                 mass=2280.0,
                 trim={"alpha": given(0.0146, "rad"), "delta_e": given(0.0227, "rad"), "thrust": given(5580.0, "N")},
+                states=("u", "w", "q", "theta"),
                 inputs=("delta_e",),
                 A=np.diag([-0.05, -2.6, -3.1, 0.0]),
                 B=np.array([[0.0], [-18.8], [-46.8], [0.0]]),
@@ -199,13 +201,16 @@ def linear_rows() -> tuple[LinearRow, ...]:
                 qualities={"n_alpha": given(26.2, "g/rad"), "cap": given(0.97, "1/(g s^2)")},
                 category="B",
                 aircraft_class="II",
-                short_period_level=1,
-                short_period_level_range=None if known is None else (1, 2),
-                phugoid_level=4,
-                step_size=np.pi / 180.0,
-                step_time=time,
-                step=step,
-                step_deviation={} if known is None else {name: 0.02 * np.abs(values) for name, values in step.items()},
+                levels={"short_period": Level(1, None if known is None else (1, 2)), "phugoid": Level(4)},
+                steps=(
+                    StepRow(
+                        "delta_e",
+                        np.pi / 180.0,
+                        time,
+                        step,
+                        {} if known is None else {name: 0.02 * np.abs(values) for name, values in step.items()},
+                    ),
+                ),
             )
         )
     return tuple(rows)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
 
 from aerosid.errors import EstimationError
-from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, state_vector
+from aerosid.flight_model.aerodynamics import AerodynamicModel, controls_of
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LATERAL, LONGITUDINAL, Axes, moving_of, state_vector
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight, simulate_outputs
@@ -26,14 +27,71 @@ SPEED_OF_SOUND = 340.29
 """m/s, where the simulated flight has no atmosphere of its own."""
 
 
+class Balance(NamedTuple):
+    """What balances the forces and moments of one plane of the motion.
+
+    Attributes
+    ----------
+    plane : Axes
+        The case whose moving states are to stand still.
+    unknowns : tuple of str
+        Fields of `Trim`, as many of the first that the model has as there are states.
+    """
+
+    plane: Axes
+    unknowns: tuple[str, ...]
+
+    def held_by(self, model: AerodynamicModel) -> tuple[str, ...]:
+        """Those of the unknowns that the model has; none where its case does not integrate the plane."""
+        if not self.moves(model.axes):
+            return ()
+        acting = controls_of(model)
+        there = (name for name in self.unknowns if name in acting or not name.startswith("delta_"))
+        return tuple(there)[: len(moving_of(self.plane))]
+
+    def moves(self, axes: Axes) -> bool:
+        """Whether a case integrates the plane."""
+        return set(moving_of(self.plane)) <= set(axes.integrated)
+
+
+BALANCES = (
+    Balance(LONGITUDINAL, ("alpha", "delta_e", "thrust")),
+    Balance(LATERAL, ("beta", "delta_a", "delta_r", "phi")),
+)
+"""Bank takes the place of a surface that the model lacks: else the wings are level."""
+
+_START = {"alpha": 0.05, "thrust": 0.1}
+"""rad and weights; where the search for a trim begins, zero for the others."""
+
+_FURTHEST = {"alpha": 0.6, "beta": 0.6, "phi": 0.6, "delta_e": 1.0, "delta_a": 1.0, "delta_r": 1.0}
+"""rad; a balance beyond is none that anybody flies."""
+
+
 @dataclass(frozen=True)
 class Trim:
-    """Level flight without acceleration: angle of attack [rad], elevator [rad] and thrust [N] at an airspeed [m/s]."""
+    """Straight, level flight without acceleration at an airspeed [m/s].
+
+    Attributes
+    ----------
+    airspeed : float
+        m/s.
+    alpha, delta_e, thrust : float
+        Angle of attack [rad], elevator [rad] and thrust [N]: as balanced, or as given where the case measures them.
+    beta, phi, delta_a, delta_r : float
+        Sideslip, bank, aileron and rudder, rad.
+    balanced : tuple of str
+        Those of the fields that were solved for.
+    """
 
     airspeed: float
     alpha: float
     delta_e: float
     thrust: float
+    beta: float = 0.0
+    phi: float = 0.0
+    delta_a: float = 0.0
+    delta_r: float = 0.0
+    balanced: tuple[str, ...] = ("alpha", "delta_e", "thrust")
 
 
 def trim(
@@ -45,7 +103,7 @@ def trim(
     speed_of_sound: float = SPEED_OF_SOUND,
     further_inputs: Mapping[str, float] | None = None,
 ) -> Trim:
-    """The angle of attack, elevator and thrust that hold level flight.
+    """The angles, deflections and thrust that hold straight, level flight.
 
     Parameters
     ----------
@@ -58,42 +116,86 @@ def trim(
     speed_of_sound : float
         m/s.
     further_inputs : mapping of str to float, optional
-        Other inputs that terms name, SI; those that the model has no column for are ignored.
+        Other inputs that terms name, and of a case that measures it the angle of attack, SI; those that the model has
+        no column for are ignored.
 
     Raises
     ------
     EstimationError
-        Where no trim exists within 0.6 rad of angle of attack and 1 rad of elevator.
+        Where no trim exists within 0.6 rad of angle of attack, sideslip and bank and 1 rad of each surface.
     """
-    axes, places = model.axes, [model.axes.integrated.index(name) for name in ("u", "w", "q")]
+    axes, further = model.axes, dict(further_inputs or {})
+    unknowns = tuple(name for balance in BALANCES for name in balance.held_by(model))
+    places = [axes.integrated.index(name) for name in moving_of(axes)]
     work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
-    place, thrust = model.columns.index("delta_e"), model.columns.index("thrust")
     positions = np.zeros((len(axes.outputs), 3))
-
-    inputs = input_row(model, density, 0.0, mass, speed_of_sound)
-    for name, value in (further_inputs or {}).items():
-        if name in model.columns:
-            inputs[model.columns.index(name)] = value
-
+    given = {name: further.get(name, 0.0) for name in ("alpha", "delta_e", "thrust", "delta_a", "delta_r")}
     values = np.array(model.values)  # the kernel is compiled for arrays that can be written
 
+    def balance(unknown: NDArray[np.float64]) -> Trim:
+        found = given | dict(zip(unknowns, unknown.tolist(), strict=True))
+        if "thrust" in unknowns:
+            found["thrust"] *= mass * GRAVITY
+        return Trim(airspeed, **found, balanced=unknowns)
+
     def accelerations(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
-        alpha, delta_e, weights = unknown
-        inputs[thrust], inputs[place] = weights * mass * GRAVITY, delta_e
-        x = level_state(model, airspeed, float(alpha))
+        trimmed = balance(unknown)
+        inputs = trimmed_inputs(model, trimmed, density, mass, speed_of_sound, further)
+        x = trimmed_state(model, trimmed)
         evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
         return work.rates[places]
 
-    solution = root(accelerations, np.array([0.05, 0.0, 0.1]), tol=1e-12)
-    alpha, delta_e, weights = (float(number) for number in solution.x)
+    start = np.array([_START.get(name, 0.0) for name in unknowns])
+    # A model that lacks surfaces has fewer unknowns than equations: symmetric flight needs none of them.
+    solution = root(accelerations, start, tol=1e-12, method="hybr" if len(places) == len(unknowns) else "lm")
+    found = dict(zip(unknowns, solution.x.tolist(), strict=True))
     # Rounding may stop the solver short of its tolerance; what counts is that nothing accelerates.
-    balanced = float(np.max(np.abs(solution.fun))) < 1e-9
-    if not balanced or abs(alpha) > 0.6 or abs(delta_e) > 1.0:
+    balanced = float(np.max(np.abs(accelerations(solution.x)))) < 1e-9
+    if not balanced or any(abs(found.get(name, 0.0)) > furthest for name, furthest in _FURTHEST.items()):
+        ended = ", ".join(f"{name} {found[name]:.3g} rad" for name in unknowns if name != "thrust")
         raise EstimationError(
-            f"no trim was found at {airspeed:g} m/s (the search ended at alpha {alpha:.3g} rad, delta_e {delta_e:.3g} "
-            "rad); try another airspeed or density."
+            f"no trim was found at {airspeed:g} m/s (the search ended at {ended}); try another airspeed or density."
         )
-    return Trim(airspeed, alpha, delta_e, weights * mass * GRAVITY)
+    return balance(solution.x)
+
+
+def trimmed_inputs(
+    model: AerodynamicModel,
+    trimmed: Trim,
+    density: float,
+    mass: float,
+    speed_of_sound: float = SPEED_OF_SOUND,
+    further_inputs: Mapping[str, float] | None = None,
+) -> NDArray[np.float64]:
+    """The model's inputs (I,) in a trimmed flight, SI; `further_inputs` are those of `trim`."""
+    row = input_row(model, density, trimmed.thrust, mass, speed_of_sound)
+    surfaces = {name: getattr(trimmed, name) for name in ("delta_e", "delta_a", "delta_r")}
+    further = {name: value for name, value in (further_inputs or {}).items() if name not in ATMOSPHERE_AND_BODY}
+    motion = {"V": trimmed.airspeed, "alpha": trimmed.alpha, "theta": _pitch(trimmed)}
+    measured = {name: value for name, value in motion.items() if name in model.axes.measured}
+    for name, value in {**surfaces, **further, **measured}.items():
+        if name in model.columns and name not in trimmed.balanced:
+            row[model.columns.index(name)] = value
+    for name in trimmed.balanced:
+        if name in model.columns:
+            row[model.columns.index(name)] = getattr(trimmed, name)
+    return row
+
+
+def trimmed_state(model: AerodynamicModel, trimmed: Trim, altitude: float = 0.0) -> NDArray[np.float64]:
+    """The state (n,) of a trimmed flight at an altitude [m]."""
+    along, aside = trimmed.airspeed * np.cos(trimmed.beta), trimmed.airspeed * np.sin(trimmed.beta)
+    velocity = {"u": along * np.cos(trimmed.alpha), "v": aside, "w": along * np.sin(trimmed.alpha)}
+    return state_vector(model.axes, {**velocity, "phi": trimmed.phi, "theta": _pitch(trimmed), "h": altitude})
+
+
+def _pitch(trimmed: Trim) -> float:
+    """The pitch angle [rad] of level flight: the angle of attack where the wings are level."""
+    if trimmed.phi == 0.0:
+        return trimmed.alpha
+    along = np.cos(trimmed.beta) * np.cos(trimmed.alpha)
+    down = np.cos(trimmed.beta) * np.sin(trimmed.alpha)
+    return float(np.arctan2(np.sin(trimmed.beta) * np.sin(trimmed.phi) + down * np.cos(trimmed.phi), along))
 
 
 def fly(
@@ -140,7 +242,7 @@ def fly(
     rows = len(model.axes.outputs)
     none, still = np.zeros((0, rows)), np.zeros((rows, 3))
     flight = Flight(time, inputs, none, still, substeps, np.zeros(len(model.extra_columns)))
-    start = level_state(model, trimmed.airspeed, trimmed.alpha, ALTITUDE)
+    start = trimmed_state(model, trimmed, ALTITUDE)
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")
@@ -182,9 +284,3 @@ def input_row(
     """The model's inputs of symmetric flight at one instant, (I,), SI: all that is not given is zero."""
     given = dict(zip(ATMOSPHERE_AND_BODY, (density, thrust, mass, speed_of_sound), strict=True))
     return np.array([given.get(name, 0.0) for name in model.columns])
-
-
-def level_state(model: AerodynamicModel, airspeed: float, alpha: float, altitude: float = 0.0) -> NDArray[np.float64]:
-    """The state (n,) of level flight at an airspeed [m/s], angle of attack [rad] and altitude [m]."""
-    motion = {"u": airspeed * np.cos(alpha), "w": airspeed * np.sin(alpha), "theta": alpha, "h": altitude}
-    return state_vector(model.axes, motion)

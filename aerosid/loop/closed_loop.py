@@ -14,6 +14,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.carried_deviations import Spread
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import told_of_patterns
@@ -24,7 +25,7 @@ from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows,
 from aerosid.loop.identification import Identification, identify
 from aerosid.loop.kept_derivatives import Completion, keep_declared, told_of_breakdown
 from aerosid.loop.leave_one_out import Gains, prediction_gains
-from aerosid.loop.linear_analysis import LinearRow, Spread, analyse_models, requirement_for
+from aerosid.loop.linear_analysis import LinearRow, analyse_models, requirement_for
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.open_loop_errors import compare

@@ -1,10 +1,12 @@
-"""Flying qualities after MIL-F-8785C: levels of short period and phugoid.
+"""Flying qualities after MIL-F-8785C: levels of short period, phugoid, Dutch roll, roll and spiral.
 
 The specification is an old one and no longer contractual, but every flight-test engineer knows its figures.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from aerosid.errors import UsageError
@@ -26,7 +28,8 @@ class Requirement:
         take-off and landing. The default is B, which identification flights are nearest to.
     aircraft_class : {"I", "II", "II-C", "III", "IV"}
         I small and light, II medium weight and manoeuvrability (II-C carrier-based), III large and heavy, IV highly
-        manoeuvrable. It matters in category C only. The default is II.
+        manoeuvrable. To the short period it matters in category C only, to lateral modes in A and C. The default is
+        II.
 
     Raises
     ------
@@ -140,3 +143,104 @@ def phugoid_level(damping: float | None, time_to_double: float | None) -> int:
     if time_to_double is not None:
         return 3 if time_to_double >= 55.0 else WORSE_THAN_LEVEL_3
     return 1 if damping is not None and damping >= 0.04 else 2
+
+
+@dataclass(frozen=True)
+class _DutchRollLimits:
+    """The least damping ratio, product of damping ratio and frequency [rad/s] and frequency [rad/s] of one level."""
+
+    damping: float
+    product: float
+    frequency: float
+
+
+_NIMBLE: Mapping[str, tuple[str, ...]] = {"A": ("I", "IV"), "B": (), "C": ("I", "II-C", "IV")}
+"""Classes that tables VI and VII hold to more than the others, by category."""
+
+_DUTCH_ROLL_1 = {
+    "A": {True: _DutchRollLimits(0.19, 0.35, 1.0), False: _DutchRollLimits(0.19, 0.35, 0.4)},
+    "B": {False: _DutchRollLimits(0.08, 0.15, 0.4)},
+    "C": {True: _DutchRollLimits(0.08, 0.15, 1.0), False: _DutchRollLimits(0.08, 0.10, 0.4)},
+}
+_DUTCH_ROLL_2, _DUTCH_ROLL_3 = _DutchRollLimits(0.02, 0.05, 0.4), _DutchRollLimits(0.0, 0.0, 0.4)
+_INCREMENTS = (0.014, 0.009, 0.005)
+"""Of each level, by which the least product of damping and frequency grows with frequency^2 |phi/beta| above 20."""
+_INCREMENTS_FROM = 20.0
+"""rad^2/s^2"""
+_MOST_OF_CLASS_III = 0.7
+"""The largest damping ratio that is asked of class III."""
+
+_ROLL = {True: (1.0, 1.4, 10.0), False: (1.4, 3.0, 10.0)}
+"""s; longest roll-mode time constants of the levels, of nimble classes and of others."""
+_SPIRAL = {"A": (12.0, 8.0, 4.0), "B": (20.0, 8.0, 4.0), "C": (12.0, 8.0, 4.0)}
+"""s; shortest times to double of the levels."""
+_ROLL_SPIRAL = (0.5, 0.3, 0.15)
+"""rad/s; least products of damping ratio and frequency of the levels."""
+
+
+def dutch_roll_level(frequency: float, damping: float, phi_to_beta: float, requirement: Requirement) -> int:
+    """Level 1, 2 or 3 of the Dutch roll; 4 where it is worse.
+
+    Parameters
+    ----------
+    frequency : float
+        Undamped natural frequency, rad/s.
+    damping : float
+        Damping ratio.
+    phi_to_beta : float
+        Amplitude of bank over that of sideslip in the mode.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.3.1.1 and table VI. The row for air-to-air combat and ground attack, damping 0.4 of class IV, is not
+    taken: category A says no more than that the manoeuvres are rapid.
+    """
+    nimble = requirement.aircraft_class in _NIMBLE[requirement.category]
+    levels = (_DUTCH_ROLL_1[requirement.category][nimble], _DUTCH_ROLL_2, _DUTCH_ROLL_3)
+    excess = max(frequency**2 * phi_to_beta - _INCREMENTS_FROM, 0.0)
+    for level, (limits, increment) in enumerate(zip(levels, _INCREMENTS, strict=True), 1):
+        if frequency < limits.frequency:
+            continue
+        asked = max(limits.damping, (limits.product + increment * excess) / frequency)
+        if requirement.aircraft_class == "III":
+            asked = min(asked, _MOST_OF_CLASS_III)
+        if damping >= asked:
+            return level
+    return WORSE_THAN_LEVEL_3
+
+
+def roll_level(root: float, requirement: Requirement) -> int:
+    """Level 1, 2 or 3 of the roll mode, 4 where it is worse; `root` [1/s] is minus one over its time constant.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.3.1.2 and table VII.
+    """
+    longest = _ROLL[requirement.aircraft_class in _NIMBLE[requirement.category]]
+    constant = -1.0 / root if root < 0.0 else math.inf
+    return next((level for level, limit in enumerate(longest, 1) if constant <= limit), WORSE_THAN_LEVEL_3)
+
+
+def spiral_level(root: float, requirement: Requirement) -> int:
+    """Level 1, 2 or 3 of the spiral, 4 where it is worse; `root` [1/s] is ln 2 over its time to double.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.3.1.3 and table VIII; a spiral that does not grow is of level 1.
+    """
+    doubling = math.log(2.0) / root if root > 0.0 else math.inf
+    shortest = _SPIRAL[requirement.category]
+    return next((level for level, limit in enumerate(shortest, 1) if doubling > limit), WORSE_THAN_LEVEL_3)
+
+
+def roll_spiral_level(frequency: float, damping: float, requirement: Requirement) -> int:
+    """Level 1, 2 or 3 of roll and spiral that are coupled in one oscillation; 4 where it is worse.
+
+    Notes
+    -----
+    MIL-F-8785C, 3.3.1.4: not permitted where more than gentle manoeuvres are flown, taken for all of category A.
+    """
+    if requirement.category == "A":
+        return WORSE_THAN_LEVEL_3
+    product = frequency * damping
+    return next((level for level, limit in enumerate(_ROLL_SPIRAL, 1) if product >= limit), WORSE_THAN_LEVEL_3)

@@ -1,8 +1,8 @@
-"""Linear analysis: modes, control anticipation and elevator step, with standard deviations."""
+"""Linear analysis: modes, flying qualities and control steps, with standard deviations."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import fed_of
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
-from aerosid.flight_model.modes import PHUGOID, SHORT_PERIOD, longitudinal_modes
-from aerosid.loop.flying_qualities import (
-    Requirement,
-    control_anticipation,
-    divergence_level,
-    phugoid_level,
-    short_period_level,
-)
+from aerosid.flight_model.modes import DUTCH_ROLL, PHUGOID, SHORT_PERIOD, mode_shape_ratio, modes_of
+from aerosid.flight_model.simulation import BALANCES
+from aerosid.loop.carried_deviations import Spread, carried_band, carried_deviation, central_slopes
+from aerosid.loop.flying_qualities import Requirement, control_anticipation
+from aerosid.loop.mode_levels import QUALITIES, Level, mode_levels
 from aerosid.loop.quantity import Parameter
 
 
@@ -29,8 +27,7 @@ from aerosid.loop.quantity import Parameter
 class ModeRow:
     """One mode of a linear model.
 
-    `name` is short_period, phugoid, third_oscillatory, real_root_1 or real_root_2; `numbers` holds those of frequency
-    (undamped, natural), damping, period, time_to_half and time_to_double that the mode has.
+    `name` is that of `flight_model.modes.Mode`; `numbers` holds those of `QUANTITIES` that the mode has.
     """
 
     name: str
@@ -38,8 +35,33 @@ class ModeRow:
 
 
 @dataclass(frozen=True)
+class StepRow:
+    """The linear response to a step of one control.
+
+    Attributes
+    ----------
+    control : str
+        The channel of the surface.
+    size : float
+        rad.
+    time : ndarray, shape (N,)
+        s.
+    response : mapping of str to ndarray, shape (N,)
+        Deviations from trim of what the control is there for: V, alpha, q and theta, or beta, p, r and phi; SI.
+    deviation : mapping of str to ndarray, shape (N,)
+        Standard deviations of these; empty where unknown.
+    """
+
+    control: str
+    size: float
+    time: FloatArray
+    response: Mapping[str, FloatArray]
+    deviation: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
 class LinearRow:
-    """A model linearised at level flight, its modes, flying qualities and elevator step.
+    """A model linearised at level flight, its modes, flying qualities and control steps.
 
     Attributes
     ----------
@@ -48,32 +70,25 @@ class LinearRow:
     airspeed, density, mass : float
         The condition: the mean of the first identification log; m/s, kg/m^3, kg.
     trim : mapping of str to Parameter
-        alpha, delta_e, thrust of level flight.
+        What was balanced for level flight: alpha, delta_e and thrust, beta, delta_a and delta_r.
+    states : tuple of str
+        The n states that something depends on.
     inputs : tuple of str
         The I controls.
-    A : ndarray, shape (4, 4)
-        d(rates)/d(u, w, q, theta), SI.
-    B : ndarray, shape (4, I)
+    A : ndarray, shape (n, n)
+        d(rates)/d(states), SI.
+    B : ndarray, shape (n, I)
         d(rates)/d(controls), SI.
     modes : tuple of ModeRow
-        The fastest first.
+        Of each motion the fastest first.
     qualities : mapping of str to Parameter
-        n_alpha and, where there is a short period, cap.
+        n_alpha and, where there is a short period, cap; phi_to_beta where there is a Dutch roll.
     category, aircraft_class : str
         What the levels were judged for (MIL-F-8785C).
-    short_period_level, phugoid_level : int or None
-        1 to 3, 4 where worse; None where there is no such mode. Of a short period that has become a divergence, that
-        of the divergence.
-    short_period_level_range : (int, int) or None
-        Best and worst level within two deviations; None where the deviations are unknown.
-    step_size : float
-        Of the elevator step, rad.
-    step_time : ndarray, shape (N,)
-        s.
-    step : mapping of str to ndarray, shape (N,)
-        Deviations of V, alpha, q and theta from trim after the step, SI.
-    step_deviation : mapping of str to ndarray, shape (N,)
-        Standard deviations of these; empty where unknown.
+    levels : mapping of str to Level
+        By mode, of those that there are requirements for.
+    steps : tuple of StepRow
+        Of elevator, aileron and rudder as far as the model has them.
     """
 
     model: str
@@ -81,6 +96,7 @@ class LinearRow:
     density: float
     mass: float
     trim: Mapping[str, Parameter]
+    states: tuple[str, ...]
     inputs: tuple[str, ...]
     A: FloatArray
     B: FloatArray
@@ -88,19 +104,32 @@ class LinearRow:
     qualities: Mapping[str, Parameter]
     category: str
     aircraft_class: str
-    short_period_level: int | None
-    short_period_level_range: tuple[int, int] | None
-    phugoid_level: int | None
-    step_size: float
-    step_time: FloatArray
-    step: Mapping[str, FloatArray]
-    step_deviation: Mapping[str, FloatArray]
+    levels: Mapping[str, Level]
+    steps: tuple[StepRow, ...]
+
+    @property
+    def short_period_level(self) -> int | None:
+        """1 to 3, 4 where worse; of a short period that has become a divergence, that of the divergence."""
+        found = self.levels.get(SHORT_PERIOD)
+        return None if found is None else found.level
+
+    @property
+    def short_period_level_range(self) -> tuple[int, int] | None:
+        """Best and worst level within two deviations; None where the deviations are unknown."""
+        found = self.levels.get(SHORT_PERIOD)
+        return None if found is None else found.span
+
+    @property
+    def phugoid_level(self) -> int | None:
+        """1 to 3, 4 where worse; None where there is no phugoid."""
+        found = self.levels.get(PHUGOID)
+        return None if found is None else found.level
 
 
 FloatArray = NDArray[np.float64]
 
 STEP = np.pi / 180.0
-"""rad; size of the elevator step, trailing edge down."""
+"""rad; size of the control steps, in the positive sense."""
 
 STEP_TIME = np.linspace(0.0, 6.0, 121)
 """s; a few short periods, before the phugoid carries the flight away from its trim."""
@@ -111,33 +140,17 @@ _UNITS = {
     "period": "s",
     "time_to_half": "s",
     "time_to_double": "s",
+    "time_constant": "s",
+    "root": "1/s",
     "n_alpha": "g/rad",
     "cap": "1/(g s^2)",
-    "alpha": "rad",
-    "delta_e": "rad",
+    "phi_to_beta": "1",
     "thrust": "N",
 }
+"""Of quantities that are not angles."""
 
-
-@dataclass(frozen=True)
-class Spread:
-    """What is known of a model's values.
-
-    Attributes
-    ----------
-    entries : tuple of Entry
-        The uncertain ones, F of them.
-    covariance : ndarray, shape (F, F)
-        Infinite where a record tells nothing.
-    """
-
-    entries: tuple[Entry, ...]
-    covariance: FloatArray
-
-    @staticmethod
-    def independent(entries: Sequence[Entry], deviations: Sequence[float]) -> Spread:
-        """From standard deviations alone, as an aircraft file gives them."""
-        return Spread(tuple(entries), np.diag(np.square(np.array(deviations, dtype=np.float64))))
+QUANTITIES = ("frequency", "damping", "period", "time_constant", "time_to_half", "time_to_double", "root")
+"""Numbers of a mode."""
 
 
 def requirement_for(aircraft: Aircraft, category: str | None, aircraft_class: str | None) -> Requirement:
@@ -157,13 +170,15 @@ def requirement_for(aircraft: Aircraft, category: str | None, aircraft_class: st
 def condition_of(manoeuvre: Manoeuvre) -> FlightCondition:
     """Level flight at the mean airspeed, density, mass and configuration of a flight."""
     mean = dict(zip(manoeuvre.columns, manoeuvre.flight.inputs.mean(axis=0).tolist(), strict=True))
-    lateral = ("rho", "thrust", "mass", "speed_of_sound", "phi", "p", "r", "beta", "delta_e")
+    axes = manoeuvre.axes
+    balanced = {name for balance in BALANCES if balance.moves(axes) for name in balance.unknowns}
+    level = ({"rho", "mass", "speed_of_sound", *axes.measured} - {"alpha"}) | balanced
     return FlightCondition(
-        airspeed=float(np.nanmean(manoeuvre.measured("V"))),
+        airspeed=mean["V"] if "V" in mean else float(np.nanmean(manoeuvre.measured("V"))),
         density=mean["rho"],
         mass=mean["mass"],
         speed_of_sound=mean["speed_of_sound"],
-        inputs={name: value for name, value in mean.items() if name not in lateral},
+        inputs={name: value for name, value in mean.items() if name not in level},
     )
 
 
@@ -176,8 +191,9 @@ def load_factor_per_alpha(linear: LinearModel) -> float:
     elevator moves nothing.
     """
     a, b = linear.air_axes
+    turning = [linear.air_states.index(name) for name in ("alpha", "q")]
     try:
-        alpha, q = np.linalg.solve(a[1:3, 1:3], -b[1:3, linear.inputs.index("delta_e")])
+        alpha, q = np.linalg.solve(a[np.ix_(turning, turning)], -b[turning, linear.inputs.index("delta_e")])
     except np.linalg.LinAlgError:  # neutral at constant airspeed: no steady state
         return float("nan")
     return float(linear.trimmed.airspeed * q / (GRAVITY * alpha)) if alpha != 0.0 else float("nan")
@@ -251,17 +267,16 @@ def analyse(
     the trim moves with the derivatives too. A number that depends on a derivative of which nothing is known has none.
     """
     linear = linearise(model, condition)
-    steps, lower, upper = _neighbours(model, condition, spread)
+    neighbours = _neighbours(model, condition, spread)
+    sizes, lower, upper = neighbours
     numbers, below, above = _numbers(linear), [_numbers(x) for x in lower], [_numbers(x) for x in upper]
 
     def deviation(key: tuple[str, str]) -> float | None:
-        slopes = _slopes([held.get(key) for held in below], [held.get(key) for held in above], steps)
-        return _carried(slopes, spread.covariance)
+        slopes = central_slopes([held.get(key) for held in below], [held.get(key) for held in above], sizes)
+        return carried_deviation(slopes, spread.covariance)
 
-    rows = {key: Parameter(value, deviation(key), _UNITS[key[1]]) for key, value in numbers.items()}
-    by_name = {mode.name: mode for mode in longitudinal_modes(linear.A)}
-    phugoid = by_name.get(PHUGOID)
-    best, level, worst = _levels(rows, requirement)
+    rows = {key: Parameter(value, deviation(key), _UNITS.get(key[1], "rad")) for key, value in numbers.items()}
+    modes = modes_of(linear.A, linear.states)
 
     def of(group: str) -> dict[str, Parameter]:
         return {quantity: row for (owner, quantity), row in rows.items() if owner == group}
@@ -272,26 +287,48 @@ def analyse(
         density=condition.density,
         mass=condition.mass,
         trim=of("trim"),
+        states=linear.states,
         inputs=linear.inputs,
         A=linear.A,
         B=linear.B,
-        modes=tuple(ModeRow(mode, of(mode)) for mode in by_name),
-        qualities=of("qualities"),
+        modes=tuple(ModeRow(mode.name, of(mode.name)) for mode in modes),
+        qualities=of(QUALITIES),
         category=requirement.category,
         aircraft_class=requirement.aircraft_class,
-        short_period_level=level,
-        short_period_level_range=None if best is None or worst is None else (best, worst),
-        phugoid_level=None if phugoid is None else phugoid_level(phugoid.damping, phugoid.time_to_double),
-        step_size=STEP,
-        step_time=STEP_TIME,
-        step=linear.step_response(STEP_TIME, "delta_e", STEP),
-        step_deviation=_bands(lower, upper, steps, spread.covariance),
+        levels=mode_levels(rows, modes, requirement),
+        steps=_steps(linear, neighbours, spread.covariance),
     )
 
 
-def _neighbours(
-    model: AerodynamicModel, condition: FlightCondition, spread: Spread
-) -> tuple[FloatArray, list[LinearModel], list[LinearModel]]:
+def _steps(linear: LinearModel, neighbours: Neighbours, covariance: FloatArray) -> tuple[StepRow, ...]:
+    """The response to a step of each surface that trims the model, with deviations where all of them are known."""
+    sizes, lower, upper = neighbours
+    rows = []
+    for balance in BALANCES:
+        channels = fed_of(balance.plane)
+        for control in balance.unknowns:
+            if control not in linear.inputs or not set(channels) <= set(linear.air_states):
+                continue
+
+            def answer(model: LinearModel, control: str = control) -> dict[str, FloatArray]:
+                return model.step_response(STEP_TIME, control, STEP)
+
+            whole, bands = answer(linear), {}
+            if sizes.size and np.isfinite(covariance).all():
+                below, above = [answer(model) for model in lower], [answer(model) for model in upper]
+                bands = {
+                    name: carried_band([b[name] for b in below], [a[name] for a in above], sizes, covariance)
+                    for name in channels
+                }
+            rows.append(StepRow(control, STEP, STEP_TIME, {name: whole[name] for name in channels}, bands))
+    return tuple(rows)
+
+
+Neighbours = tuple[FloatArray, list[LinearModel], list[LinearModel]]
+"""Steps (F,) in the uncertain values, and the linear models a step below and above."""
+
+
+def _neighbours(model: AerodynamicModel, condition: FlightCondition, spread: Spread) -> Neighbours:
     """Steps (F,) in the uncertain values, and the linear models a step below and above."""
     places = model.indices(spread.entries)
     deviations = np.sqrt(np.maximum(np.diag(spread.covariance), 0.0))
@@ -311,86 +348,16 @@ def _neighbours(
 
 def _numbers(linear: LinearModel) -> dict[tuple[str, str], float]:
     """Every number of the analysis by (mode, quantity); those that do not exist are left out."""
-    trimmed = linear.trimmed
     numbers: dict[tuple[str, str], float | None] = {
-        ("trim", "alpha"): trimmed.alpha,
-        ("trim", "delta_e"): trimmed.delta_e,
-        ("trim", "thrust"): trimmed.thrust,
+        ("trim", name): getattr(linear.trimmed, name) for name in linear.trimmed.balanced
     }
-    frequency = None
-    for mode in longitudinal_modes(linear.A):
-        for quantity in ("frequency", "damping", "period", "time_to_half", "time_to_double"):
-            numbers[mode.name, quantity] = getattr(mode, quantity)
-        frequency = mode.frequency if mode.name == SHORT_PERIOD else frequency
-    n_alpha = load_factor_per_alpha(linear)
-    numbers["qualities", "n_alpha"] = n_alpha
-    numbers["qualities", "cap"] = None if frequency is None else control_anticipation(frequency, n_alpha)
+    for mode in modes_of(linear.A, linear.states):
+        numbers |= {(mode.name, quantity): getattr(mode, quantity) for quantity in QUANTITIES}
+        if mode.name == DUTCH_ROLL:
+            air, _ = linear.air_axes
+            numbers[QUALITIES, "phi_to_beta"] = mode_shape_ratio(air, linear.air_states, mode, "phi", "beta")
+    if "alpha" in linear.air_states:
+        n_alpha, frequency = load_factor_per_alpha(linear), numbers.get((SHORT_PERIOD, "frequency"))
+        numbers[QUALITIES, "n_alpha"] = n_alpha
+        numbers[QUALITIES, "cap"] = None if frequency is None else control_anticipation(frequency, n_alpha)
     return {key: value for key, value in numbers.items() if value is not None and np.isfinite(value)}
-
-
-def _slopes(lower: Sequence[float | None], upper: Sequence[float | None], steps: FloatArray) -> FloatArray:
-    """Central differences (F,); NaN where the number ceases to exist within a step."""
-    below = np.array([np.nan if value is None else value for value in lower])
-    above = np.array([np.nan if value is None else value for value in upper])
-    return np.asarray((above - below) / (2.0 * steps))
-
-
-def _carried(slopes: FloatArray, covariance: FloatArray) -> float | None:
-    """sqrt(g' C g); None where it is unknown."""
-    if not slopes.size or not np.isfinite(slopes).all():
-        return None
-    # A value of which nothing is known does no harm where nothing depends on it, to the accuracy of the trims.
-    acts = np.abs(slopes) > 1e-6 * np.max(np.abs(slopes))
-    acting = np.flatnonzero(acts | np.isfinite(np.diag(covariance)))
-    part = covariance[np.ix_(acting, acting)]
-    if not np.isfinite(part).all():
-        return None
-    variance = float(slopes[acting] @ part @ slopes[acting])
-    # The corrected covariance of a short record need not be positive definite: a deviation of zero would be a lie.
-    return float(np.sqrt(variance)) if variance > 0.0 else None
-
-
-def _bands(
-    lower: Sequence[LinearModel], upper: Sequence[LinearModel], steps: FloatArray, covariance: FloatArray
-) -> dict[str, FloatArray]:
-    """Standard deviation of each channel of the step response, (N,); empty where a covariance is infinite."""
-    if not steps.size or not np.isfinite(covariance).all():
-        return {}
-    below = [linear.step_response(STEP_TIME, "delta_e", STEP) for linear in lower]
-    above = [linear.step_response(STEP_TIME, "delta_e", STEP) for linear in upper]
-    bands = {}
-    for channel in below[0]:
-        slopes = np.array([(a[channel] - b[channel]) for a, b in zip(above, below, strict=True)]) / (
-            2.0 * steps[:, None]
-        )
-        bands[channel] = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", slopes, covariance, slopes), 0.0))
-    return bands
-
-
-def _levels(
-    rows: dict[tuple[str, str], Parameter], requirement: Requirement
-) -> tuple[int | None, int | None, int | None]:
-    """The best, the likeliest and the worst level of the short period within two deviations of its numbers.
-
-    Where it has become a divergence, the level of that.
-    """
-    wanted = [(SHORT_PERIOD, "frequency"), (SHORT_PERIOD, "damping"), ("qualities", "n_alpha")]
-    if any(key not in rows for key in wanted):
-        doubling = [row.value for (mode, name), row in rows.items() if name == "time_to_double" and mode != PHUGOID]
-        return None, divergence_level(min(doubling)) if doubling else None, None
-    frequency, damping, n_alpha = (rows[key] for key in wanted)
-    level = short_period_level(frequency.value, damping.value, n_alpha.value, requirement)
-    if any(row.std_error is None for row in (frequency, damping, n_alpha)):
-        return None, level, None
-    corners = [
-        short_period_level(
-            max(frequency.value + 2.0 * i * (frequency.std_error or 0.0), 0.0),
-            damping.value + 2.0 * j * (damping.std_error or 0.0),
-            n_alpha.value + 2.0 * k * (n_alpha.std_error or 0.0),
-            requirement,
-        )
-        for i in (-1.0, 0.0, 1.0)
-        for j in (-1.0, 0.0, 1.0)
-        for k in (-1.0, 0.0, 1.0)
-    ]
-    return min(corners), level, max(corners)

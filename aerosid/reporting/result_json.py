@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from aerosid.compatibility import KinematicConsistency
-from aerosid.flight_model.linear_model import LINEAR_STATES
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.linear_analysis import LinearRow
@@ -111,9 +110,9 @@ def kinematics_entry(agreement: KinematicConsistency | None) -> KinematicsEntry 
 
 
 def _linear(row: LinearRow) -> LinearEntry:
-    values = {entry.name: getattr(row, entry.name) for entry in fields(row)}
+    values = {name: getattr(row, name) for name in LinearEntry.model_fields}
     matrices = {name: tuple(map(tuple, values[name].tolist())) for name in ("A", "B")}
-    return LinearEntry.model_validate({**values, **matrices, "states": LINEAR_STATES})
+    return LinearEntry.model_validate({**values, **matrices})
 
 
 def result_text(result: ClosedLoop) -> str:

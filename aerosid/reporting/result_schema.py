@@ -211,10 +211,17 @@ class ModeEntry(Row):
     numbers: dict[Text, ParameterRow]
 
 
-class LinearEntry(Row):
-    """A model linearised at level flight: x' = A x + B u in u, w, q, theta, SI; rows of A and B by state.
+class LevelEntry(Row):
+    """A level of flying qualities, and the best and worst within two deviations, null where unknown."""
 
-    Levels are those of MIL-F-8785C for `category` and `aircraft_class`, 4 where worse than level 3.
+    level: int
+    span: tuple[int, int] | None
+
+
+class LinearEntry(Row):
+    """A model linearised at level flight: x' = A x + B u in `states`, SI; rows of A and B by state.
+
+    Levels are those of MIL-F-8785C for `category` and `aircraft_class`, 4 where worse than level 3; `levels` by mode.
     """
 
     model: Literal["declared", "completed"]
@@ -233,6 +240,7 @@ class LinearEntry(Row):
     short_period_level: int | None
     short_period_level_range: tuple[int, int] | None
     phugoid_level: int | None
+    levels: dict[Text, LevelEntry]
 
 
 class FitEntry(Row):

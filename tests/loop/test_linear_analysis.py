@@ -21,8 +21,9 @@ from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, EstimationError, UsageError
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.flight_model.modes import Mode, longitudinal_modes
+from aerosid.loop.carried_deviations import Spread
 from aerosid.loop.flying_qualities import CLASSES, Requirement, divergence_level, phugoid_level, short_period_level
-from aerosid.loop.linear_analysis import STEP, STEP_TIME, Spread, analyse, load_factor_per_alpha, requirement_for
+from aerosid.loop.linear_analysis import STEP, STEP_TIME, analyse, load_factor_per_alpha, requirement_for
 
 CONDITION = FlightCondition(96.0, 0.9077, 2280.0, speed_of_sound=330.0)
 SQUARES = declaring(LIGHT, BOTH_SQUARES)
@@ -217,7 +218,7 @@ def test_what_is_unknown_leaves_no_deviation_only_where_it_matters() -> None:
     assert row.modes[0].numbers["damping"].std_error is None
     assert row.short_period_level_range is None
     assert row.short_period_level == 1
-    assert row.step_deviation == {}
+    assert row.steps[0].deviation == {}
     # Level flight has no pitch rate: its derivative cannot matter to the trim.
     assert row.trim["delta_e"].std_error == pytest.approx(0.01 * abs(row.trim["alpha"].value / 1.94), rel=0.1)
     indefinite = Spread(entries, -1e-4 * np.eye(2))  # as the corrected covariance of a short record may be

@@ -1,4 +1,4 @@
-"""The response of the linear models to a step of the elevator."""
+"""The response of the linear models to a step of a control."""
 
 from __future__ import annotations
 
@@ -14,26 +14,30 @@ _HEIGHT = 70.0  # pt
 _ROLES: dict[str, Role] = {"declared": "declared", "completed": "after"}
 
 
-def step_response_chart(rows: Sequence[LinearRow]) -> Chart:
-    """V, alpha, q and theta, deviations from trim, with a corridor of two deviations around the completed model.
+def step_response_chart(rows: Sequence[LinearRow], control: str) -> Chart:
+    """Deviations from trim after a step of one control, with a corridor of two deviations around the completed model.
 
     Parameters
     ----------
     rows : sequence of LinearRow
-        At least one.
+        At least one, all with a step of this control.
+    control : str
+        Channel of the surface.
     """
+    steps = [(row.model, step) for row in rows for step in row.steps if step.control == control]
+    time = steps[0][1].time
     tiles = []
-    span = (float(rows[0].step_time[0]), float(rows[0].step_time[-1]))
-    for channel in rows[0].step:
+    span = (float(time[0]), float(time[-1]))
+    for channel in steps[0][1].response:
         unit = shown_unit(CHANNELS[channel].unit)
         marks: list[Mark] = []
-        for row in rows:
-            response = unit.factor * row.step[channel]
-            if row.model == "completed" and channel in row.step_deviation:
-                reach = 2.0 * unit.factor * row.step_deviation[channel]
-                marks.append(Corridor(row.step_time, response - reach, response + reach, "noise"))
-            marks.append(Line(row.step_time, response, _ROLES[row.model]))
-        limits = limits_around(*(unit.factor * row.step[channel] for row in rows))
+        for model, step in steps:
+            response = unit.factor * step.response[channel]
+            if model == "completed" and channel in step.deviation:
+                reach = 2.0 * unit.factor * step.deviation[channel]
+                marks.append(Corridor(time, response - reach, response + reach, "noise"))
+            marks.append(Line(time, response, _ROLES[model]))
+        limits = limits_around(*(unit.factor * step.response[channel] for _, step in steps))
         label = f"{subscripted(channel)} [{unit.text}]"
         tiles.append(Tile("time [s]", label, span, limits, tuple(marks)))
     return tiled(tiles, columns=2, tile_height=_HEIGHT)

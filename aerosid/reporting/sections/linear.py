@@ -4,31 +4,42 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.linear_analysis import LinearRow, StepRow
+from aerosid.loop.mode_levels import Level
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
+from aerosid.nomenclature import CHANNELS
 from aerosid.notation import MISSING, number, with_deviation
-from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.figures.step_response import step_response_chart
 from aerosid.reporting.words import Unit, shown_unit
 
 _WORDS = {
     "alpha": "angle of attack",
+    "beta": "sideslip",
+    "phi": "bank angle",
     "delta_e": "elevator",
+    "delta_a": "aileron",
+    "delta_r": "rudder",
     "thrust": "thrust",
     "frequency": "natural frequency, undamped",
     "damping": "damping ratio",
     "period": "period",
     "time_to_half": "time to half amplitude",
     "time_to_double": "time to double amplitude",
+    "time_constant": "time constant",
+    "root": "root",
+    "phi_to_beta": "|φ/β| of the Dutch roll",
     "n_alpha": "n/α",
     "cap": "control anticipation parameter CAP",
 }
+_MODES = {"dutch_roll": "Dutch roll", "coupled_roll_spiral": "coupled roll and spiral"}
+"""Names of modes that are not their key with spaces."""
 _LEVELS = {1: "1", 2: "2", 3: "3", 4: "worse than 3"}
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
-    """The numbers of both models beside each other, group by group, and the elevator step; None without a model."""
+    """The numbers of both models beside each other, group by group, and the control steps; None without a model."""
     if not result.linear:
         return None
     groups: dict[str, dict[str, dict[str, Parameter]]] = {}
@@ -38,21 +49,35 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
                 groups.setdefault(name, {}).setdefault(quantity, {})[row.model] = parameter
     models = [row.model for row in result.linear]
     first = result.linear[0]
-    size = number(first.step_size * shown_unit("rad").factor, 3)
-    caption = f"Elevator step of {size} deg, trailing edge down: linear response from trim, thrust held."
-    label = "Time histories of airspeed, angle of attack, pitch rate and pitch angle after a step of the elevator"
+    judged = dict.fromkeys(mode for row in result.linear for mode in row.levels)
     return {
         "models": models,
         "groups": {
-            name.replace("_", " "): [_line(quantity, found, models) for quantity, found in numbers.items()]
+            _mode(name): [_line(quantity, found, models) for quantity, found in numbers.items()]
             for name, numbers in groups.items()
         },
         "condition": first,
-        "levels": [_level(row) for row in result.linear],
-        "phugoid_levels": [_LEVELS.get(row.phugoid_level or 0, MISSING) for row in result.linear],
+        "levels": {_mode(mode): [_level(row.levels.get(mode)) for row in result.linear] for mode in judged},
         "left_out": sorted({e.kind.replace("_", " ") for e in result.completed_aircraft.effects}),
-        "step": figures.add(step_response_chart(result.linear), caption, label),
+        "pitches": "n_alpha" in first.qualities,
+        "steps": [_step(result.linear, step, figures) for step in first.steps],
     }
+
+
+def _step(rows: tuple[LinearRow, ...], step: StepRow, figures: FigureBook) -> Figure:
+    """The figure of one control's step."""
+    surface, size = _WORDS[step.control], number(step.size * shown_unit("rad").factor, 3)
+    sense = CHANNELS[step.control].positive.split(" (")[0]
+    held = ", thrust held" if "thrust" in rows[0].trim else ""
+    caption = f"{surface.capitalize()} step of {size} deg, {sense}: linear response from trim{held}."
+    shown = [CHANNELS[channel].name for channel in step.response]
+    label = f"Time histories of {', '.join(shown[:-1])} and {shown[-1]} after a step of the {surface}"
+    held_by = [row for row in rows if any(own.control == step.control for own in row.steps)]
+    return figures.add(step_response_chart(held_by, step.control), caption, label.replace("true airspeed", "airspeed"))
+
+
+def _mode(name: str) -> str:
+    return _MODES.get(name, name.replace("_", " "))
 
 
 def _groups(row: LinearRow) -> dict[str, Any]:
@@ -73,10 +98,10 @@ def _line(quantity: str, found: dict[str, Parameter], models: list[str]) -> dict
     return {"words": _WORDS.get(quantity, quantity), "unit": unit.text or "1", "cells": cells}
 
 
-def _level(row: LinearRow) -> str:
+def _level(found: Level | None) -> str:
     """The level, and the levels within two deviations where there are several."""
-    if row.short_period_level is None:
+    if found is None:
         return MISSING
-    said = _LEVELS[row.short_period_level]
-    best, worst = row.short_period_level_range or (row.short_period_level,) * 2
+    best, worst = found.span or (found.level, found.level)
+    said = _LEVELS[found.level]
     return said if best == worst else f"{said} ({_LEVELS[best]} to {_LEVELS[worst]} within 2 σ)"
