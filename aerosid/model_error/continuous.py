@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.compiled import njit
 from aerosid.errors import EstimationError
 from aerosid.model_error.functions import (
+    BY_DIFFERENCES,
     Function,
     ModelFunctions,
+    Partials,
     StepFunction,
     call_driver,
     jitable,
@@ -20,12 +22,52 @@ from aerosid.model_error.functions import (
 )
 from aerosid.model_error.history import ModelErrorHistory
 from aerosid.model_error.invariant_embedding import estimator_step
-from aerosid.model_error.records import Records, as_records
+from aerosid.model_error.records import DrivenRecord, Records, as_records
 from aerosid.model_error.residuals import multiply, weigh_sample, weigh_step
 from aerosid.model_error.step_work import StepWork, step_work
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]
+
+
+class Interval(NamedTuple):
+    """One step of the recursion, from a sample to the next."""
+
+    t0: float  # times of both, s
+    t1: float
+    u0: Array  # (m,) inputs at them
+    u1: Array
+    y1: Array  # (p,) measurements at t1, NaN where missing
+    Q1: Array  # (p, p) weight of the residual
+    W: Array  # (n, n) (1/2) Q2^-1
+
+
+class Estimate(NamedTuple):
+    """What is known at a sample."""
+
+    x: Array  # (n,) state x^
+    residual: Array  # (p,) y - h there, NaN where missing
+    S: Array  # (n, n) Riccati matrix
+
+
+class Slopes(NamedTuple):
+    """Linearisation of a step: in the middle of its open-loop path, and at its end."""
+
+    F: Array  # (n, n) f_x in the middle
+    H_step: Array  # (p, n) h_x in the middle
+    H: Array  # (p, n) h_x at the end
+
+
+class _Histories(NamedTuple):
+    """What the driver writes, sample by sample, in the letters of `ModelErrorHistory`."""
+
+    x: Array
+    d: Array
+    S: Array
+    innovations: Array
+    F: Array
+    H: Array
+    H_step: Array
 
 
 class Scratch(NamedTuple):
@@ -68,23 +110,11 @@ def advance(
     h: Function,
     f_x: Function,
     h_x: Function,
-    t0: float,
-    t1: float,
-    u0: Array,
-    u1: Array,
-    y1: Array,
-    Q1: Array,
-    W: Array,
-    x0: Array,
-    before: Array,
-    S0: Array,
-    x1: Array,
-    after: Array,
-    S1: Array,
+    interval: Interval,
+    before: Estimate,
+    after: Estimate,
     innovation: Array,
-    F: Array,
-    H_step: Array,
-    H1: Array,
+    slopes: Slopes,
     scratch: Scratch,
 ) -> bool:
     """One sample of the recursion; False where it stops being finite. Runs as Python or compiled.
@@ -95,38 +125,34 @@ def advance(
     ----------
     step, h, f_x, h_x : functions
         Of `ModelFunctions`.
-    t0, t1 : float
-        Times of the sample before and of this one, s.
-    u0, u1 : (m,)
-        Inputs at them.
-    y1 : (p,)
-        Measurements at t1, NaN where missing.
-    Q1, W : (p, p), (n, n)
-        Weight of the residual and (1/2) Q2^-1 of this step.
-    x0, before, S0 : (n,), (p,), (n, n)
-        x^, y - h and S at t0.
-    x1, after, S1 : (n,), (p,), (n, n)
-        Out: the same at t1.
+    interval : Interval
+        The step and what drives it.
+    before : Estimate
+        At its beginning.
+    after : Estimate
+        Out: at its end.
     innovation : (p,)
-        Out: y - h at t1 on the open-loop path.
-    F, H_step, H1 : (n, n), (p, n), (p, n)
-        Out: f_x and h_x of the step, h_x at t1.
+        Out: y - h at its end on the open-loop path.
+    slopes : Slopes
+        Out.
     scratch : Scratch
     """
-    dt = t1 - t0
-    path_end = step(x0, u0, u1, t0, dt)
-    innovation[:] = y1 - h(path_end, u1, t1)
-    middle, u_middle, t_middle = 0.5 * (x0 + path_end), 0.5 * (u0 + u1), t0 + 0.5 * dt
-    F[:] = f_x(middle, u_middle, t_middle)
-    H_step[:] = h_x(middle, u_middle, t_middle)
-    weigh_step(H_step, Q1, before, innovation, scratch.weight, scratch.r, scratch.HQ, scratch.C, scratch.g0, scratch.g1)
-    if not estimator_step(S0, F, W, scratch.C, scratch.g0, scratch.g1, dt, S1, scratch.e, scratch.step):
+    t1, u1 = interval.t1, interval.u1
+    dt = t1 - interval.t0
+    path_end = step(before.x, interval.u0, u1, interval.t0, dt)
+    innovation[:] = interval.y1 - h(path_end, u1, t1)
+    middle, u_middle, t_middle = 0.5 * (before.x + path_end), 0.5 * (interval.u0 + u1), interval.t0 + 0.5 * dt
+    slopes.F[:] = f_x(middle, u_middle, t_middle)
+    slopes.H_step[:] = h_x(middle, u_middle, t_middle)
+    HQ, C, g0, g1, e = scratch.HQ, scratch.C, scratch.g0, scratch.g1, scratch.e
+    weigh_step(slopes.H_step, interval.Q1, before.residual, innovation, scratch.weight, scratch.r, HQ, C, g0, g1)
+    if not estimator_step(before.S, slopes.F, interval.W, C, g0, g1, dt, after.S, e, scratch.step):
         return False
-    x1[:] = path_end + scratch.e
-    if not np.all(np.isfinite(x1)):
+    after.x[:] = path_end + e
+    if not np.all(np.isfinite(after.x)):
         return False
-    after[:] = y1 - h(x1, u1, t1)
-    H1[:] = h_x(x1, u1, t1)
+    after.residual[:] = interval.y1 - h(after.x, u1, t1)
+    slopes.H[:] = h_x(after.x, u1, t1)
     return True
 
 
@@ -135,35 +161,27 @@ def _drive(
     h: Function,
     f_x: Function,
     h_x: Function,
-    time: Array,
-    y: Array,
-    u: Array,
-    Q1: Array,
-    W: Array,
-    x: Array,
-    d: Array,
-    S: Array,
-    innovations: Array,
-    F: Array,
-    H: Array,
-    H_step: Array,
+    record: DrivenRecord,
+    histories: _Histories,
     scratch: Scratch,
 ) -> int:
     """Fill the histories; return the first sample that could not be reached, or -1. Runs as Python or compiled."""
+    time, y, u, Q1, W = record
+    x, d, S, innovations, F, H, H_step = histories
     N = time.shape[0]
     innovations[0] = y[0] - h(x[0], u[0], time[0])
     H[0] = h_x(x[0], u[0], time[0])
-    before, after = innovations[0].copy(), innovations[0].copy()
-    model_error_at(S[0], H[0], Q1[0], before, d[0], scratch)
+    residual, residual_after = innovations[0].copy(), innovations[0].copy()
+    model_error_at(S[0], H[0], Q1[0], residual, d[0], scratch)
     for k in range(N - 1):
-        if not advance(
-            step, h, f_x, h_x, time[k], time[k + 1], u[k], u[k + 1], y[k + 1],
-            Q1[min(k, Q1.shape[0] - 1)], W[min(k, W.shape[0] - 1)],
-            x[k], before, S[k], x[k + 1], after, S[k + 1], innovations[k + 1], F[k], H_step[k], H[k + 1], scratch,
-        ):  # fmt: skip
+        weight, error_weight = Q1[min(k, Q1.shape[0] - 1)], W[min(k, W.shape[0] - 1)]
+        interval = Interval(time[k], time[k + 1], u[k], u[k + 1], y[k + 1], weight, error_weight)
+        before, after = Estimate(x[k], residual, S[k]), Estimate(x[k + 1], residual_after, S[k + 1])
+        slopes = Slopes(F[k], H_step[k], H[k + 1])
+        if not advance(step, h, f_x, h_x, interval, before, after, innovations[k + 1], slopes, scratch):
             return k + 1
-        before[:] = after
-        model_error_at(S[k + 1], H[k + 1], Q1[min(k + 1, Q1.shape[0] - 1)], before, d[k + 1], scratch)
+        residual[:] = residual_after
+        model_error_at(S[k + 1], H[k + 1], Q1[min(k + 1, Q1.shape[0] - 1)], residual, d[k + 1], scratch)
     return -1
 
 
@@ -176,9 +194,7 @@ def estimate_continuous(
     weights: Weights,
     *,
     u: ArrayLike | None = None,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: ArrayLike | None = None,
+    partials: Partials = BY_DIFFERENCES,
     substeps: int = 1,
 ) -> ModelErrorHistory:
     """States, model error d^ and Riccati matrix of the continuous recursion (21)-(23) over sampled data.
@@ -202,10 +218,8 @@ def estimate_continuous(
         `continuous_weights` gives them from covariances.
     u : (N, m), optional
         Inputs, linear between the samples; (N, 0) where absent.
-    f_x, h_x : callable, optional
-        Partial derivatives (n, n) and (p, n); central differences where absent.
-    state_scale : (n,), optional
-        Magnitude below which a state counts as zero when its difference step is chosen; 1 by default.
+    partials : Partials
+        Derivatives of f and h where they are known; central differences where not.
     substeps : int
         Runge-Kutta steps between two samples.
 
@@ -222,7 +236,7 @@ def estimate_continuous(
 
     Notes
     -----
-    Numba-compiled f, h (and f_x, h_x) run inside a compiled loop; their signature is then
+    Numba-compiled f, h (and those of `partials`) run inside a compiled loop; their signature is then
     (float64[::1], float64[::1], float64), returning float64[::1] or float64[:, ::1].
 
     Where h is curved, its change over a step is taken for a residual, and a gain that is high against the sampling
@@ -238,8 +252,7 @@ def estimate_continuous(
     """
     records = as_records(time, y, x0, u, weights)
     functions = model_functions(
-        f, h, n=records.n, p=records.p, f_x=f_x, h_x=h_x, substeps=substeps,
-        state_scale=None if state_scale is None else np.asarray(state_scale, dtype=np.float64),
+        f, h, n=records.n, p=records.p, partials=partials, substeps=substeps
     )  # fmt: skip
     return run_continuous(functions, records)
 
@@ -252,9 +265,8 @@ def run_continuous(functions: ModelFunctions, records: Records) -> ModelErrorHis
     H, H_step = np.zeros((N, p, n)), np.zeros((N - 1, p, n))
     x[0], S[0] = records.x0, records.weights.S0
     failed = call_driver(
-        _drive, functions, records.time, records.y, records.u, records.Q1, records.W,
-        x, d, S, innovations, F, H, H_step, make_scratch(n, p),
-    )  # fmt: skip
+        _drive, functions, records.driven, _Histories(x, d, S, innovations, F, H, H_step), make_scratch(n, p)
+    )
     if failed >= 0:
         raise EstimationError(
             f"The estimate stops being finite at sample {failed} (t = {records.time[failed]:g} s); check the weights, "

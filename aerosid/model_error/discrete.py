@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import EstimationError
-from aerosid.model_error.functions import Function, ModelFunctions, StepFunction, call_driver, model_functions
+from aerosid.model_error.functions import (
+    BY_DIFFERENCES,
+    Function,
+    ModelFunctions,
+    Partials,
+    StepFunction,
+    call_driver,
+    model_functions,
+)
 from aerosid.model_error.history import ModelErrorHistory
 from aerosid.model_error.invariant_embedding import measurement_update, predict_riccati
-from aerosid.model_error.records import Records, as_records
+from aerosid.model_error.records import DrivenRecord, Records, as_records
 from aerosid.model_error.residuals import weigh_sample
 from aerosid.model_error.step_work import StepWork, step_work
 from aerosid.model_error.weights import Weights
@@ -20,25 +28,29 @@ from aerosid.model_error.weights import Weights
 Array = NDArray[np.float64]
 
 
+class _Histories(NamedTuple):
+    """What the driver writes, sample by sample, in the letters of `ModelErrorHistory`."""
+
+    x: Array
+    d: Array
+    S: Array
+    innovations: Array
+    F: Array
+    H: Array
+
+
 def _drive(
     step: StepFunction,
     h: Function,
     f_x: Function,
     h_x: Function,
-    time: Array,
-    y: Array,
-    u: Array,
-    Q1: Array,
-    W: Array,
-    x: Array,
-    d: Array,
-    S: Array,
-    innovations: Array,
-    F: Array,
-    H: Array,
+    record: DrivenRecord,
+    histories: _Histories,
     work: StepWork,
 ) -> int:
     """Fill the histories; return the first sample that could not be reached, or -1. Runs as Python or compiled."""
+    time, y, u, Q1, W = record
+    x, d, S, innovations, F, H = histories
     N, p = y.shape
     n = x.shape[1]
     HQ, C = np.empty((n, p)), np.empty((n, n))
@@ -72,9 +84,7 @@ def estimate_discrete(
     weights: Weights,
     *,
     u: ArrayLike | None = None,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: ArrayLike | None = None,
+    partials: Partials = BY_DIFFERENCES,
 ) -> ModelErrorHistory:
     """States, model error d^ and Riccati matrix of the discrete recursion (9)-(12).
 
@@ -93,10 +103,8 @@ def estimate_discrete(
         model error of the step j -> j + 1.
     u : (N, m), optional
         Inputs; those of sample j drive the step j -> j + 1. (N, 0) where absent.
-    f_x, h_x : callable, optional
-        Partial derivatives (n, n) and (p, n); central differences where absent.
-    state_scale : (n,), optional
-        Magnitude below which a state counts as zero when its difference step is chosen; 1 by default.
+    partials : Partials
+        Derivatives of f and h where they are known; central differences where not.
 
     Returns
     -------
@@ -117,8 +125,7 @@ def estimate_discrete(
     measured = np.asarray(y, dtype=np.float64)
     records = as_records(np.arange(float(len(measured))), measured, x0, u, weights)
     functions = model_functions(
-        f, h, n=records.n, p=records.p, f_x=f_x, h_x=h_x,
-        state_scale=None if state_scale is None else np.asarray(state_scale, dtype=np.float64),
+        f, h, n=records.n, p=records.p, partials=partials
     )  # fmt: skip
     return run_discrete(functions, records)
 
@@ -129,10 +136,7 @@ def run_discrete(functions: ModelFunctions, records: Records) -> ModelErrorHisto
     x, d, S = np.zeros((N, n)), np.zeros((N - 1, n)), np.zeros((N, n, n))
     innovations, F, H = np.zeros((N, p)), np.zeros((N - 1, n, n)), np.zeros((N, p, n))
     x[0], S[0] = records.x0, records.weights.S0
-    failed = call_driver(
-        _drive, functions, records.time, records.y, records.u, records.Q1, records.W,
-        x, d, S, innovations, F, H, step_work(n),
-    )  # fmt: skip
+    failed = call_driver(_drive, functions, records.driven, _Histories(x, d, S, innovations, F, H), step_work(n))
     if failed >= 0:
         raise EstimationError(
             f"The estimate stops being finite at sample {failed}; check the weights, the initial state and the model "

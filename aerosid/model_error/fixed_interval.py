@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from aerosid.errors import EstimationError
 from aerosid.model_error.continuous import run_continuous
 from aerosid.model_error.discrete import run_discrete
-from aerosid.model_error.functions import ModelFunctions, model_functions
+from aerosid.model_error.functions import BY_DIFFERENCES, ModelFunctions, Partials, model_functions
 from aerosid.model_error.records import Records, as_records
 from aerosid.model_error.step_work import step_work
-from aerosid.model_error.sweeps import sweep_continuous, sweep_discrete
+from aerosid.model_error.sweeps import ContinuousRecord, DiscreteRecord, Smoothed, sweep_continuous, sweep_discrete
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]
@@ -77,9 +77,7 @@ def fixed_interval_discrete(
     weights: Weights,
     *,
     u: ArrayLike | None = None,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: ArrayLike | None = None,
+    partials: Partials = BY_DIFFERENCES,
     max_sweeps: int = 30,
     tolerance: float = 1e-10,
 ) -> FixedInterval:
@@ -87,7 +85,7 @@ def fixed_interval_discrete(
 
     Parameters
     ----------
-    f, h, y, x0, weights, u, f_x, h_x, state_scale
+    f, h, y, x0, weights, u, partials
         As for `estimate_discrete`.
     max_sweeps : int
         Linearisations at most.
@@ -112,8 +110,7 @@ def fixed_interval_discrete(
     measured = np.asarray(y, dtype=np.float64)
     records = as_records(np.arange(float(len(measured))), measured, x0, u, weights)
     functions = model_functions(
-        f, h, n=records.n, p=records.p, f_x=f_x, h_x=h_x,
-        state_scale=None if state_scale is None else np.asarray(state_scale, dtype=np.float64),
+        f, h, n=records.n, p=records.p, partials=partials
     )  # fmt: skip
     trajectory = np.array(run_discrete(functions, records).states)
     return _iterate(functions, records, trajectory, _discrete_once, max_sweeps, tolerance)
@@ -128,9 +125,7 @@ def fixed_interval_continuous(
     weights: Weights,
     *,
     u: ArrayLike | None = None,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: ArrayLike | None = None,
+    partials: Partials = BY_DIFFERENCES,
     max_sweeps: int = 30,
     tolerance: float = 1e-10,
 ) -> FixedInterval:
@@ -138,7 +133,7 @@ def fixed_interval_continuous(
 
     Parameters
     ----------
-    f, h, time, y, x0, weights, u, f_x, h_x, state_scale
+    f, h, time, y, x0, weights, u, partials
         As for `estimate_continuous`.
     max_sweeps, tolerance
         As for `fixed_interval_discrete`.
@@ -165,8 +160,7 @@ def fixed_interval_continuous(
     """
     records = as_records(time, y, x0, u, weights)
     functions = model_functions(
-        f, h, n=records.n, p=records.p, f_x=f_x, h_x=h_x, substeps=1,
-        state_scale=None if state_scale is None else np.asarray(state_scale, dtype=np.float64),
+        f, h, n=records.n, p=records.p, partials=partials, substeps=1
     )  # fmt: skip
     trajectory = np.array(run_continuous(functions, records).states)
     return _iterate(functions, records, trajectory, _continuous_once, max_sweeps, tolerance)
@@ -211,11 +205,13 @@ class _Sweep:
     d_mean: Array | None
 
 
-def _empty_sweep(records: Records, costates: int) -> tuple[Array, Array, Array, Array, Array]:
+def _empty_sweep(records: Records, costates: int) -> Smoothed:
     N, n = records.N, records.n
     S = np.zeros((N, n, n))
     S[0] = records.weights.S0
-    return S, np.zeros((N, n)), np.zeros((costates, n)), np.zeros((N, n, n)), np.zeros((N - 1, n, n))
+    return Smoothed(
+        S, np.zeros((N, n)), np.zeros((costates, n)), np.zeros((N, n, n)), np.zeros((N - 1, n, n)), np.zeros((N - 1, n))
+    )
 
 
 def _discrete_once(functions: ModelFunctions, records: Records, x: Array) -> _Sweep:
@@ -224,13 +220,10 @@ def _discrete_once(functions: ModelFunctions, records: Records, x: Array) -> _Sw
     F = np.array([functions.f_x(x[k], u[k], t[k]) for k in range(N - 1)])
     H = np.array([functions.h_x(x[k], u[k], t[k]) for k in range(N)])
     residual = records.y - np.array([functions.h(x[k], u[k], t[k]) for k in range(N)])
-    S, delta, costate, covariance, d_covariance = _empty_sweep(records, N - 1)
-    sound = sweep_discrete(
-        F, H, offset, residual, records.Q1, records.W, records.x0 - x[0], S, delta, costate, covariance, d_covariance,
-        step_work(records.n),
-    )  # fmt: skip
-    _require(sound)
-    return _Sweep(delta, costate, covariance, d_covariance, None)
+    smoothed = _empty_sweep(records, N - 1)
+    record = DiscreteRecord(F, H, offset, residual, records.Q1, records.W, records.x0 - x[0])
+    _require(sweep_discrete(record, smoothed, step_work(records.n)))
+    return _Sweep(smoothed.delta, smoothed.costate, smoothed.covariance, smoothed.d_covariance, None)
 
 
 def _continuous_once(functions: ModelFunctions, records: Records, x: Array) -> _Sweep:
@@ -241,15 +234,13 @@ def _continuous_once(functions: ModelFunctions, records: Records, x: Array) -> _
     rates = np.array([functions.f(x[k], u[k], t[k]) for k in range(N)])
     chord = np.diff(x, axis=0) / np.diff(t)[:, None]
     residual = records.y - np.array([functions.h(x[k], u[k], t[k]) for k in range(N)])
-    S, delta, costate, covariance, d_covariance = _empty_sweep(records, N)
-    d_mean = np.zeros((N - 1, n))
-    sound = sweep_continuous(
+    smoothed = _empty_sweep(records, N)
+    record = ContinuousRecord(
         t, F, H, rates[:-1] - chord, rates[1:] - chord, residual[:-1].copy(), residual[1:].copy(), records.Q1,
-        records.W, records.x0 - x[0], S, delta, costate, covariance, d_covariance, d_mean, step_work(n),
-        step_work(2 * n),
+        records.W, records.x0 - x[0],
     )  # fmt: skip
-    _require(sound)
-    return _Sweep(delta, costate, covariance, d_covariance, d_mean)
+    _require(sweep_continuous(record, smoothed, step_work(n), step_work(2 * n)))
+    return _Sweep(smoothed.delta, smoothed.costate, smoothed.covariance, smoothed.d_covariance, smoothed.d_mean)
 
 
 def _require(sound: bool) -> None:

@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
 from numba.extending import is_jitted, register_jitable
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aerosid.compiled import njit_for
 from aerosid.errors import UsageError
@@ -45,6 +46,29 @@ _Jitable = TypeVar("_Jitable", bound=Callable[..., Any])
 def jitable(function: _Jitable) -> _Jitable:
     """The function, callable from Python with Python functions and from compiled code with compiled ones."""
     return register_jitable(function)
+
+
+@dataclass(frozen=True)
+class Partials:
+    """Partial derivatives of a model's functions: as given, by central differences where absent.
+
+    Attributes
+    ----------
+    f_x : callable, optional
+        f_x(x, u, t) -> (n, n), of f to the states.
+    h_x : callable, optional
+        h_x(x, u, t) -> (p, n), of h to the states.
+    state_scale : (n,), optional
+        Magnitude below which a state counts as zero when its difference step is chosen, state units; 1 by default.
+    """
+
+    f_x: Callable[..., Any] | None = None
+    h_x: Callable[..., Any] | None = None
+    state_scale: ArrayLike | None = None
+
+
+BY_DIFFERENCES = Partials()
+"""Neither derivative is known."""
 
 
 class ModelFunctions(NamedTuple):
@@ -123,9 +147,7 @@ def model_functions(
     *,
     n: int,
     p: int,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: Array | None = None,
+    partials: Partials = BY_DIFFERENCES,
     substeps: int | None = None,
 ) -> ModelFunctions:
     """The four functions that a driver calls, from those given.
@@ -138,10 +160,8 @@ def model_functions(
         h(x, u, t) -> (p,).
     n, p : int
         Numbers of states and outputs.
-    f_x, h_x : callable, optional
-        Partial derivatives, (n, n) and (p, n); central differences where absent.
-    state_scale : (n,), optional
-        Magnitude below which a state counts as zero when its difference step is chosen; 1 by default.
+    partials : Partials
+        What is known of their derivatives.
     substeps : int, optional
         Runge-Kutta steps a sample for rates f; None where f is already the map from sample to sample.
 
@@ -154,13 +174,14 @@ def model_functions(
     UsageError
         Where some functions are compiled and others are not, or a Python function returns another shape.
     """
+    f_x, h_x, state_scale = partials.f_x, partials.h_x, partials.state_scale
     given = [function for function in (f, h, f_x, h_x) if function is not None]
     jitted = [is_jitted(function) for function in given]
     if any(jitted) and not all(jitted):
         raise UsageError(
             "Some of f, h, f_x, h_x are compiled by numba and others are not: compile all of them or none."
         )
-    scale = (1.0,) * n if state_scale is None else tuple(float(value) for value in state_scale)
+    scale = (1.0,) * n if state_scale is None else tuple(np.asarray(state_scale, dtype=np.float64).tolist())
     if all(jitted):
         made_f_x = _compiled_differences(f, n, scale) if f_x is None else f_x
         made_h_x = _compiled_differences(h, p, scale) if h_x is None else h_x

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import UsageError
 from aerosid.model_error.continuous import estimate_continuous
+from aerosid.model_error.functions import BY_DIFFERENCES, Partials
 from aerosid.model_error.history import ModelErrorHistory
 from aerosid.model_error.weights import Weights
 
@@ -57,9 +58,7 @@ def estimate_forward_backward(
     *,
     iterations: int = 1,
     u: ArrayLike | None = None,
-    f_x: Callable[..., Any] | None = None,
-    h_x: Callable[..., Any] | None = None,
-    state_scale: ArrayLike | None = None,
+    partials: Partials = BY_DIFFERENCES,
     substeps: int = 1,
 ) -> ModelErrorHistory:
     """The continuous estimate from an initial state that a backward run has improved.
@@ -70,7 +69,7 @@ def estimate_forward_backward(
 
     Parameters
     ----------
-    f, h, time, y, x0, weights, u, f_x, h_x, state_scale, substeps
+    f, h, time, y, x0, weights, u, partials, substeps
         As for `estimate_continuous`.
     iterations : int
         Backward runs; the estimate returned is of the last forward run.
@@ -90,9 +89,7 @@ def estimate_forward_backward(
     end = float(t[-1])
 
     def forward(start: ArrayLike, used: Weights) -> ModelErrorHistory:
-        return estimate_continuous(
-            f, h, t, measured, start, used, u=inputs, f_x=f_x, h_x=h_x, state_scale=state_scale, substeps=substeps
-        )
+        return estimate_continuous(f, h, t, measured, start, used, u=inputs, partials=partials, substeps=substeps)
 
     def backward(start: ArrayLike, used: Weights) -> ModelErrorHistory:
         return estimate_continuous(
@@ -103,9 +100,11 @@ def estimate_forward_backward(
             start,
             used,
             u=None if inputs is None else inputs[::-1],
-            f_x=None if f_x is None else _reversed(f_x, end, -1.0),
-            h_x=None if h_x is None else _reversed(h_x, end, 1.0),
-            state_scale=state_scale,
+            partials=Partials(
+                None if partials.f_x is None else _reversed(partials.f_x, end, -1.0),
+                None if partials.h_x is None else _reversed(partials.h_x, end, 1.0),
+                partials.state_scale,
+            ),
             substeps=substeps,
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,16 @@ from aerosid.errors import UsageError
 from aerosid.model_error.weights import Weights
 
 Array = NDArray[np.float64]
+
+
+class DrivenRecord(NamedTuple):
+    """A record's arrays as a compiled driver takes them; see `Records`."""
+
+    time: Array  # (N,) s
+    y: Array  # (N, p) measurements, NaN where missing
+    u: Array  # (N, m) inputs
+    Q1: Array  # (1 or N, p, p) weight of the residual
+    W: Array  # (1 or N, n, n) (1/2) Q2^-1
 
 
 @dataclass(frozen=True)
@@ -42,6 +53,11 @@ class Records:
     Q1: Array
     W: Array
     weights: Weights
+
+    @property
+    def driven(self) -> DrivenRecord:
+        """The arrays alone."""
+        return DrivenRecord(self.time, self.y, self.u, self.Q1, self.W)
 
     @property
     def N(self) -> int:

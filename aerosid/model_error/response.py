@@ -37,7 +37,13 @@ def _product(A: Array, B: Array, out: Array) -> None:
 class ResponseScratch(NamedTuple):
     """Work arrays of one recursion on candidates; make them by `response_scratch`."""
 
-    squares: Array  # (7, n, n)
+    C: Array  # (n, n), as the six below
+    S_next: Array
+    M0: Array
+    M1: Array
+    Phi: Array
+    Gamma0: Array
+    Gamma1: Array
     HQ: Array
     weight: Array
     path: Array
@@ -51,7 +57,8 @@ class ResponseScratch(NamedTuple):
 def response_scratch(n: int, p: int, m: int) -> ResponseScratch:
     """Work arrays for n states, p outputs and m candidates."""
     return ResponseScratch(
-        np.empty((7, n, n)), np.empty((n, p)), np.empty(p), np.empty((n, m)), np.empty((n, m)), np.empty((n, m)),
+        np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n)),
+        np.empty((n, n)), np.empty((n, p)), np.empty(p), np.empty((n, m)), np.empty((n, m)), np.empty((n, m)),
         np.empty((p, m)), np.empty((p, m)), step_work(n, n, n),
     )  # fmt: skip
 
@@ -61,51 +68,34 @@ def response_at(
     S: Array, H: Array, Q1: Array, present: Array, epsilon: Array, response: Array, scratch: ResponseScratch
 ) -> None:
     """d^ of a sample for true states that lie epsilon, (n, m), off the estimates: 2 S H' Q1 H epsilon."""
-    C = scratch.squares[0]
-    information(H, Q1, present, scratch.HQ, C)
-    _product(C, epsilon, scratch.columns)
+    information(H, Q1, present, scratch.HQ, scratch.C)
+    _product(scratch.C, epsilon, scratch.columns)
     _product(S, scratch.columns, response)
 
 
-@njit
-def response_step(
-    dt: float,
-    S: Array,
-    F: Array,
-    W: Array,
-    Q1: Array,
-    H: Array,
-    H_step: Array,
-    H_next: Array,
-    present: Array,
-    present_next: Array,
-    candidates: Array,
-    candidates_next: Array,
-    epsilon: Array,
-    scratch: ResponseScratch,
-) -> bool:
-    """True minus estimated states of each candidate carried over one step, in place.
+class ResponseStep(NamedTuple):
+    """One step as the estimator took it, and the candidates that act over it."""
 
-    Parameters
-    ----------
-    dt : float
-        s.
-    S, F, W, Q1, H, H_step : arrays
-        Of the step, as the estimator used them.
-    H_next : (p, n)
-        h_x at the next sample.
-    present, present_next : (p,)
-        1 where measured, else 0.
-    candidates, candidates_next : (n, m)
-        Rates at the two samples, state units / s; linear between.
-    epsilon : (n, m)
-        True minus estimated state, in and out.
-    scratch : ResponseScratch
-    """
-    squares = scratch.squares
-    C, S_next, M0, M1, Phi, Gamma0, Gamma1 = (
-        squares[0], squares[1], squares[2], squares[3], squares[4], squares[5], squares[6],
-    )  # fmt: skip
+    dt: float  # s
+    S: Array  # (n, n) at its beginning
+    F: Array  # (n, n) f_x of the step
+    W: Array  # (n, n) (1/2) Q2^-1
+    Q1: Array  # (p, p)
+    H: Array  # (p, n) h_x at its beginning
+    H_step: Array  # (p, n) h_x of the step
+    H_next: Array  # (p, n) h_x at its end
+    present: Array  # (p,) 1 where measured at its beginning, else 0
+    present_next: Array  # (p,) the same at its end
+    candidates: Array  # (n, m) rates at its beginning, state units / s; linear between
+    candidates_next: Array  # (n, m) rates at its end
+
+
+@njit
+def response_step(step: ResponseStep, epsilon: Array, scratch: ResponseScratch) -> bool:
+    """True minus estimated states (n, m) of each candidate carried over one step, in place."""
+    dt, S, F, W, Q1, H, H_step, H_next, present, present_next, candidates, candidates_next = step
+    C, S_next, M0, M1 = scratch.C, scratch.S_next, scratch.M0, scratch.M1
+    Phi, Gamma0, Gamma1 = scratch.Phi, scratch.Gamma0, scratch.Gamma1
     HQ, weight, path, columns, columns2 = scratch.HQ, scratch.weight, scratch.path, scratch.columns, scratch.columns2
     r0, r1 = scratch.r0, scratch.r1
     n, m = epsilon.shape
@@ -141,21 +131,28 @@ def response_step(
     return True
 
 
+class _RespondedRecord(NamedTuple):
+    """A continuous history and the candidates, in the letters of `ModelErrorHistory`."""
+
+    time: Array
+    S: Array
+    F: Array
+    H: Array
+    H_step: Array
+    present: Array
+    Q1: Array
+    W: Array
+    candidates: Array
+
+
 @njit
 def _respond_continuous(
-    time: Array,
-    S: Array,
-    F: Array,
-    H: Array,
-    H_step: Array,
-    present: Array,
-    Q1: Array,
-    W: Array,
-    candidates: Array,
+    record: _RespondedRecord,
     epsilon: Array,
     response: Array,
     scratch: ResponseScratch,
 ) -> int:
+    time, S, F, H, H_step, present, Q1, W, candidates = record
     N, p, n = H.shape
     # Copies of one sample each: the histories are read-only, which is another type to compiled code.
     F_k, W_k, S_k, Q1_k = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((p, p))
@@ -170,10 +167,11 @@ def _respond_continuous(
             break
         F_k[:], W_k[:] = F[k], W[min(k, W.shape[0] - 1)]
         H_between[:], H_next[:], there[:] = H_step[k], H[k + 1], present[k + 1]
-        if not response_step(
+        step = ResponseStep(
             time[k + 1] - time[k], S_k, F_k, W_k, Q1_k, H_k, H_between, H_next, here, there,
-            candidates[k], candidates[k + 1], epsilon, scratch,
-        ):  # fmt: skip
+            candidates[k], candidates[k + 1],
+        )  # fmt: skip
+        if not response_step(step, epsilon, scratch):
             return k + 1
     return -1
 
@@ -254,10 +252,10 @@ def respond(history: ModelErrorHistory, candidates: ArrayLike, initial: ArrayLik
         _respond_discrete(history.S, history.F, history.H, history.present, Q1, given, epsilon, response)
         return response
     W = 0.5 * history.weights.Q2_inverse.reshape(-1, n, n)
-    failed = _respond_continuous(
-        history.time, history.S, history.F, history.H, history.H_step, history.present, Q1, W, given, epsilon,
-        response, response_scratch(n, p, m),
-    )  # fmt: skip
+    record = _RespondedRecord(
+        history.time, history.S, history.F, history.H, history.H_step, history.present, Q1, W, given
+    )
+    failed = _respond_continuous(record, epsilon, response, response_scratch(n, p, m))
     if failed >= 0:
         raise EstimationError(f"The response to the candidates stops being finite at sample {failed}.")
     return response

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import signal
 
 from aerosid.errors import EstimationError, UsageError
-from aerosid.model_error.continuous import advance, make_scratch, model_error_at
-from aerosid.model_error.functions import model_functions
-from aerosid.model_error.response import response_at, response_scratch, response_step
+from aerosid.model_error.continuous import Estimate, Interval, Slopes, advance, make_scratch, model_error_at
+from aerosid.model_error.functions import BY_DIFFERENCES, Partials, model_functions
+from aerosid.model_error.response import ResponseStep, response_at, response_scratch, response_step
 from aerosid.model_error.weights import Weights
 from aerosid.signals.least_squares import RecursiveLeastSquares
 
@@ -128,7 +128,7 @@ class StreamingModelError:
     interval : float
         Time between samples that the digital filter is designed for, s; the recursions use each sample's own time.
     settings : StreamingSettings
-    f_x, h_x, state_scale, substeps
+    partials, substeps
         As for `estimate_continuous`.
 
     Raises
@@ -152,9 +152,7 @@ class StreamingModelError:
         *,
         interval: float,
         settings: StreamingSettings = StreamingSettings(),
-        f_x: Callable[..., Any] | None = None,
-        h_x: Callable[..., Any] | None = None,
-        state_scale: ArrayLike | None = None,
+        partials: Partials = BY_DIFFERENCES,
         substeps: int = 1,
     ) -> None:
         self._x = np.array(x0, dtype=np.float64)
@@ -162,8 +160,7 @@ class StreamingModelError:
         if weights.Q1.ndim != 2 or weights.Q2_inverse.shape != (n, n) or weights.S0.shape != (n, n):
             raise UsageError(f"streaming takes constant weights for {n} states, as (p, p), ({n}, {n}) and ({n}, {n}).")
         self._functions = model_functions(
-            f, h, n=n, p=p, f_x=f_x, h_x=h_x, substeps=substeps,
-            state_scale=None if state_scale is None else np.asarray(state_scale, dtype=np.float64),
+            f, h, n=n, p=p, partials=partials, substeps=substeps
         )  # fmt: skip
         self._candidates, self._settings, self._interval = candidates, settings, float(interval)
         self._Q1, self._W = np.array(weights.Q1), 0.5 * weights.Q2_inverse
@@ -242,18 +239,22 @@ class StreamingModelError:
             raise UsageError(f"time does not increase from {self._t:g} to {t:g} s at sample {self._count}.")
         functions, n = self._functions, self._x.size
         x, after, S, H = np.empty(n), np.empty(y.size), np.empty((n, n)), np.empty_like(self._H)
+        interval = Interval(self._t, t, self._u, u, y, self._Q1, self._W)
+        slopes = Slopes(self._F, self._H_step, H)
+        known, reached = Estimate(self._x, self._residual, self._S), Estimate(x, after, S)
         if not advance(
-            functions.step, functions.h, functions.f_x, functions.h_x, self._t, t, self._u, u, y, self._Q1, self._W,
-            self._x, self._residual, self._S, x, after, S, innovation, self._F, self._H_step, H, self._scratch,
+            functions.step, functions.h, functions.f_x, functions.h_x, interval, known, reached, innovation, slopes,
+            self._scratch,
         ):  # fmt: skip
             raise EstimationError(f"the estimate stops being finite at sample {self._count} (t = {t:g} s).")
         present = np.isfinite(y).astype(np.float64)
         c = self._evaluate_candidates(x, u, t)
         c = np.hstack([c, np.zeros((n, self._epsilon.shape[1] - self._width))])
-        if not response_step(
+        step = ResponseStep(
             t - self._t, self._S, self._F, self._W, self._Q1, self._H, self._H_step, H, self._present, present,
-            self._c, c, self._epsilon, self._response_scratch,
-        ):  # fmt: skip
+            self._c, c,
+        )  # fmt: skip
+        if not response_step(step, self._epsilon, self._response_scratch):
             raise EstimationError(f"the response to the candidates stops being finite at sample {self._count}.")
         self._t, self._u, self._x, self._S, self._H = t, u, x, S, H
         self._residual, self._present, self._c = after, present, c

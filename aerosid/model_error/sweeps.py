@@ -7,6 +7,8 @@ record tells much more than the past.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,27 +28,49 @@ from aerosid.model_error.step_work import StepWork
 Array = NDArray[np.float64]
 
 
-@njit
-def sweep_discrete(
-    F: Array,
-    H: Array,
-    offset: Array,
-    residual: Array,
-    Q1: Array,
-    W: Array,
-    start: Array,
-    S: Array,
-    delta: Array,
-    costate: Array,
-    covariance: Array,
-    d_covariance: Array,
-    work: StepWork,
-) -> bool:
-    """Forward and backward over the linearised record; delta becomes the smoothed deviation from the trajectory.
+class DiscreteRecord(NamedTuple):
+    """A record of a discrete model, linearised along a trajectory."""
 
-    offset is f(x) - x(next) and residual y - h along the trajectory; start is x0 minus its first state; S[0] comes
-    as the a-priori S0.
-    """
+    F: Array  # (N - 1, n, n) f_x of each step
+    H: Array  # (N, p, n) h_x
+    offset: Array  # (N - 1, n) f(x) - x(next) along the trajectory
+    residual: Array  # (N, p) y - h along the trajectory
+    Q1: Array  # (1 or N, p, p)
+    W: Array  # (1 or N, n, n) (1/2) Q2^-1
+    start: Array  # (n,) x0 minus the trajectory's first state
+
+
+class ContinuousRecord(NamedTuple):
+    """A record of a model of rates, linearised about the chord of each step of a trajectory."""
+
+    time: Array  # (N,) s
+    F: Array  # (N - 1, n, n) f_x of each step
+    H: Array  # (N - 1, p, n) h_x of each step
+    before: Array  # (N - 1, n) f - dx/dt along the chord at the beginning of each step
+    after: Array  # (N - 1, n) the same at its end
+    r0: Array  # (N - 1, p) residual at the beginning of each step
+    r1: Array  # (N - 1, p) the same at its end
+    Q1: Array  # (1 or N, p, p)
+    W: Array  # (1 or N, n, n) (1/2) Q2^-1
+    start: Array  # (n,) x0 minus the trajectory's first state
+
+
+class Smoothed(NamedTuple):
+    """What a sweep writes; all of a state or of d given the whole record, but for S, which is the filter's."""
+
+    S: Array  # (N, n, n); S[0] comes as the a-priori S0
+    delta: Array  # (N, n) deviation from the trajectory
+    costate: Array  # (N, n), or (N - 1, n) of a discrete model
+    covariance: Array  # (N, n, n)
+    d_covariance: Array  # (N - 1, n, n) of each step's d, or of its mean
+    d_mean: Array  # (N - 1, n) that mean; untouched by a discrete model
+
+
+@njit
+def sweep_discrete(record: DiscreteRecord, smoothed: Smoothed, work: StepWork) -> bool:
+    """Forward and backward over the linearised record; False where it stops being finite."""
+    F, H, offset, residual, Q1, W, start = record
+    S, delta, costate, covariance, d_covariance, _ = smoothed
     N, p, n = H.shape
     HQ, C, g = np.empty((n, p)), np.zeros((N, n, n)), np.zeros((N, n))
     weight, r = np.empty(p), np.empty(p)
@@ -97,30 +121,10 @@ def sweep_discrete(
 
 
 @njit
-def sweep_continuous(
-    time: Array,
-    F: Array,
-    H: Array,
-    before: Array,
-    after: Array,
-    r0: Array,
-    r1: Array,
-    Q1: Array,
-    W: Array,
-    start: Array,
-    S: Array,
-    delta: Array,
-    costate: Array,
-    covariance: Array,
-    d_covariance: Array,
-    d_mean: Array,
-    work: StepWork,
-    work2: StepWork,
-) -> bool:
-    """As `sweep_discrete` for rates.
-
-    before, after (N - 1, n) are f - dx/dt along the chord of each step at its ends, r0, r1 (N - 1, p) the residuals.
-    """
+def sweep_continuous(record: ContinuousRecord, smoothed: Smoothed, work: StepWork, work2: StepWork) -> bool:
+    """As `sweep_discrete` for rates; `work2` is of 2 n states."""
+    time, F, H, before, after, r0, r1, Q1, W, start = record
+    S, delta, costate, covariance, d_covariance, d_mean = smoothed
     N, n = S.shape[0], S.shape[1]
     p = r0.shape[1]
     HQ, C = np.empty((n, p)), np.empty((n, n))

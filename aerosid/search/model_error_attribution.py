@@ -20,9 +20,9 @@ from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.model_error.flight_sweep import STATE_COUNT
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.sweep_rows import STATE_COUNT
 from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweptModel
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import found_among

@@ -169,9 +169,7 @@ class _Search:
         found = []
         if swept.statistics.gust is not None:
             sigma, length = swept.statistics.gust
-            flown = sum(
-                float(np.ptp(m.flight.time)) * v for m, v in zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
-            )
+            flown = sum(self.sweeps.flights.distances)
             # That many scale lengths were flown through: as many samples of its size.
             error = sigma / np.sqrt(2.0 * max(flown / length, 1.0))
             found.append(
@@ -291,7 +289,7 @@ class _Search:
         """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
         assert sweep.swept.statistics.gust is not None
         sigma, place = sweep.swept.statistics.gust[0], LONGITUDINAL.outputs.index("alpha")
-        pairs = zip(self.manoeuvres, self.sweeps.airspeeds, strict=True)
+        pairs = zip(self.manoeuvres, self.sweeps.flights.airspeeds, strict=True)
         return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
 
     def _is_left(self, current: Sweep) -> bool:
@@ -407,7 +405,7 @@ class _Search:
             free=(*swept.free, *hypothesis.entries),
             effects=(*swept.effects, *effects),
         )
-        return self.sweeps.carried(swept, further) if effects else further
+        return self.sweeps.flights.carried(swept, further) if effects else further
 
     def _without(self, current: Sweep, part: Part) -> SweptModel:
         """The structure with a part struck out; what it did is left to d(t)."""
@@ -420,7 +418,7 @@ class _Search:
             entry: Entry = part.entry
             free = tuple(e for e in swept.free if e != entry)
             left = replace(swept, model=swept.model.without([entry]), free=free)
-        return self.sweeps.carried(swept, left)
+        return self.sweeps.flights.carried(swept, left)
 
     def pruned(self, current: Sweep) -> Sweep:
         """The structure without what later parts have made doubtful."""

@@ -13,6 +13,7 @@ from aerosid.model_error.consistency import (
 )
 from aerosid.model_error.continuous import estimate_continuous
 from aerosid.model_error.discrete import estimate_discrete
+from aerosid.model_error.functions import Partials
 from aerosid.model_error.weights import continuous_weights, discrete_weights, step_covariance
 
 F = np.array([[0.0, 1.0], [-1.0, -0.3]])
@@ -34,7 +35,7 @@ def noisy_record(N=1500, seed=0):
 def run(y, time, weights):
     history = estimate_continuous(
         lambda x, u, t: F @ x, lambda x, u, t: x.copy(), time, y, np.zeros(2), weights,
-        f_x=lambda x, u, t: F, h_x=lambda x, u, t: np.eye(2),
+        partials=Partials(f_x=lambda x, u, t: F, h_x=lambda x, u, t: np.eye(2)),
     )  # fmt: skip
     return judge_consistency(history, y, R, history.states)
 

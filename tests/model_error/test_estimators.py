@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.continuous import estimate_continuous
 from aerosid.model_error.discrete import estimate_discrete
-from aerosid.model_error.functions import model_functions
+from aerosid.model_error.functions import Partials, model_functions
 from aerosid.model_error.response import respond
 from aerosid.model_error.weights import Weights, continuous_weights, discrete_weights, step_covariance
 
@@ -271,7 +271,14 @@ def test_a_change_of_state_units_only_rescales_d(unit):
     time, u, X = record_with_planted_error(dt, seconds=4.0)
     R, Q, P0 = np.diag([1e-4, 2e-4]), np.diag([1e-2, 1e-3]), np.eye(2) * 1e-4
     plain = estimate_continuous(
-        lacking, lambda x, u, t: x.copy(), time, X, X[0], continuous_weights(R, dt, Q, P0), u=u, state_scale=[1.0, 1.0]
+        lacking,
+        lambda x, u, t: x.copy(),
+        time,
+        X,
+        X[0],
+        continuous_weights(R, dt, Q, P0),
+        u=u,
+        partials=Partials(state_scale=[1.0, 1.0]),
     )
     scaled = estimate_continuous(
         lambda x, u, t: lacking(x / scale, u, t) * scale,
@@ -281,7 +288,7 @@ def test_a_change_of_state_units_only_rescales_d(unit):
         X[0] * scale,
         continuous_weights(R, dt, Q * np.outer(scale, scale), P0 * np.outer(scale, scale)),
         u=u,
-        state_scale=scale,
+        partials=Partials(state_scale=scale),
     )
     np.testing.assert_allclose(scaled.model_error / scale, plain.model_error, atol=1e-8)
 
@@ -303,8 +310,11 @@ def test_supplied_partial_derivatives_agree_with_central_differences():
     time, u, X = record_with_planted_error(0.1, seconds=4.0)
     weights = continuous_weights(np.eye(2) * 1e-4, 0.1, np.diag([1e-2, 1e-3]), np.eye(2) * 1e-4)
     given_partials = estimate_continuous(
-        duffing, lambda x, u, t: x.copy(), time, X, X[0], weights, u=u, h_x=lambda x, u, t: np.eye(2),
-        f_x=lambda x, u, t: np.array([[-0.32 / 2.56, -(1.0 + 0.15 * x[1] ** 2) / 2.56], [1.0, 0.0]]),
+        duffing, lambda x, u, t: x.copy(), time, X, X[0], weights, u=u,
+        partials=Partials(
+            f_x=lambda x, u, t: np.array([[-0.32 / 2.56, -(1.0 + 0.15 * x[1] ** 2) / 2.56], [1.0, 0.0]]),
+            h_x=lambda x, u, t: np.eye(2),
+        ),
     )  # fmt: skip
     differences = estimate_continuous(duffing, lambda x, u, t: x.copy(), time, X, X[0], weights, u=u)
     np.testing.assert_allclose(differences.S, given_partials.S, rtol=1e-7, atol=1e-14)
@@ -414,5 +424,5 @@ def test_a_diverging_model_is_an_estimation_error_that_names_the_sample():
     with np.errstate(all="ignore"), pytest.raises(EstimationError, match="sample 1"):
         estimate_continuous(
             lambda x, u, t: x * np.inf, lambda x, u, t: x, [0.0, 1.0], np.ones((2, 1)), [1.0],
-            Weights(np.eye(1), np.eye(1), np.eye(1)), f_x=lambda x, u, t: np.eye(1),
+            Weights(np.eye(1), np.eye(1), np.eye(1)), partials=Partials(f_x=lambda x, u, t: np.eye(1)),
         )  # fmt: skip

@@ -9,6 +9,7 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import least_squares
 
 from aerosid.model_error.fixed_interval import fixed_interval_continuous, fixed_interval_discrete
+from aerosid.model_error.functions import Partials
 from aerosid.model_error.weights import Weights
 
 RNG = np.random.default_rng(7)
@@ -32,8 +33,7 @@ def solve_linear(F, H, b, y, x0, weights):
         y,
         x0,
         weights,
-        f_x=lambda x, u, j: F[int(j)],
-        h_x=lambda x, u, j: H[int(j)],
+        partials=Partials(f_x=lambda x, u, j: F[int(j)], h_x=lambda x, u, j: H[int(j)]),
     )
 
 
@@ -112,7 +112,7 @@ def continuous_record(N=21, W2=0.3):
 def solve_continuous(F, H, b, time, y, x0, weights):
     return fixed_interval_continuous(
         lambda x, u, t: F @ x + u, lambda x, u, t: H @ x, time, y, x0, weights, u=b,
-        f_x=lambda x, u, t: F, h_x=lambda x, u, t: H,
+        partials=Partials(f_x=lambda x, u, t: F, h_x=lambda x, u, t: H),
     )  # fmt: skip
 
 

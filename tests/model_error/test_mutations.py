@@ -32,7 +32,7 @@ MUTATIONS = {
         "discrete.py", "d[k - 1] = correction", "d[min(k, N - 2)] = correction",
     ),
     "the continuous d is late by one sample": (
-        "continuous.py", "before, d[k + 1], scratch)", "before, d[min(k + 2, N - 1)], scratch)",
+        "continuous.py", "residual, d[k + 1], scratch)", "residual, d[min(k + 2, N - 1)], scratch)",
     ),
     "half of Q2^-1 is forgotten to be halved": ("records.py", "W = 0.5 * weights", "W = 1.0 * weights"),
     "the costate's f_x is transposed": (

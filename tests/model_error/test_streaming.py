@@ -7,6 +7,7 @@ import pytest
 
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.continuous import estimate_continuous
+from aerosid.model_error.functions import Partials
 from aerosid.model_error.response import respond
 from aerosid.model_error.streaming import StreamingModelError, StreamingSettings
 from aerosid.model_error.weights import continuous_weights
@@ -118,7 +119,7 @@ def test_wrong_use_is_refused_with_a_sentence():
         stream.update(0.1, [1.0, 0.5], [np.nan])
     broken = StreamingModelError(
         lambda x, u, t: x * np.inf, lambda x, u, t: x.copy(), [1.0, 0.5], WEIGHTS, candidates, interval=DT,
-        f_x=lambda x, u, t: np.eye(2),
+        partials=Partials(f_x=lambda x, u, t: np.eye(2)),
     )  # fmt: skip
     broken.update(0.0, [1.0, 0.5])
     with np.errstate(all="ignore"), pytest.raises(EstimationError, match="sample 1"):
