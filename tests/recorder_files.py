@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-_ULOG_TYPES = {"uint64_t": "Q", "float": "f", "int32_t": "i", "uint8_t": "B"}
+_ULOG_TYPES = {"uint64_t": "Q", "float": "f", "float[3]": "3f", "float[4]": "4f", "int32_t": "i", "uint8_t": "B"}
 _FLASH = {"Q": "Q", "f": "f", "B": "B", "I": "I", "h": "h", "c": "h", "n": "4s", "N": "16s", "Z": "64s", "d": "d",
           "b": "b", "H": "H", "i": "i"}  # fmt: skip
 
@@ -79,6 +79,13 @@ def attitude(milliseconds: int, pitch: float, rate: float = 0.0) -> Any:
     from pymavlink.dialects.v20 import ardupilotmega
 
     return ardupilotmega.MAVLink_attitude_message(milliseconds, 0.0, pitch, 0.0, 0.0, rate, 0.0)
+
+
+def inertial(milliseconds: int, force: float) -> Any:
+    """A SCALED_IMU2 message, specific force along x in g."""
+    from pymavlink.dialects.v20 import ardupilotmega
+
+    return ardupilotmega.MAVLink_scaled_imu2_message(milliseconds, round(1e3 * force), 0, -1000, 0, 0, 0, 0, 0, 0)
 
 
 def mdf4(path: Path, groups: Sequence[Mapping[str, tuple[np.ndarray, np.ndarray, str]]]) -> Path:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from aerosid.aircraft import Aircraft
     from aerosid.logs.flight_log import FlightLog
+    from aerosid.logs.recording import Recording
 
 UNUSABLE = 3
 """Exit code where a log cannot be used."""
@@ -43,21 +44,24 @@ def check_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
     from aerosid.logs.channel_noise import with_declared_noise
+    from aerosid.logs.formats import FORMATS, format_of, read_log, read_recording
     from aerosid.logs.spans import read_span
 
     output = console()
     declared = load_aircraft(aircraft) if aircraft else None
     held: dict[Path, FlightLog] = {}
-    shown: set[Path] = set()
     closing = []
+    silent = quiet or as_json
     for span in spans_between(logs, start, stop):
+        if span.path not in held and span.path.exists() and FORMATS[format_of(span.path)].several_clocks:
+            streams = read_recording(span.path)
+            # Before the channels are read: what is in the file helps to map them.
+            if not silent:
+                _print_streams(span.path, streams, output)
+            held[span.path] = read_log(span.path, channels, across_holes=True, recording=streams)
         log = read_span(span, channels, held)
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
-        silent = quiet or as_json
-        if not silent and span.path not in shown:
-            shown.add(span.path)
-            _print_streams(span.path, output)
         closing.append(_checked(log, None if silent else output, _longest(declared)))
     if as_json:
         typer.echo(json.dumps(headed("check", {"logs": closing}), indent=2, allow_nan=False))
@@ -67,16 +71,14 @@ def check_command(
     return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
 
 
-def _print_streams(path: Path, output: Console) -> None:
-    """First and last time, rate and holes of each stream, where a recording has several clocks."""
+def _print_streams(path: Path, recording: Recording, output: Console) -> None:
+    """First and last time, rate and holes of each stream of a recording of several clocks."""
     from aerosid.logs.channel_listing import list_channels
-    from aerosid.logs.formats import FORMATS, format_of, read_recording
     from aerosid.reporting.channel_tables import print_notes, print_streams
 
-    if FORMATS[format_of(path)].several_clocks:
-        listing = list_channels(read_recording(path), with_columns=False)
-        print_streams(listing, str(path), output)
-        print_notes(listing, output)
+    listing = list_channels(recording, with_columns=False)
+    print_streams(listing, str(path), output)
+    print_notes(listing, output)
 
 
 def _longest(aircraft: Aircraft | None) -> float | None:

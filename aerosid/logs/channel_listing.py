@@ -13,6 +13,7 @@ from aerosid.signals.resampling import median_step
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 _SPARKS = 24  # characters of a sparkline
+_NAMED = 4  # streams in one sentence
 _SPAN_OF = 20  # samples of a stream that counts for the recording's span: less is settings and events
 _SINCE_1970 = 1e8  # s
 _LARGEST = 1e150
@@ -133,14 +134,33 @@ def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, w
     """
     clocks = {id(stream): stream.clock() for stream in recording.streams}
     usable = [clock for clock in clocks.values() if clock is not None and unusable(clock) is None]
-    origin = _origin(usable)
-    streams = tuple(_listed_stream(stream, clocks[id(stream)], origin, settings) for stream in recording.streams)
+    # A ground station's messages may be stamped with the date, the aircraft's with the time since its start.
+    dated = [clock for clock in usable if _dated(clock)]
+    counts = [sum(clock.ticks.size for clock in part) for part in (usable, dated)]
+    elsewhere = {id(clock) for clock in dated} if 2 * counts[1] <= counts[0] else set()
+    other_zero = _origin(dated)
+    origin = 0 if elsewhere else other_zero
+    zeros = {id(clock): other_zero if id(clock) in elsewhere else origin for clock in usable}
+    streams = tuple(
+        _listed_stream(stream, clock, zeros.get(id(clock), origin), settings)
+        for stream in recording.streams
+        for clock in [clocks[id(stream)]]
+    )
     channels = tuple(
         _listed_channel(stream, name, column.unit, column.load())
         for stream in (recording.streams if with_columns else ())
         for name, column in stream.columns.items()
     )
-    notes = [*recording.notes, *_span_notes(usable, streams, origin, settings)]
+    apart = [one for one, stream in zip(streams, recording.streams, strict=True) if id(clocks[id(stream)]) in elsewhere]
+    together = tuple(one for one in streams if one not in apart)
+    main = [clock for clock in usable if id(clock) not in elsewhere]
+    notes = [*recording.notes, *_span_notes(main, together, origin, settings)]
+    if apart:
+        named = ", ".join(one.label for one in apart)
+        notes.append(
+            f"{named}: stamped with dates and not with the time since a start; listed from a zero of their own"
+        )
+    notes += _restart_notes(recording)
     for stream, listed in zip(recording.streams, streams, strict=True):
         notes += _stream_notes(stream, listed, clocks[id(stream)])
     notes += [
@@ -151,14 +171,16 @@ def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, w
     return Listing(recording.format, streams, channels, tuple(notes), origin)
 
 
-def _origin(clocks: list[Clock]) -> int:
-    """A whole second before most stamps where they count from 1970, else 0."""
-    dated = [float(np.median(clock.ticks)) * clock.tick for clock in clocks]
-    dated = [moment for moment in dated if moment > _SINCE_1970]
-    if not dated:
-        return 0
-    early = [c.ticks.astype(np.float64) * c.tick for c in clocks]
-    return int(min(float(np.min(moments[moments > _SINCE_1970], initial=np.inf)) for moments in early))
+def _dated(clock: Clock) -> bool:
+    """Whether most stamps count from 1970."""
+    return clock.ticks.size > 0 and float(np.median(clock.ticks)) * clock.tick > _SINCE_1970
+
+
+def _origin(dated: list[Clock]) -> int:
+    """A whole second before the first stamp that counts from 1970; 0 without any."""
+    early = [clock.ticks.astype(np.float64) * clock.tick for clock in dated]
+    first = min((float(np.min(moments[moments > _SINCE_1970])) for moments in early), default=0.0)
+    return int(first)
 
 
 def _seconds(clock: Clock, origin: int) -> FloatArray:
@@ -263,6 +285,22 @@ def _common_span(streams: list[ListedStream], span: Span) -> tuple[float, float]
     return (min(starts), max(stops)) if starts and stops else (span.start, span.stop)
 
 
+def _begun(stream: Stream) -> list[int]:
+    """Samples, from 1, at which the recorder began anew; a message may have come in one of its runs only."""
+    return [] if stream.boots is None else (np.flatnonzero(np.diff(stream.boots)) + 2).tolist()
+
+
+def _restart_notes(recording: Recording) -> list[str]:
+    """One sentence on the starts of the recorder within the file."""
+    begun = {stream.label or "the table": at for stream in recording.streams if (at := _begun(stream))}
+    if not begun:
+        return []
+    runs = 1 + max(map(len, begun.values()))
+    named = [f"{label} at sample {', '.join(map(str, at))}" for label, at in begun.items()]
+    more = f" and {len(named) - _NAMED} streams more" if len(named) > _NAMED else ""
+    return [f"the recorder began anew within the file ({runs} runs): {', '.join(named[:_NAMED])}{more}"]
+
+
 def _stream_notes(stream: Stream, listed: ListedStream, clock: Clock | None) -> list[str]:
     label = stream.label or "the table"
     notes = []
@@ -272,10 +310,7 @@ def _stream_notes(stream: Stream, listed: ListedStream, clock: Clock | None) -> 
         notes.append(f"{label} cannot be used: {listed.problem}{way}")
     elif clock is not None:
         back = back_steps(clock.ticks)
-        if stream.boots is not None and stream.boots.max() > 0:
-            at = int(np.flatnonzero(np.diff(stream.boots))[0]) + 1
-            notes.append(f"{label}: the recorder began anew at sample {at + 1} ({int(stream.boots.max()) + 1} runs)")
-        elif back.size:
+        if back.size and not _begun(stream):
             notes.append(f"{label}: {back.size} of {clock.ticks.size} stamps step back; they are sorted for use")
         repeated = int(np.count_nonzero(np.diff(clock.ticks) == 0))
         if repeated:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from aerosid.errors import AerosidError
-from aerosid.logs.column_lookup import LookupProblem, find_column
+from aerosid.logs.column_lookup import find_column
+from aerosid.logs.fitting_map import fitting_ready_map, found_in
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.formats import FORMATS, ready_maps
-from aerosid.logs.formats.channel_map import load_channel_map
+from aerosid.logs.formats import ready_maps
 from aerosid.logs.recording import TICKS, FloatArray, Recording
 from aerosid.logs.stamps import unusable
 from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
@@ -89,10 +89,10 @@ def propose_map(recording: Recording, path: str, settings: ProposalSettings | No
     What only physics suggests, and might suggest wrongly, stands behind `#` with the reason, to be confirmed.
     """
     settings = settings or ProposalSettings()
-    ready = _ready_map(recording)
+    ready = fitting_ready_map(recording)
     if ready is not None:
         channels = _from_ready_map(recording, ready)
-        text = ready.read_text(encoding="utf-8")
+        text = ready_maps()[ready].read_text(encoding="utf-8")
         return Proposal(recording.format, None, channels, _level_flight(recording, channels, settings) + text)
     time = _time_column(recording)
     channels = _by_name(recording)
@@ -117,34 +117,18 @@ def _level_flight(recording: Recording, channels: dict[str, ProposedChannel], se
     return f"# {mapped.column}: {'; '.join(found.reasons)}: {word}.\n"
 
 
-def _ready_map(recording: Recording) -> Path | None:
-    """The ready map that names most columns of the recording, where it names at least four."""
-    form = FORMATS.get(recording.format)
-    own = form.ready_map if form is not None else None
-    if own is not None:
-        return ready_maps()[own]
-    fits = {}
-    for path in ready_maps().values():
-        mapping = load_channel_map(path)
-        if mapping.format == recording.format:
-            fits[path] = len(_from_ready_map(recording, path))
-    best = max(fits, key=lambda path: fits[path], default=None)
-    return best if best is not None and fits[best] >= 4 else None
-
-
-def _from_ready_map(recording: Recording, path: Path) -> dict[str, ProposedChannel]:
-    found = {}
-    for name, alternatives in load_channel_map(path).channels.items():
-        for entry in alternatives:
-            try:
-                columns = [find_column(recording, part) for part in entry.parts]
-            except LookupProblem:
-                continue
-            label = " + ".join(column.label for column in columns)
-            reasons = [f"ready map {path.stem}"]
-            found[name] = ProposedChannel(label, entry.unit or "", entry.sign, entry.offset, reasons)
-            break
-    return found
+def _from_ready_map(recording: Recording, name: str) -> dict[str, ProposedChannel]:
+    return {
+        channel: ProposedChannel(
+            " + ".join(column.label for column in columns),
+            entry.unit or "",
+            entry.sign,
+            entry.offset,
+            entry.scale,
+            [f"ready map {name}"],
+        )
+        for channel, (entry, columns) in found_in(recording, name).items()
+    }
 
 
 def _plain(name: str) -> str:
@@ -220,7 +204,7 @@ def _tracks(
             stamps = (raw - raw[0]).astype(np.float64) * TICKS[time[1]]
         else:
             continue
-        values = found.column.load().astype(np.float64)
+        values = proposed.scale * found.column.load().astype(np.float64)
         order = np.argsort(stamps, kind="stable")
         keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0.0])]
         there = keep[np.isfinite(values[keep])]

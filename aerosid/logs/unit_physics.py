@@ -51,6 +51,8 @@ class ProposedChannel:
         By physics, or 1.
     offset : float
         By physics, in the unit.
+    scale : float
+        Of a ready map: what brings the numbers to the unit.
     reasons : list of str
         What decided.
     asked : bool
@@ -61,6 +63,7 @@ class ProposedChannel:
     unit: str
     sign: int = 1
     offset: float = 0.0
+    scale: float = 1.0
     reasons: list[str] = field(default_factory=list)
     asked: bool = False
 

@@ -22,6 +22,7 @@ GRAVITY = 9.80665
 __all__ = ["FlightRecord", "Surface", "flight_records", "longest_run", "runs"]
 
 _NEEDED = ("V", "q")
+_FEWEST = 10  # samples of a channel that is recorded
 _MOST_SAMPLES = 2_000_000
 
 
@@ -137,9 +138,14 @@ def longest_run(mask: BoolArray) -> int:
     return max((last - first + 1 for first, last in runs(mask)), default=0)
 
 
+def lacking(log: FlightLog) -> tuple[str, ...]:
+    """The channels without which nothing is sought and that a log does not hold."""
+    return tuple(name for name in _NEEDED if name not in log or np.count_nonzero(np.isfinite(log[name])) < _FEWEST)
+
+
 def flight_records(log: FlightLog, settings: FinderSettings) -> tuple[FlightRecord, ...]:
     """The stretches of a log between its holes; none where no airspeed or pitch rate is recorded."""
-    if any(name not in log or np.count_nonzero(np.isfinite(log[name])) < 10 for name in _NEEDED):
+    if lacking(log):
         return ()
     airborne = _airborne(log, settings)
     if not airborne.any():

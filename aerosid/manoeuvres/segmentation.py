@@ -13,7 +13,7 @@ from aerosid.manoeuvres.condition import Movement, condition_before, movements, 
 from aerosid.manoeuvres.finding import stretches
 from aerosid.manoeuvres.found import CONDITIONS, Rejected, Stretch
 from aerosid.manoeuvres.information import ExpectedDeviation, expected_deviations
-from aerosid.manoeuvres.record import FlightRecord, flight_records, runs
+from aerosid.manoeuvres.record import FlightRecord, flight_records, lacking, runs
 from aerosid.manoeuvres.settings import FinderSettings
 
 __all__ = ["FlightSegmentation", "FoundManoeuvre", "RejectedStretch", "find_manoeuvres"]
@@ -90,6 +90,8 @@ class FlightSegmentation:
         Start and length of what is missing from the recording, s; nothing is found across.
     manoeuvres : tuple of FoundManoeuvre
     rejected : tuple of RejectedStretch
+    lacking : tuple of str
+        Channels that the recording does not hold and without which nothing is sought.
     """
 
     log: str
@@ -99,6 +101,7 @@ class FlightSegmentation:
     holes: tuple[tuple[float, float], ...]
     manoeuvres: tuple[FoundManoeuvre, ...]
     rejected: tuple[RejectedStretch, ...]
+    lacking: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.manoeuvres)
@@ -151,6 +154,7 @@ def find_manoeuvres(
         tuple((float(log.time[k]), float(step[k])) for k in cuts),
         tuple(found),
         tuple(rejected),
+        lacking(log),
     )
 
 

@@ -61,7 +61,9 @@ def whole_flight_sentence(log: FlightLog, settings: FinderSettings = USUAL) -> s
     spans = ", ".join(f"{entry.cut_from:.1f}:{entry.cut_to:.1f} ({entry.kind.replace('_', ' ')})" for entry in ordered)
     seconds = log.time[-1] - log.time[0]
     ground = ""
-    if not found.airborne:
+    if found.lacking:
+        ground = f", and nothing can be sought in it without {' and '.join(found.lacking)}"
+    elif not found.airborne:
         ground = ", and never clear of the ground"
     elif found.airborne[0][0] > found.start + 1.0:
         ground = f", on the ground until {found.airborne[0][0]:.0f} s"

@@ -151,6 +151,15 @@ def test_c7_one_map_reads_old_and_new_names_and_says_which(tmp_path: Path, name:
     assert said(log, f"delta_e: taken from {name}[0].x")
 
 
+def test_a_folder_called_like_a_ready_map_does_not_hide_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fields = "uint64_t timestamp;float true_airspeed_m_s;"
+    path = write(tmp_path, "log.ulg", files.ulog([("airspeed", 0, fields, rows(1, 5, 50))]))
+    (tmp_path / "px4").mkdir()
+    monkeypatch.chdir(tmp_path)
+    for log in (read_log(path), read_log(path, "px4")):
+        assert_allclose(log["V"], np.sin(log.time), atol=1e-6)
+
+
 def test_c7_on_recordings_of_two_generations() -> None:
     old = read_log(recorder("px4/motor_failure.ulg"), "px4")
     new = read_log(recorder("px4/sample_px4_events.ulg"), "px4")
@@ -296,6 +305,18 @@ def test_c16_two_boots_in_one_telemetry_log_are_two_runs(tmp_path: Path) -> None
     assert (log.time[0], log.time[-1], log.samples) == (5.0, 79.75, 300)
     assert_allclose(log["theta"], 0.2, rtol=1e-6)
     assert said(log, "2 runs", "5 to 79.75 s", "others (60 to 69.75 s)")
+    assert said(listed(path), "began anew within the file (2 runs): ATTITUDE at sample 41")
+
+
+def test_c16_a_message_of_one_run_only_is_listed(tmp_path: Path) -> None:
+    pytest.importorskip("pymavlink")
+    arrival = 1_600_000_000_000_000
+    first = [(arrival + 250_000 * k, files.attitude(60_000 + 250 * k, 0.1)) for k in range(40)]
+    both = (files.attitude, files.inertial)
+    second = [(arrival + 250_000 * k, both[k % 2](5_000 + 250 * (k - 40), 0.2)) for k in range(40, 340)]
+    listing = listed(write(tmp_path, "log.tlog", files.tlog(first + second)))
+    assert [stream.label for stream in listing.streams] == ["ATTITUDE", "SCALED_IMU2"]
+    assert sum("began anew" in note for note in listing.notes) == 1
 
 
 def test_c16_on_the_recording() -> None:

@@ -12,6 +12,7 @@ import recorder_files as files
 from recordings import recording
 
 from aerosid.cli.main import main
+from aerosid.errors import LogError
 from aerosid.logs.channel_listing import list_channels, sparkline
 from aerosid.logs.formats import read_log, read_recording, ready_maps
 from aerosid.logs.formats.channel_map import load_channel_map
@@ -175,3 +176,16 @@ def test_listing_leaves_damage_out_of_the_range(tmp_path: Path) -> None:
     path.write_bytes(files.ulog([("gyro", 0, "uint64_t timestamp;float x;", rows)]))
     (channel,) = list_channels(read_recording(path)).channels
     assert channel.maximum == pytest.approx(1e38, rel=1e-6)
+
+
+def test_a_table_of_a_known_recorder_is_refused_with_the_map_that_fits(tmp_path: Path) -> None:
+    """JSBSim's own output: brackets of another kind than aerosid's, so it is no native log, and its map is at hand."""
+    header = "Time,V_{Total} (ft/s),Alpha (deg),Q (deg/s),Theta (deg),Elevator Position (deg)"
+    rows = "".join(f"{0.02 * k},{200 + k},{0.1 * k},{0.2 * k},{0.3 * k},{0.4 * k}\n" for k in range(30))
+    path = tmp_path / "JSBout.csv"
+    path.write_text(f"{header}\n{rows}", encoding="utf-8")
+    with pytest.raises(LogError, match=r"Its columns are those of a map that comes with aerosid: --channels jsbsim\.$"):
+        read_log(path)
+    log = read_log(path, "jsbsim")
+    assert log["delta_e"][-1] == pytest.approx(np.radians(0.4 * 29))
+    assert 'format = "text"' in propose_map(read_recording(path), str(path)).text

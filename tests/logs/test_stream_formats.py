@@ -144,22 +144,60 @@ def test_irig106_discretes(tmp_path: Path) -> None:
     assert_allclose(np.diff(log.time), 0.02, rtol=1e-9)
 
 
-X_PLANE = "_real,_time |Vtrue,_ktas |pitch,__deg |\n"
+# Names as X-Plane writes them: filled up with `_` and blanks, the elevator once for each half of the tail.
+X_PLANE = ("_real,_time", "Vtrue,_ktas", "_elev,yoke1", "____Q,{rate}", "pitch,__deg", "Gload,norml", "rudr1,__deg")
 
 
-def test_x_plane_dialect(tmp_path: Path) -> None:
-    rows = "".join(f"{0.1 * k:12.5f} |{100 + k:12.5f} |{0.5 * k:12.5f} |\n" for k in range(20))
-    log = read_log(write(tmp_path, "Data.txt", X_PLANE + rows), "x_plane")
-    assert_allclose(log.time, 0.1 * np.arange(20), atol=1e-12)
-    assert_allclose(log["V"], (100 + np.arange(20)) * 1852 / 3600)
-    assert_allclose(log["theta"], np.radians(0.5 * np.arange(20)), atol=1e-15)
+@pytest.mark.parametrize(("rate", "turn"), [("rad/s", 1.0), ("deg/s", np.pi / 180.0)])
+def test_x_plane_dialect(tmp_path: Path, rate: str, turn: float) -> None:
+    k = np.arange(20)
+    values = np.column_stack([0.1 * k, 100.0 + k, 0.01 * k, 0.02 * k, 0.5 * k, 1.0 + 0.0 * k, 2.0 + 0.0 * k])
+    lines = ["".join(f"   {name.format(rate=rate)} |" for name in X_PLANE)]
+    lines += ["".join(f"{value:14.5f} |" for value in row) for row in values]
+    path = write(tmp_path, "Data.txt", "\n".join(lines) + "\n")
+    log = read_log(path, "x_plane")
+    assert_allclose(log.time, 0.1 * k, atol=1e-12)
+    assert_allclose(log["V"], (100 + k) * 1852 / 3600)
+    assert_allclose(log["q"], 0.02 * turn * k, atol=1e-15)
+    assert_allclose(log["theta"], np.radians(0.5 * k), atol=1e-15)
+    assert_allclose(log["a_z"], -9.80665)
+    # Nose up is the elevator's edge up; the rudder's degrees are to the right.
+    assert_allclose(log["delta_e"], -0.01 * k, atol=1e-15)
+    assert_allclose(log["delta_r"], np.radians(-2.0))
+    assert any(note.startswith("delta_e: position of the yoke") for note in log.notes)
+    assert propose_map(read_recording(path), str(path)).channels["q"].reasons == ["ready map x_plane"]
+    with pytest.raises(ChannelMapError, match=r"a map that comes with aerosid: --channels x_plane\.$"):
+        read_log(path)
 
 
-def test_flightgear_dialect(tmp_path: Path) -> None:
-    rows = "".join(f"{0.1 * k},{300 - k},{0.01 * k}\n" for k in range(20))
-    log = read_log(write(tmp_path, "fgfs.csv", "Time,altitude-ft,elevator-pos-rad\n" + rows), "flightgear")
+@pytest.mark.parametrize(("name", "factor"), [("q-body", 1.0), ("q-rad_sec", 1.0), ("pitch-rate-degps", np.pi / 180.0)])
+def test_flightgear_dialect(tmp_path: Path, name: str, factor: float) -> None:
+    rows = "".join(f"{0.1 * k},{300 - k},{0.01 * k},{0.02 * k},{0.1 * k}\n" for k in range(20))
+    header = f"Time,altitude-ft,elevator-pos-rad,{name},aileron\n"
+    log = read_log(write(tmp_path, "fgfs.csv", header + rows), "flightgear")
     assert_allclose(log["h"], 0.3048 * (300 - np.arange(20)))
     assert_allclose(log["delta_e"], 0.01 * np.arange(20))
+    assert_allclose(log["q"], 0.02 * factor * np.arange(20))
+    # Right wing down is the right aileron's edge up.
+    assert_allclose(log["delta_a"], -0.1 * np.arange(20))
+    assert any("Euler" in note for note in log.notes) == (name == "pitch-rate-degps")
+
+
+# Commands of autopilots are positive for right wing down, nose up and nose right: edges up, up and right.
+@pytest.mark.parametrize("travel", [None, 25.0])
+def test_commands_in_shares_of_travel_have_the_surfaces_signs(tmp_path: Path, travel: float | None) -> None:
+    fields = "uint64_t timestamp;float[3] xyz;"
+    rows = [(20_000 * k + 1_000_000, 0.1, 0.2, 0.4) for k in range(100)]
+    path = write(tmp_path, "log.ulg", files.ulog([("vehicle_torque_setpoint", 0, fields, rows)]))
+    entry = {"unit": "deg", "scale": travel, "sign": -1}
+    own = {name: {"column": f"vehicle_torque_setpoint.xyz[{at}]", **entry} for at, name in enumerate(SURFACES)}
+    log = read_log(path) if travel is None else read_log(path, own)
+    for name, command in zip(SURFACES, (0.1, 0.2, 0.4), strict=True):
+        assert_allclose(log[name], -command * (1.0 if travel is None else np.radians(travel)), rtol=1e-6)
+    assert any("parts of full travel, taken as rad" in note for note in log.notes) == (travel is None)
+
+
+SURFACES = ("delta_a", "delta_e", "delta_r")
 
 
 def test_decimal_commas_and_clock_times(tmp_path: Path) -> None:

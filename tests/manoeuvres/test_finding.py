@@ -25,7 +25,7 @@ from whole_flights import (
 
 import aerosid
 from aerosid.logs.flight_log import FlightLog
-from aerosid.manoeuvres import CONDITIONS, KINDS, FlightSegmentation, find_manoeuvres
+from aerosid.manoeuvres import CONDITIONS, KINDS, FlightSegmentation, find_manoeuvres, whole_flight_sentence
 
 MAPS = Path(__file__).resolve().parents[2] / "flight_data" / "channel_maps"
 TRUTH = FOLDER.parent / "recorders" / "citation_manoeuvres.json"
@@ -136,7 +136,11 @@ def test_a_log_without_airspeed_or_pitch_rate_holds_nothing(flown: tuple[Flight,
     _, log = flown
     for name in ("V", "q"):
         bare = replace(log, channels={key: values for key, values in log.channels.items() if key != name})
-        assert len(find_manoeuvres(bare)) == 0
+        found = find_manoeuvres(bare)
+        assert len(found) == 0
+        assert found.lacking == (name,)
+    without_q = replace(log, channels={key: values for key, values in log.channels.items() if key != "q"})
+    assert "nothing can be sought in it without q" in str(whole_flight_sentence(without_q))
 
 
 def test_elevator_tests_are_found_without_lateral_channels_and_accelerometers(flown: tuple[Flight, FlightLog]) -> None:

@@ -45,6 +45,7 @@ def read_log(
     stop: float | None = None,
     *,
     across_holes: bool = False,
+    recording: Recording | None = None,
 ) -> FlightLog:
     """The recorded manoeuvre as an immutable log in SI on its own time base.
 
@@ -60,6 +61,8 @@ def read_log(
         The span, s of the log's own time; the longest stretch without a hole inside it is read.
     across_holes : bool
         All stretches in one log, with nothing between them: for whole flights in which manoeuvres are sought.
+    recording : Recording, optional
+        What `read_recording` gave of the same file, which is then not parsed again.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def read_log(
     ChannelMapError
         If the map is wrong or does not fit the recording, or the format needs a map and there is none.
     """
-    whole = _read_whole(Path(path), channels)
+    whole = _read_whole(Path(path), channels, recording)
     if start is not None or stop is not None:
         whole = whole.between(start, stop)
     return whole if across_holes else longest_stretch(whole)
@@ -90,13 +93,14 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
     return stretches(_read_whole(Path(path), channels))
 
 
-def _read_whole(path: Path, channels: Channels | None) -> FlightLog:
+def _read_whole(path: Path, channels: Channels | None, recording: Recording | None = None) -> FlightLog:
     """Every stretch of a recording in one log that knows the holes between them."""
     if _is_topic_folder(path):
         parts, digest = _assemble_folder(path, channels)
     else:
         packed = _read_bytes(path)
-        parts, digest = _assemble(path, _unpacked(packed, str(path)), channels), hashlib.sha256(packed).hexdigest()
+        parts = _assemble(path, _unpacked(packed, str(path)), channels, recording)
+        digest = hashlib.sha256(packed).hexdigest()
     first = parts[0]
     used = _used_map(path, channels)
     log = FlightLog(
@@ -122,7 +126,7 @@ def _used_map(path: Path, channels: Channels | None) -> Path | None:
     """The file of the channel map, where it is beside the recording or given as one; ready maps are aerosid's own."""
     from aerosid.logs.formats.channel_map import find_channel_map
 
-    if isinstance(channels, Mapping) or (channels is not None and not Path(channels).exists()):
+    if isinstance(channels, Mapping) or (channels is not None and not Path(channels).is_file()):
         return None
     return find_channel_map(path, None if channels is None else Path(channels))
 
@@ -138,7 +142,7 @@ def _assemble_folder(path: Path, channels: Channels | None) -> tuple[list[Assemb
     from aerosid.logs.mapped_recording import map_recording
 
     recording, digest = read_topic_folder(path)
-    mapped = _mapping(path, channels) or _mapping(path, "px4")
+    mapped = _mapping(path, channels) or _mapping(path, ready_maps()["px4"])
     assert mapped is not None  # the ready one comes with the package
     mapping, map_label = mapped
     return map_recording(recording, mapping, Place(str(path), map_label)), digest
@@ -211,28 +215,28 @@ def _mapping(path: Path, channels: Channels | None) -> tuple[ChannelMap, str] | 
     if isinstance(channels, Mapping):
         return checked_map(channels, "channels"), "channels"
     given = None if channels is None else Path(channels)
-    if given is not None and not given.exists():
+    # A folder may be called like a ready map: recordings of PX4 lie in `px4`.
+    if given is not None and not given.is_file():
         given = ready_maps().get(str(channels), given)
     found = find_channel_map(path, given)
     return None if found is None else (load_channel_map(found), str(found))
 
 
-def _assemble(path: Path, data: bytes, channels: Channels | None) -> list[Assembled]:
+def _assemble(path: Path, data: bytes, channels: Channels | None, recording: Recording | None) -> list[Assembled]:
     label = str(path)
     mapped = _mapping(path, channels)
     if mapped is None:
         name = _guess_format(path, data, mapped=False)
         if FORMATS[name].self_describing:
-            table = FORMATS[name].read(data, label)
-            assert isinstance(table, RawTable)  # what describes itself is one table
-            return cut_at_holes(assemble_native(table, label), label)
+            return cut_at_holes(assemble_native(_native(path, data), label), label)
         ready = FORMATS[name].ready_map
         if ready is None:
             raise ChannelMapError(
                 f"{label}: a file of format `{name}` does not say what its columns mean; write a channel map "
-                f"{path.name}.channels.toml beside it (`aerosid channels` proposes one), or name one with --channels."
+                f"{path.name}.channels.toml beside it (`aerosid channels` proposes one), or name one with "
+                f"--channels.{_ready_hint(path)}"
             )
-        mapped = _mapping(path, ready)
+        mapped = _mapping(path, ready_maps()[ready])
         assert mapped is not None  # it comes with the package
     mapping, map_label = mapped
     name = mapping.format or _guess_format(path, data, mapped=True)
@@ -242,20 +246,45 @@ def _assemble(path: Path, data: bytes, channels: Channels | None) -> list[Assemb
         )
     if name == "ascii" and mapping.text is not None:
         name = "text"
-    parts = _mapped(name, data, mapping, Place(label, map_label))
+    parts = _mapped(name, data, mapping, Place(label, map_label), recording)
     if Path(map_label).parent == _READY:
         for part in parts:
             part.notes.insert(0, f"read with the channel map {Path(map_label).stem} that comes with aerosid")
     return parts
 
 
-def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place) -> list[Assembled]:
-    if name == "text":
+def _native(path: Path, data: bytes) -> RawTable:
+    """The table of a file that describes itself; what it is taken for otherwise is said where it does not."""
+    try:
+        table = FORMATS["csv"].read(data, str(path))
+    except LogError as error:
+        hint = "" if looks_native(data) else _ready_hint(path)
+        raise LogError(f"{error}{hint}") from None
+    assert isinstance(table, RawTable)  # what describes itself is one table
+    return table
+
+
+def _ready_hint(path: Path) -> str:
+    """The ready map that fits a file's columns, as a sentence; nothing where none does."""
+    from aerosid.logs.fitting_map import fitting_ready_map
+
+    try:
+        fitting = fitting_ready_map(read_recording(path))
+    except LogError:
+        return ""
+    return "" if fitting is None else f" Its columns are those of a map that comes with aerosid: --channels {fitting}."
+
+
+def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place, recording: Recording | None) -> list[Assembled]:
+    content: RawTable | Recording
+    if recording is not None and recording.format == name:
+        content = recording
+    elif name == "text":
         from aerosid.logs.formats.delimited_text import Dialect, read_delimited_text
 
         text = mapping.text
         dialect = None if text is None else Dialect(text.delimiter, text.decimal, text.names_line)
-        content: RawTable | Recording = read_delimited_text(data, place.log, dialect)
+        content = read_delimited_text(data, place.log, dialect)
     else:
         content = FORMATS[name].read(data, place.log)
     if isinstance(content, RawTable):

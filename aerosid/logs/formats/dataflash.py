@@ -289,7 +289,9 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     elif skipped:
         notes.append(f"{skipped} of {size} bytes are damaged and skipped; {messages} messages are read")
     if over > 0:
-        notes.append(f"the file ends inside a message ({over} bytes over); what is whole is read")
+        # Counted behind the message's header, as the format's reference library does.
+        behind = max(0, over - _HEAD_LENGTH)
+        notes.append(f"the file ends inside a message ({behind} bytes over); what is whole is read")
     if unsound:
         notes.append(f"the format of {', '.join(sorted(unsound))} does not fit its own length: it is not read")
     return notes

@@ -14,6 +14,7 @@ from aerosid.logs.recording import TICKS, Clock, Column, Recording, Stream, colu
 
 MAGIC = b"ULog\x01\x12\x35"
 _TYPES = frozenset(b"FDIMPQARSOLCB")
+_FILLING = "_padding"  # bytes that align a message and measure nothing
 _HEADER = 16  # bytes before the first message
 _CHAIN = 6  # whole messages in a row, from one that has a type's letter by chance, are none by chance
 # PX4's own clocks: when the sensor was read, then when the topic was published.
@@ -70,7 +71,9 @@ def read_ulog(data: bytes, path: str) -> Recording:
 
 def _stream(topic: Any) -> Stream:
     clocks = tuple(Clock(name, topic.data[name], TICKS["us"]) for name in _CLOCKS if name in topic.data)
-    columns: dict[str, Column] = {name: column(values) for name, values in topic.data.items() if name not in _CLOCKS}
+    columns: dict[str, Column] = {
+        name: column(values) for name, values in topic.data.items() if name not in _CLOCKS and _FILLING not in name
+    }
     return Stream(topic.name, columns, clocks, topic.multi_id)
 
 

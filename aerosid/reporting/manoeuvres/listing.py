@@ -31,6 +31,7 @@ def segmentation_json(segmentation: FlightSegmentation, log: FlightLog) -> dict[
             "holes": [[_clock(at), _clock(length)] for at, length in segmentation.holes],
         },
         "manoeuvres": [_entry(manoeuvre) for manoeuvre in segmentation],
+        "lacking": list(segmentation.lacking),
         "rejected": [
             {
                 "start": _clock(entry.start),

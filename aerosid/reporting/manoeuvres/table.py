@@ -7,6 +7,7 @@ from rich.table import Table
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres import FlightSegmentation
+from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.manoeuvres.wording import (
     KIND_WORDS,
     air_words,
@@ -62,7 +63,10 @@ def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console
 
 
 def summary(segmentation: FlightSegmentation) -> str:
-    """One sentence on what was found and where the aircraft flew."""
+    """One sentence on what was found and where the aircraft flew, or on why nothing was sought."""
+    if segmentation.lacking:
+        names = " and ".join(f"{name} ({CHANNELS[name].name})" for name in segmentation.lacking)
+        return f"Nothing was sought: the recording holds no {names}; map it in a channel map."
     trims = sum(entry.kind == "trim" for entry in segmentation)
     turns = sum(entry.kind in ("turn", "steady_turn") for entry in segmentation)
     flown = ", ".join(f"{first:.6g} to {last:.6g} s" for first, last in segmentation.airborne[:4]) or "never"

@@ -1,0 +1,58 @@
+"""Ready channel map that fits a recording: the one most of whose columns it holds."""
+
+from __future__ import annotations
+
+from aerosid.logs.column_lookup import Found, LookupProblem, find_column
+from aerosid.logs.formats import FORMATS, ready_maps
+from aerosid.logs.formats.channel_map import ChannelColumnMap, load_channel_map
+from aerosid.logs.recording import Recording
+
+LEAST = 4  # channels of a map that a recording must hold before the map is proposed for it
+_TEXT = ("text", "ascii", "csv")  # readings of one kind of file, which a map for text reads all
+
+
+def fitting_ready_map(recording: Recording) -> str | None:
+    """The name of the ready map of a recording's format, or of the one that finds most channels in it.
+
+    Parameters
+    ----------
+    recording : Recording
+        As the recorder made it.
+
+    Returns
+    -------
+    str or None
+        As `channels` takes it; None where no map finds `LEAST` channels.
+    """
+    form = FORMATS.get(recording.format)
+    if form is not None and form.ready_map is not None:
+        return form.ready_map
+    kind = "text" if recording.format in _TEXT else recording.format
+    fits = {name: len(found_in(recording, name)) for name, path in ready_maps().items() if _format(name) == kind}
+    best = max(fits, key=lambda name: fits[name], default=None)
+    return best if best is not None and fits[best] >= LEAST else None
+
+
+def _format(name: str) -> str | None:
+    return load_channel_map(ready_maps()[name]).format
+
+
+def found_in(recording: Recording, name: str) -> dict[str, tuple[ChannelColumnMap, list[Found]]]:
+    """What a ready map finds in a recording: by channel the first alternative that is there, and its columns.
+
+    Parameters
+    ----------
+    recording : Recording
+        As the recorder made it.
+    name : str
+        Of the ready map.
+    """
+    found = {}
+    for channel, alternatives in load_channel_map(ready_maps()[name]).channels.items():
+        for entry in alternatives:
+            try:
+                found[channel] = entry, [find_column(recording, part) for part in entry.parts]
+            except LookupProblem:
+                continue
+            break
+    return found
