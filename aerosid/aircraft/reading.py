@@ -21,6 +21,7 @@ from aerosid.aircraft.model import (
     LogOfCompletion,
 )
 from aerosid.effects import KINDS
+from aerosid.effects.inertia import INERTIA
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
 from aerosid.flight_model.terms import VARIABLES, Term, parse_term
@@ -356,7 +357,8 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
         "input": f"an input channel such as {', '.join(inputs)}",
         "channel": "the name of a measured channel such as alpha",
         "coefficient": f"one of {', '.join(coefficients)}",
-        "axis": "x (forward) or z (down)",
+        "axis": "x (forward), y (right) or z (down)",
+        "inertia": f"one of {', '.join(INERTIA)}",
         "nothing": "an empty text",
     }[kind.place]
     output = table.where in CHANNELS and CHANNELS[table.where].kind == "output"
@@ -364,12 +366,13 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
         "input": table.where.isidentifier() and not output,
         "channel": table.where.isidentifier(),
         "coefficient": table.where in coefficients,
-        "axis": table.where in ("x", "z"),
+        "axis": table.where in ("x", "y", "z"),
+        "inertia": table.where in INERTIA,
         "nothing": table.where == "",
     }[kind.place]
     if not fits:
         raise AircraftError(f"{key}.where is {shown(table.where)}, expected {expected} for {table.kind}; correct it")
-    if table.value is None and not table.parameters and table.kind != "gust":
+    if table.value is None and not table.parameters and kind.place != "nothing":
         raise AircraftError(
             f"{key} has neither value nor parameters, expected a number for {table.kind}; add value = ..."
         )

@@ -15,8 +15,13 @@ from aerosid.compatibility.consistency import (
     describe,
 )
 from aerosid.compatibility.contradiction import Contradiction
+from aerosid.flight_model.axes import LONGITUDINAL
+
+CASES = (LONGITUDINAL,)
+"""The cases of the equations of motion whose instruments are compared."""
 
 __all__ = [
+    "CASES",
     "Agreement",
     "ChannelAgreement",
     "Contradiction",

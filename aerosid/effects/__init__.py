@@ -10,6 +10,7 @@ from aerosid.effects import (
     disturbance,
     flow_separation,
     ground_effect,
+    inertia,
     sensor,
     sensor_position,
     step_change,
@@ -18,6 +19,7 @@ from aerosid.effects import (
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import (
     ActiveEffect,
+    BodyEffect,
     Effect,
     EffectParameter,
     InputEffect,
@@ -35,6 +37,7 @@ CATALOGUE: tuple[Family, ...] = (
     control.FAMILY,
     step_change.FAMILY,
     cg_shift.FAMILY,
+    inertia.FAMILY,
     thrust.FAMILY,
     ground_effect.FAMILY,
     disturbance.FAMILY,
@@ -49,6 +52,7 @@ __all__ = [
     "CATALOGUE",
     "KINDS",
     "ActiveEffect",
+    "BodyEffect",
     "Effect",
     "EffectParameter",
     "Family",

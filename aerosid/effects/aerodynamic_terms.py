@@ -4,6 +4,11 @@ Powers of alpha and their products with the slower variables are the polynomial 
 Morelli, Aircraft System Identification, section 5.4). Splines pos(alpha - c)^n are that book's section 5.4.3: their
 knots c divide the flown range of alpha. Mach number and alphadot stand beside the variables that do nearly the same,
 V_hat and q_hat with alpha, and are named where a flight tells them apart.
+
+Side force, rolling and yawing moment change sign with the mirror image of the motion: their library holds the odd terms
+of sideslip, rates, aileron and rudder, those times what the symmetric motion changes, and even ones, which no symmetric
+aircraft has and many show (propellers, bent surfaces). Where a case integrates both motions the symmetric coefficients
+have the even terms of the lateral motion too, and the linear ones of an aircraft that is not symmetric.
 """
 
 from __future__ import annotations
@@ -13,6 +18,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.flight_model.axes import LATERAL, Axes
 from aerosid.flight_model.terms import Term, parse_term
 from aerosid.logs.flight_log import FlightLog
 
@@ -40,11 +46,74 @@ POLYNOMIALS = (
 )
 """Powers of alpha to the fourth, lower ones of the slower variables, and their cross terms."""
 
+ANTISYMMETRIC = (
+    "1",
+    "beta",
+    "p_hat",
+    "r_hat",
+    "delta_a",
+    "delta_r",
+    "alpha",
+    "q_hat",
+    "delta_e",
+    "V_hat",
+    "beta^3",
+    "beta*abs(beta)",
+    "beta^2",
+    "abs(beta)",
+    "p_hat*abs(p_hat)",
+    "r_hat*abs(r_hat)",
+    "delta_a^3",
+    "delta_a*abs(delta_a)",
+    "delta_a^2",
+    "abs(delta_a)",
+    "delta_r^3",
+    "delta_r*abs(delta_r)",
+    "delta_r^2",
+    "alpha*beta",
+    "alpha*p_hat",
+    "alpha*r_hat",
+    "alpha*delta_a",
+    "alpha*delta_r",
+    "alpha^2*beta",
+    "V_hat*beta",
+    "q_hat*beta",
+    "beta*p_hat",
+    "beta*r_hat",
+    "beta^2*p_hat",
+    "beta^2*r_hat",
+    "beta^2*delta_a",
+    "beta^2*delta_r",
+)
+"""Terms of side force, rolling and yawing moment: linear, bent, and times what the symmetric motion changes."""
+
+COUPLED = (
+    "beta^2",
+    "abs(beta)",
+    "beta",
+    "p_hat",
+    "r_hat",
+    "delta_a",
+    "delta_r",
+    "delta_a^2",
+    "delta_r^2",
+    "beta*p_hat",
+    "beta*r_hat",
+    "alpha*beta^2",
+)
+"""Terms of the lateral motion in the symmetric coefficients, where both motions are integrated."""
+
+POWERED = ("C_T*beta", "C_T*delta_r", "C_T*r_hat")
+"""Slipstream over fin and rudder, where recorded thrust varies."""
+
 UNSTEADY = ("alpha_dot_hat",)
 """Downwash that reaches the tail late, and apparent mass."""
 
 COMPRESSIBLE = ("mach", "alpha*mach")
 """Where Mach number is recorded."""
+
+COMPRESSIBLE_SIDE = ("beta*mach",)
+"""The same of side force, rolling and yawing moment."""
 
 LEAST_MACH = 0.02
 """Variation of Mach number in a flight that can show a term in it."""
@@ -59,27 +128,37 @@ LEAST_RANGE = 0.06
 """rad; a flown range of alpha in which knots can be told apart."""
 
 
-def polynomials(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+def is_symmetric(coefficient: str) -> bool:
+    """Whether a coefficient is the same in the mirror image of the motion."""
+    return coefficient not in LATERAL.coefficients
+
+
+def polynomials(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
     """The polynomial library as far as its channels are logged."""
-    for term in map(parse_term, POLYNOMIALS):
+    texts: tuple[str, ...] = POLYNOMIALS if is_symmetric(coefficient) else ANTISYMMETRIC
+    if is_symmetric(coefficient) and set(LATERAL.coefficients) <= set(axes.coefficients):
+        texts += COUPLED
+    for term in map(parse_term, texts):
         if all(name in log for log in logs for name in term.variables if name.startswith("delta_")):
             yield term
 
 
-def unsteady(_logs: Sequence[FlightLog], coefficient: str) -> Iterator[Term]:
-    """Terms in alphadot, which drag does not know."""
-    if coefficient not in ("C_X", "C_D"):
+def unsteady(_logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
+    """Terms in alphadot, which drag does not know, nor what is lateral."""
+    if is_symmetric(coefficient) and coefficient not in ("C_X", "C_D"):
         yield from map(parse_term, UNSTEADY)
 
 
-def compressible(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+def compressible(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
     """Terms in Mach number where it varies."""
     if all("mach" in log for log in logs) and any(_range(log["mach"]) > LEAST_MACH for log in logs):
-        yield from map(parse_term, COMPRESSIBLE)
+        yield from map(parse_term, COMPRESSIBLE if is_symmetric(coefficient) else COMPRESSIBLE_SIDE)
 
 
-def splines(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
-    """Parts of alpha above knots inside the flown range, to the first and second power."""
+def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
+    """Parts of alpha above knots inside the flown range, to the first and second power, in symmetric coefficients."""
+    if not is_symmetric(coefficient):
+        return
     alpha = np.concatenate([np.zeros(0), *(log["alpha"][np.isfinite(log["alpha"])] for log in logs if "alpha" in log)])
     if alpha.size == 0:
         return

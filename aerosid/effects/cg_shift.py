@@ -2,7 +2,8 @@
 
 Forces keep their lines of action. About a centre of gravity that lies x ahead of and z below the declared one, the
 moment gains x F_z - z F_x, with F all forces but the weight: C_m gains (x C_Z - z C_X)/c, thrust its share, so that a
-shift forward (x > 0) pitches the nose down in lifting flight. Sensors keep their places in the aircraft: their
+shift forward (x > 0) pitches the nose down in lifting flight. One that lies y to the right, as fuel makes it that is
+not balanced, rolls by -y F_z and yaws by y F_x. Sensors keep their places in the aircraft: their
 positions from the centre of gravity change by -x, -z, which is how an accelerometer sees the shift through q_dot.
 The moment of inertia is left as it is. Etkin & Reid, Dynamics of Flight, 3rd ed., section 2.3 (moments about another
 point); Klein & Morelli, Aircraft System Identification, section 10.1 (accelerometers away from the centre of gravity).
@@ -25,7 +26,7 @@ SOURCE = "moments about another point, Etkin & Reid, Dynamics of Flight, section
 
 
 def centre_column(axis: str) -> str:
-    """The input column that moves the centre of gravity along body x (forward) or z (down), m."""
+    """The input column that moves the centre of gravity along body x (forward), y (right) or z (down), m."""
     return f"cg_shift_{axis}"
 
 
@@ -34,7 +35,7 @@ def _shift() -> EffectParameter:
 
 
 def cg_shift(axis: str) -> InputEffect:
-    """The centre of gravity lies `shift` ahead of (axis x) or below (z) the declared one, for the whole flight."""
+    """The centre of gravity lies `shift` ahead of (axis x), right of (y) or below (z) the declared one throughout."""
     return InputEffect(
         "cg_shift",
         axis,
@@ -51,13 +52,22 @@ def sudden_cg_shift(axis: str, time: float, interval: float) -> InputEffect:
     return sudden("cg_shift", axis, centre_column(axis), _shift(), SOURCE, time, interval)
 
 
+SHOWN = (("x", "a_z", ("C_Z", "C_m")), ("z", "a_x", ("C_X", "C_m")), ("y", "a_z", ("C_Z", "C_l")))
+"""Body axis, the sensor that shows a lasting shift along it, and the force and the moment that it couples."""
+
+MOVING = ("x", "y")
+"""Axes along which it may move in flight."""
+
+
 def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
-    """A lasting shift where accelerometers were read; a sudden one forward or back wherever anything may be sudden."""
-    for axis, sensor in (("x", "a_z"), ("z", "a_x")):
+    """A lasting shift where accelerometers were read; a sudden one wherever anything may be sudden."""
+    for axis, sensor, coupled in SHOWN:
+        if not set(coupled) <= set(flights[0].axes.coefficients):
+            continue
         if any(sensor in flown.measured for flown in flights):
             yield Offer("cg_shift", axis, (at_null(cg_shift(axis)),))
-    if coefficients:
-        yield from offered_on_a_grid(flights, partial(_moving, "x"))
+        if coefficients and axis in MOVING:
+            yield from offered_on_a_grid(flights, partial(_moving, axis))
 
 
 def _moving(axis: str, time: float, interval: float) -> tuple[InputEffect, ...]:

@@ -10,9 +10,20 @@ import numpy as np
 from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import EffectParameter, NoiseEffect
 from aerosid.effects.step_change import offset_column
+from aerosid.flight_model.axes import LATERAL, SIX, Axes
 
 GUST_COLUMN = "gust_w"
 """Vertical gust velocity, m/s, positive down like w; zero in every simulation, uncertain in the likelihood."""
+
+SIDE_GUST_COLUMN = "gust_v"
+"""Lateral gust velocity, m/s, positive to the right like v."""
+
+_LENGTH = EffectParameter("length", "m", trials=(150.0,), lowest=10.0, highest=3000.0, step=0.0)
+_SOURCE = "MIL-F-8785C turbulence, first-order"
+
+
+def _spread(name: str) -> EffectParameter:
+    return EffectParameter(name, "m/s", trials=(0.2, 1.0), lowest=1e-3, highest=20.0, step=0.0)
 
 
 def gust() -> NoiseEffect:
@@ -24,14 +35,34 @@ def gust() -> NoiseEffect:
     return NoiseEffect(
         "gust",
         "",
-        (
-            EffectParameter("sigma", "m/s", trials=(0.2, 1.0), lowest=1e-3, highest=20.0, step=0.0),
-            EffectParameter("length", "m", trials=(150.0,), lowest=10.0, highest=3000.0, step=0.0),
-        ),
+        (_spread("sigma"), _LENGTH),
         (GUST_COLUMN,),
-        lambda p, interval, airspeed: ((p[0] ** 2,), (float(np.exp(-airspeed * interval / p[1])),)),
-        "MIL-F-8785C turbulence, first-order",
+        _correlated,
+        _SOURCE,
     )
+
+
+def side_gust() -> NoiseEffect:
+    """Lateral turbulence: as the vertical one, of the wind from the side."""
+    return NoiseEffect("side_gust", "", (_spread("sigma"), _LENGTH), (SIDE_GUST_COLUMN,), _correlated, _SOURCE)
+
+
+def turbulence() -> NoiseEffect:
+    """Vertical and lateral turbulence of one scale length, independent of each other."""
+    parameters = (_spread("sigma"), _spread("sigma_side"), _LENGTH)
+    return NoiseEffect("turbulence", "", parameters, (GUST_COLUMN, SIDE_GUST_COLUMN), _correlated, _SOURCE)
+
+
+def gusts_of(axes: Axes) -> tuple[NoiseEffect, ...]:
+    """Air that moves across the flight path, along each velocity that a case integrates, and along both."""
+    held = {GUST_COLUMN: "w" in axes.integrated, SIDE_GUST_COLUMN: "v" in axes.integrated}
+    return tuple(effect for effect in (gust(), side_gust(), turbulence()) if all(held[c] for c in effect.columns))
+
+
+def _correlated(p: tuple[float, ...], interval: float, airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Variance and memory of each column: spreads first, then the one length."""
+    memory = float(np.exp(-airspeed * interval / p[-1]))
+    return tuple(spread**2 for spread in p[:-1]), (memory,) * (len(p) - 1)
 
 
 def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
@@ -71,6 +102,24 @@ FAMILY = Family(
             (Planted("", {"sigma": 0.8, "length": 180.0}),),
             negative=False,
             noun="vertical turbulence",
+        ),
+        Kind(
+            "side_gust",
+            "nothing",
+            "lateral turbulence (standard deviation of the wind from the side)",
+            lambda _where, _numbers, _interval: side_gust(),
+            (Planted("", {"sigma": 0.8, "length": 180.0}, axes=LATERAL),),
+            negative=False,
+            noun="lateral turbulence",
+        ),
+        Kind(
+            "turbulence",
+            "nothing",
+            "vertical and lateral turbulence (standard deviations of the wind)",
+            lambda _where, _numbers, _interval: turbulence(),
+            (Planted("", {"sigma": 0.8, "sigma_side": 0.8, "length": 180.0}, axes=SIX),),
+            negative=False,
+            noun="vertical and lateral turbulence",
         ),
     ),
 )

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from aerosid.effects.kinds import ActiveEffect, Effect, Signal
+from aerosid.flight_model.axes import LONGITUDINAL, Axes
+from aerosid.flight_model.constants import Constants
 
-Place = Literal["input", "channel", "coefficient", "axis", "nothing"]
+Place = Literal["input", "channel", "coefficient", "axis", "inertia", "nothing"]
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,10 @@ class Flown:
         Standard deviation of each measured output's noise.
     height : ndarray, shape (N,), or None
         Measured height above the ground, m; None where no altitude was measured.
-    span : float
-        Wing area over mean chord, m: about the wing's span.
+    constants : Constants
+        Of the declared aircraft.
+    axes : Axes
+        The case of the equations of motion.
     """
 
     log: str
@@ -39,7 +43,13 @@ class Flown:
     measured: Mapping[str, Signal]
     noise: Mapping[str, float]
     height: Signal | None
-    span: float
+    constants: Constants
+    axes: Axes
+
+    @property
+    def span(self) -> float:
+        """Wing area over mean chord, m: about the wing's span."""
+        return self.constants.wing_area / self.constants.mean_chord
 
 
 @dataclass(frozen=True)
@@ -60,13 +70,15 @@ class Planted:
     """An example for the catalogue's own tests: an effect with numbers, large enough to be named in a usual flight.
 
     `where` as in result.json; `numbers` by the names of the effect's parameters, the leading one first. The flight
-    begins at `altitude`, m, and its thrust swings slowly by the share `thrust_swing` either way.
+    begins at `altitude`, m, and its thrust swings slowly by the share `thrust_swing` either way; `axes` are the motion
+    that shows it.
     """
 
     where: str
     numbers: Mapping[str, float]
     altitude: float = 1500.0
     thrust_swing: float = 0.0
+    axes: Axes = LONGITUDINAL
 
 
 @dataclass(frozen=True)
@@ -78,7 +90,8 @@ class Kind:
     name : str
         As in result.json.
     place : str
-        What stands in its `where`: an input, a measured channel, a coefficient, a body axis (x or z), or nothing.
+        What stands in its `where`: an input, a measured channel, a coefficient, a body axis (x, y or z), a moment or
+        product of inertia, or nothing.
     sentence : str
         What it says of `{where}`, for a report.
     made : callable

@@ -147,19 +147,30 @@ class StateEffect:
 
 @dataclass(frozen=True)
 class PositionEffect:
-    """A sensor that sits elsewhere than declared by its one number, m, along the body `axis`, x or z.
+    """A sensor that sits elsewhere than declared: each number, m, along one of the body `axes`, letters of x, y, z.
 
-    The equation-error regression estimates it; to a simulation it is a position of the sensor.
+    To a simulation it is a position of the sensor, and to the motion nothing.
     """
 
     kind: str
     where: str
     parameters: tuple[EffectParameter, ...]
-    axis: str
+    axes: str
     source: str
 
 
-Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect | PositionEffect
+@dataclass(frozen=True)
+class BodyEffect:
+    """The aircraft itself is another than declared: each number adds to one of the `fields` of its `Constants`."""
+
+    kind: str
+    where: str
+    parameters: tuple[EffectParameter, ...]
+    fields: tuple[str, ...]
+    source: str
+
+
+Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect | PositionEffect | BodyEffect
 
 
 @dataclass(frozen=True)
@@ -238,7 +249,7 @@ def frozen(active: ActiveEffect) -> ActiveEffect:
     if isinstance(effect, StateEffect):
         held = replace(effect, parameters=(), given=effect.law_numbers(values), places=())
         return ActiveEffect(held, (), active.log, values)
-    if isinstance(effect, PositionEffect):
+    if isinstance(effect, PositionEffect | BodyEffect):
         return ActiveEffect(replace(effect, parameters=()), (), active.log, values)
     fixed = replace(
         effect,

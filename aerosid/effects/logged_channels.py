@@ -1,7 +1,8 @@
 """Recorded channels that the declared model does not use, as candidate terms.
 
-Each is offered as a term, linear in C_X, C_Z and C_m; thrust as C_T = thrust/(q_bar S), an error of the engine model
-along x and of its moment arm in C_m. Channels of names that are not in the glossary are offered too, unless they follow
+Each is offered as a term, linear in every coefficient; thrust as C_T = thrust/(q_bar S), an error of the engine model
+along x and of its moment arm in C_m, a slipstream in C_l and C_n.
+Channels of names that are not in the glossary are offered too, unless they follow
 the measured response so closely that they are another answer and no input: an answer in a term would feed the
 measurement back into what it is compared with.
 Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (extended models).
@@ -14,21 +15,19 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects.aerodynamic_terms import POWERED, is_symmetric
+from aerosid.flight_model.axes import ACCELERATIONS, Axes
 from aerosid.flight_model.terms import Term, parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.noise import estimate_noise
 
 KNOWN = ("delta_h", "delta_f", "beta")
-"""Inputs of the glossary that act on the longitudinal motion."""
-
-STATES = ("V", "alpha", "q", "theta", "h")
-ACCELERATIONS = ("a_x", "a_z", "q_dot")
-"""What an unknown channel is compared with before it counts as an input: with the states together, and with each
-acceleration alone, because all accelerations together show every input that acts."""
+"""Inputs of the glossary that the library of terms does not hold; one that a case answers with is no input there."""
 
 LIKE_THE_STATES, LIKE_AN_ACCELERATION = 0.9, 0.95
-"""Shares of a channel's variance that these explain linearly, from which it is an answer as they are."""
+"""Shares of an unknown channel's variance that the case's other answers together, and each acceleration alone, explain
+linearly, from which it is an answer as they are. All accelerations together show every input that acts."""
 
 LEAST_NOISE_RATIO = 5.0
 """Standard deviation of a channel over its noise below which it shows nothing."""
@@ -40,18 +39,21 @@ MOST_CHANNELS = 8
 """Channels that are asked for: every simulation carries each of them."""
 
 
-def logged_channels(logs: Sequence[FlightLog], _coefficient: str) -> Iterator[Term]:
+def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
     """A term for each channel that all logs hold, that moves, and that is an input."""
     names = [name for name in logs[0].channels if name not in CHANNELS and name.isidentifier()]
     asked = []
-    for name in (*KNOWN, *names):
+    known = [name for name in KNOWN if name not in axes.outputs]
+    for name in (*known, *names):
         if all(name in log and np.isfinite(log[name]).mean() > 0.9 for log in logs):
             moving = [log for log in logs if _moves(log, name)]
-            if moving and (name in KNOWN or not any(_is_answer(log, name) for log in moving)):
+            if moving and (name in known or not any(_is_answer(log, name, axes) for log in moving)):
                 asked.append(name)
     yield from map(parse_term, asked[:MOST_CHANNELS])
     if all("thrust" in log for log in logs) and any(_thrust_varies(log) for log in logs):
         yield parse_term("C_T")
+        if not is_symmetric(coefficient):
+            yield from map(parse_term, POWERED)
 
 
 def _moves(log: FlightLog, name: str) -> bool:
@@ -63,9 +65,10 @@ def _moves(log: FlightLog, name: str) -> bool:
     return spread > LEAST_NOISE_RATIO * float(estimate_noise(log.time, values))
 
 
-def _is_answer(log: FlightLog, name: str) -> bool:
-    states = [other for other in STATES if other in log]
-    alike = [_explained(log, name, [other]) for other in ACCELERATIONS if other in log]
+def _is_answer(log: FlightLog, name: str, axes: Axes) -> bool:
+    answers = [other for other in axes.outputs if other in log]
+    states = [other for other in answers if other not in ACCELERATIONS]
+    alike = [_explained(log, name, [other]) for other in answers if other in ACCELERATIONS]
     return _explained(log, name, states) > LIKE_THE_STATES or max(alike, default=0.0) > LIKE_AN_ACCELERATION
 
 

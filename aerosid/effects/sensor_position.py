@@ -1,27 +1,64 @@
 """A sensor that sits elsewhere than declared: the motion about the centre of gravity shows in what it reads.
 
-A vane x ahead of its declared place sees w - q x; an accelerometer the accelerations of its own place. Klein & Morelli,
-Aircraft System Identification, section 10.2 (sensor position corrections).
+A vane x ahead of its declared place sees w - q x, one of sideslip beta + (x r - z p)/V; an accelerometer the
+accelerations of its own place. Klein & Morelli, Aircraft System Identification, section 10.2 (sensor position
+corrections).
 """
 
 from __future__ import annotations
 
-from aerosid.effects.family import Family, Kind, Planted
+from collections.abc import Iterator, Mapping
+
+from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, PositionEffect
+from aerosid.flight_model.axes import LATERAL
 
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
 """Sensors and the body axes of their positions that a pitching motion shows."""
 
+SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz")))
+"""Sensors and the body axes of their positions that rolling and yawing motion shows, alone and together."""
+
+FURTHEST = 30.0
+"""m from the declared place."""
+
 
 def sensor_position(channel: str, axis: str) -> PositionEffect:
     """The sensor lies `position` m further along a body axis, x forward or z down, than declared."""
+    return _sits(channel, axis, ("position",))
+
+
+def sensor_place(channel: str, axes: str) -> PositionEffect:
+    """The sensor lies further along some body axes, letters of x forward, y right and z down, by as many numbers, m."""
+    return _sits(channel, axes, tuple(axes))
+
+
+def _sits(channel: str, axes: str, names: tuple[str, ...]) -> PositionEffect:
     return PositionEffect(
         "sensor_position",
         channel,
-        (EffectParameter("position", "m", trials=(0.0,), lowest=-30.0, highest=30.0, step=1e-2),),
-        axis,
+        tuple(
+            EffectParameter(name, "m", trials=(0.0,), lowest=-FURTHEST, highest=FURTHEST, step=1e-2) for name in names
+        ),
+        axes,
         "Klein & Morelli, Aircraft System Identification, section 10.2",
     )
+
+
+def _made(where: str, numbers: Mapping[str, float], _interval: float) -> PositionEffect:
+    """By the axes that are given; a number without one lies along the axis that pitching shows."""
+    axes = "".join(axis for axis in "xyz" if axis in numbers)
+    return sensor_place(where, axes) if axes else sensor_position(where, dict(SHOWN_BY_PITCHING).get(where, "x"))
+
+
+def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    """Places that rolling and yawing motion shows, where it is integrated; the equations ask for those of pitching."""
+    if not {"p", "r"} <= set(flights[0].axes.integrated):
+        return
+    for channel, places in SHOWN_BY_TURNING:
+        if any(channel in flown.measured for flown in flights):
+            for axes in places:
+                yield Offer("sensor_position", channel, (at_null(sensor_place(channel, axes)),))
 
 
 FAMILY = Family(
@@ -30,9 +67,10 @@ FAMILY = Family(
             "sensor_position",
             "channel",
             "the sensor of {where} sits elsewhere than declared",
-            lambda where, _numbers, _interval: sensor_position(where, dict(SHOWN_BY_PITCHING)[where]),
-            (Planted("alpha", {"position": 6.0}),),
+            _made,
+            (Planted("alpha", {"position": 6.0}), Planted("beta", {"x": 5.0, "z": -0.4}, axes=LATERAL)),
+            optional=("position", "x", "y", "z"),
         ),
     ),
+    _offered,
 )
-"""The equation-error regression asks for it by itself."""

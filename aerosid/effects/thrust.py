@@ -44,6 +44,8 @@ def thrust_change(time: float, interval: float) -> InputEffect:
 
 
 def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+    if "C_X" not in flights[0].axes.coefficients:
+        return  # what acts along x is not modelled
     thrusts = [flown.inputs["thrust"] for flown in flights]
     mean = max(float(np.mean(np.abs(thrust))) for thrust in thrusts)
     spread = float(np.ptp(np.concatenate(thrusts)))

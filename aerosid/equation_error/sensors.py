@@ -64,7 +64,8 @@ def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str
     place = recording.position(channel).copy()
     for active in effects:
         if isinstance(active.effect, PositionEffect) and active.effect.where == channel:
-            place[_AXES.index(active.effect.axis)] += active.numbers[0]
+            for axis, further in zip(active.effect.axes, active.numbers, strict=True):
+                place[_AXES.index(axis)] += further
     return place
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -41,6 +41,7 @@ def declared_effects(
         numbers = _numbers(effect, key)
         interval = float(np.median(np.diff(manoeuvres[0].flight.time)))
         made = KINDS[effect.kind].made(effect.where, numbers, interval)
+        _require(tuple(parameter.name for parameter in made.parameters), numbers, key)
         if isinstance(made, OutputEffect) and made.where not in outputs:
             raise AircraftError(
                 f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
@@ -68,8 +69,12 @@ def _numbers(effect: DeclaredEffect, key: str) -> dict[str, float]:
         numbers.setdefault(kind.leading, effect.value)
     if effect.time is not None:
         numbers["time"] = effect.time
-    lacking = [name for name in kind.required if name not in numbers]
+    _require(kind.required, numbers, key)
+    return numbers
+
+
+def _require(names: Sequence[str], numbers: Mapping[str, float], key: str) -> None:
+    lacking = [name for name in names if name not in numbers]
     if lacking:
         how = "time = ..." if lacking == ["time"] else f"{lacking[0]} = {{ value = ... }} to its parameters"
-        raise AircraftError(f"{key} lacks {', '.join(lacking)}, expected {', '.join(kind.required)}; add {how}")
-    return numbers
+        raise AircraftError(f"{key} lacks {', '.join(lacking)}, expected {', '.join(names)}; add {how}")

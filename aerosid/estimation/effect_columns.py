@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
 from aerosid.effects.cg_shift import centre_column
-from aerosid.effects.disturbance import GUST_COLUMN
-from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.disturbance import GUST_COLUMN, SIDE_GUST_COLUMN
+from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
 from aerosid.effects.thrust import THRUST_COLUMN
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -20,6 +20,8 @@ FILLED = {
     THRUST_COLUMN: "thrust_change",
     centre_column("x"): "cg_x",
     centre_column("z"): "cg_z",
+    centre_column("y"): "cg_y",
+    SIDE_GUST_COLUMN: "side_gust",
 }
 """Input columns that no channel fills and no term names, with the field of `Constants` that says where they are."""
 
@@ -56,4 +58,4 @@ def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) ->
 def _columns(effect: Effect) -> tuple[str, ...]:
     if isinstance(effect, InputEffect):
         return (effect.where_acts,)
-    return () if isinstance(effect, OutputEffect | PositionEffect) else effect.columns
+    return () if isinstance(effect, OutputEffect | PositionEffect | BodyEffect) else effect.columns

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect, OutputEffect
-from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.signals.sensor_dynamics import SensorStates, no_sensor_states, sensor_states
 
@@ -51,8 +53,7 @@ def acting_flight(
         if isinstance(active.effect, NoiseEffect):
             variance = variance.copy()
             interval = float(np.median(np.diff(flight.time)))
-            airspeed = float(np.nanmean(manoeuvre.measured("V")))
-            numbers = active.effect.noise(active.values, interval, airspeed)
+            numbers = active.effect.noise(active.values, interval, manoeuvre.mean_airspeed)
             for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
                 place = model.columns.index(column)
                 variance[place - leading], memory[place - leading] = spread, remembered
@@ -61,8 +62,21 @@ def acting_flight(
         if isinstance(active.effect, PositionEffect):
             positions = positions.copy()
             row = manoeuvre.axes.outputs.index(active.effect.where)
-            positions[row, "xyz".index(active.effect.axis)] += active.numbers[0]
+            for axis, further in zip(active.effect.axes, active.numbers, strict=True):
+                positions[row, "xyz".index(axis)] += further
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance, positions=positions), memory
+
+
+def acting_model(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
+    """The model of the aircraft as it is: with the constants that effects change."""
+    changed = model.constants._asdict()
+    acting = [(active.effect, active.numbers) for active in effects if isinstance(active.effect, BodyEffect)]
+    if not acting:
+        return model
+    for effect, numbers in acting:
+        for name, change in zip(effect.fields, numbers, strict=True):
+            changed[name] += change
+    return replace(model, constants=Constants(**changed))
 
 
 def transformed(

@@ -18,6 +18,7 @@ from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
 from aerosid.estimation.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
+    acting_model,
     recording_sensors,
     simulated_states,
     transformed,
@@ -26,6 +27,7 @@ from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import MotionLoop, added_along, motion_loop
 from aerosid.estimation.prediction import no_directions, predict_stretch, start_carry
+from aerosid.estimation.simulated_slopes import slopes_by_simulation
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
@@ -230,8 +232,8 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
-        manoeuvre = self.manoeuvres[log]
-        flight, memory = acting_flight(self.model, manoeuvre, effects)
+        manoeuvre, model = self.manoeuvres[log], acting_model(self.model, effects)
+        flight, memory = acting_flight(model, manoeuvre, effects)
         noise = self.input_noise(flight, memory)
         sensors = recording_sensors(manoeuvre, effects)
         own = self.free.size + self.state_count
@@ -239,26 +241,29 @@ class Likelihood:
         loop: MotionLoop | None = None
         if any(isinstance(active.effect, StateEffect) for active in effects):
             ground = manoeuvre.ground
-            loop = motion_loop(self.model, flight, values, state, effects, ground, self.free, width - 1)
+            loop = motion_loop(model, flight, values, state, effects, ground, self.free, width - 1)
             flight = loop.flight
         moves = self._directions(manoeuvre, values, state, effects, flight, tested)
         directions = Directions(moves, _direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
+        sides = slopes_by_simulation(self.model, manoeuvre, values, state, effects, tested)
         reach = samples if whole or (remembers and samples <= WHOLE * STRETCH) else STRETCH
         carry = make_trace_carry(state, self.free.size, moves.shape[2])
         held = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)
-            trace = make_trace(stop - begin, extra, width, self.model.axes)
-            arguments = (values, self.free, self.model.table, self.model.constants, directions, trace)
+            trace = make_trace(stop - begin, extra, width, model.axes)
+            arguments = (values, self.free, model.table, model.constants, directions, trace)
             traced = flight if loop is None else loop.traced_flight
             if not trace_stretch(begin, stop, carry, traced, *arguments):
                 raise OutOfRangeError
             if loop is not None:
-                loop.close(begin, stop, self.model, values, self.free, directions, trace)
+                loop.close(begin, stop, model, values, self.free, directions, trace)
             block = trace.block
+            for place, slope in sides.items():
+                block[:, :, 1 + own + place] = slope[begin:stop]
             self._sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
@@ -354,7 +359,8 @@ class Likelihood:
         tested: Sequence[ActiveEffect],
     ) -> Iterator[_Block]:
         """One step ahead, the filter's gain holding the prediction to the data; no effect is free, tested or not."""
-        flight, _ = acting_flight(self.model, self.manoeuvres[log], effects)
+        model = acting_model(self.model, effects)
+        flight, _ = acting_flight(model, self.manoeuvres[log], effects)
         if self.filtering:
             flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
         else:
@@ -367,7 +373,7 @@ class Likelihood:
             stop = min(begin + STRETCH, samples)
             predicted, white = (np.empty((stop - begin, self.output_count)) for _ in range(2))
             columns = np.zeros((stop - begin, self.output_count, free + self.state_count))
-            arguments = (values, self.free, self.model.table, self.model.constants, variance, directions)
+            arguments = (values, self.free, model.table, model.constants, variance, directions)
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError

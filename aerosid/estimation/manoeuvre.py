@@ -92,6 +92,13 @@ class Manoeuvre:
         """The inputs past the leading ones, (N, E), SI."""
         return self.flight.inputs[:, len(input_columns_of(self.axes)) :]
 
+    @property
+    def mean_airspeed(self) -> float:
+        """Mean of the measured airspeed, m/s."""
+        if "V" in self.axes.outputs:
+            return float(np.nanmean(self.measured("V")))
+        return float(np.nanmean(self.flight.inputs[:, self.columns.index("V")]))
+
     @cached_property
     def spread(self) -> NDArray[np.float64]:
         """Standard deviation of each output's samples, (m,), SI; 1 where nothing was measured."""

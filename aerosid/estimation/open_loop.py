@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, StateEffect, frozen
 from aerosid.effects.sudden import at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
-from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, recorded
+from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model, recorded
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
@@ -111,6 +111,7 @@ def simulate(
     -------
     NaN from where the simulation leaves |alpha| < 1.5 rad.
     """
+    model = acting_model(model, effects)
     flight, _ = acting_flight(model, manoeuvre, effects)
     if any(isinstance(active.effect, StateEffect) for active in effects):
         try:

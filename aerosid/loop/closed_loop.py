@@ -12,6 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.residual_tests import coloured_noise
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.carried_deviations import Spread
@@ -43,6 +44,9 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import told_of_unproven
 
 Told = Callable[[ClosedLoop], None]
+
+PLANNED = (LONGITUDINAL,)
+"""Cases for which the next flight is designed."""
 
 
 def close_loop(
@@ -213,7 +217,7 @@ def _completed(
 
     progress("designing the next flight")
     ahead = None
-    if settings.next_flight:
+    if settings.next_flight and aircraft.axes in PLANNED:
         limits = {**aircraft.limits, **settings.limits}
         ahead = plan_next_flight(known.found, identified.manoeuvres, rows, limits)
     return replace(

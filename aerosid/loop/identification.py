@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
@@ -22,7 +23,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.methods import Question, answer
+from aerosid.loop.methods import CASES, Question, answer, require_method_for
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Progress
 from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
@@ -102,11 +103,11 @@ def identify(
         Where a log lacks a channel that the model needs.
     AircraftError
         Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold, or
-        lateral coefficients.
+        the method does not handle its coefficients.
     EstimationError
         Where the declared model cannot be simulated at all.
     """
-    aircraft.require_longitudinal("the search for what a model lacks")
+    require_method_for(aircraft, settings.method)
     progress("reading the logs into the flight model")
     aircraft, logs, validation = at_own_loading(aircraft, logs, validation)
     logs, validation = (
@@ -119,14 +120,16 @@ def identify(
     declared = with_columns_of(plain, given)
 
     progress("comparing the instruments with each other")
-    agreement = check_kinematics(logs) if settings.kinematics else None
+    compared = settings.kinematics and aircraft.axes in compatibility.CASES
+    agreement = check_kinematics(logs) if compared else None
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, None)
 
     question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others, agreement)
     told = answer(question, settings, progress)
     second = None
-    if settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all":
+    asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
+    if asked and aircraft.axes in CASES["iebmee"]:
         second = second_opinion(question, told.found, settings, progress)
     return Identification(
         aircraft,
@@ -138,10 +141,20 @@ def identify(
         agreement,
         told.found,
         told.rivals,
-        told.notes,
+        (*_told_of_axes(aircraft, settings), *told.notes),
         second,
         told.search,
     )
+
+
+def _told_of_axes(aircraft: Aircraft, settings: LoopSettings) -> tuple[str, ...]:
+    """What was not asked because of the axes of the model."""
+    left = []
+    if settings.kinematics and aircraft.axes not in compatibility.CASES:
+        left.append("whether the instruments agree by kinematics")
+    if settings.second_opinion and aircraft.axes not in CASES["iebmee"]:
+        left.append("whether the model error d(t) by itself names the same")
+    return (f"Not asked of a {aircraft.axes.name} model: {' and '.join(left)}.",) if left else ()
 
 
 def asked_of(

@@ -11,11 +11,12 @@ from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
-from aerosid.errors import EstimationError
+from aerosid.errors import AircraftError, EstimationError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.equation_error_attribution import attribute_by_equations
@@ -78,6 +79,30 @@ class Answer:
     search: StructureSearch
     rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+CASES: dict[Method, tuple[Axes, ...]] = {
+    "equations": (LONGITUDINAL,),
+    "likelihood": (LONGITUDINAL, LATERAL, SIX),
+    "iebmee": (LONGITUDINAL,),
+}
+"""The cases of the equations of motion that each method handles."""
+
+
+def require_method_for(aircraft: Aircraft, method: Method) -> None:
+    """Refuse a method that does not handle the coefficients of an aircraft file.
+
+    Raises
+    ------
+    AircraftError
+        Names the methods that do.
+    """
+    if aircraft.axes not in CASES[method]:
+        able = [name for name, cases in CASES.items() if aircraft.axes in cases]
+        raise AircraftError(
+            f"{aircraft.path}: derivatives holds {', '.join(aircraft.coefficients)} ({aircraft.axes.name}), which "
+            f"method {method} does not handle; use --method {' or '.join(able)}"
+        )
 
 
 def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:

@@ -70,8 +70,7 @@ def model_error_pictures(
         if not histories:
             histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
         regressors = regressor_pictures(completed, manoeuvres, chosen, closest_rivals(screening, candidates), settings)
-        u, w, q, theta = (float(number) for number in completed.error_density)
-        off = replace(settings, filtering="off", error_density=(u, w, q, theta))
+        off = replace(settings, filtering="off", error_density=tuple(completed.error_density.tolist()))
         unfiltered = completed
         if settings.filtering != "off" and any(part.butterworth for part in completed.fed):
             unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)

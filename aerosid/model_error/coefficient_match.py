@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
-from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.effects_in_flight import acting_flight, acting_model
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.axes import ACCELERATIONS, LONGITUDINAL, coupled_of, input_columns_of, loads_of
+from aerosid.flight_model.axes import ACCELERATIONS, UNCOUPLED, Axes, coupled_of, input_columns_of, loads_of
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight, coefficients_along
 from aerosid.model_error.aircraft_error import measured_motion
@@ -35,7 +35,7 @@ _Model = tuple[AerodynamicModel, Sequence[ActiveEffect]]
 
 
 def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> list[CoefficientRow]:
-    """R^2 of C_X, C_Z and C_m on one log for two models; a coefficient whose sensors are missing has no row.
+    """R^2 of each coefficient on one log for two models; one whose sensors are missing has no row.
 
     Parameters
     ----------
@@ -44,16 +44,16 @@ def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> lis
 
     Notes
     -----
-    C_X and C_Z come from the accelerometers, C_m from q_dot or the derivative of q, all channels low-passed alike;
-    the model's coefficients from the measured V, alpha, q and inputs through the same filter. What a model says of
-    sensors and controls is part of it: channels are corrected for its faults first, controls act as it says, so that a
-    late vane is not held against the derivatives. Disturbances explain nothing. Constants are fitted on the log: R^2
-    is about the mean.
+    The forces come from the accelerometers, the moments from the angular accelerations or the derivatives of the rates,
+    all channels low-passed alike; the model's coefficients from the measured motion and inputs through the same filter.
+    What a model says of sensors and controls is part of it: channels are corrected for its faults first, controls act
+    as it says, so that a late vane is not held against the derivatives. Disturbances explain nothing. Constants are
+    fitted on the log: R^2 is about the mean.
     """
     fed = feed(manoeuvre, ChainSettings())
     pairs = [_pair(model, effects, manoeuvre, fed) for model, effects in (before, after)]
     rows = []
-    for i, name in enumerate(LONGITUDINAL.coefficients):
+    for i, name in enumerate(manoeuvre.axes.coefficients):
         # Both models are judged on the same samples: a correction may not reach the ends of the record.
         held = np.all([np.isfinite(part[:, i]) for pair in pairs for part in pair], axis=0)
         if held.sum() < 10:
@@ -69,7 +69,7 @@ def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> lis
 def _pair(
     model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """C_X, C_Z, C_m (N, 3) as measured and as the model gives them, where it is right about sensors and controls."""
+    """The coefficients (N, k) as measured and as the model gives them, where it is right about sensors and controls."""
     corrected = Corrected.of(model, effects, manoeuvre, fed)
     return corrected.measured, corrected.modelled(model.values)
 
@@ -84,7 +84,7 @@ class Corrected:
     flight : Flight
         The smooth channels, corrected for the sensors' faults, and the inputs that act.
     states : ndarray, shape (N, n)
-        u, w, q, theta, h.
+        Those of the case.
     """
 
     model: AerodynamicModel
@@ -113,7 +113,8 @@ class Corrected:
         flight, _ = acting_flight(model, manoeuvre, effects)
         inputs = np.column_stack([smooth(column) for column in flight.inputs.T])
         acting = flight._replace(measured=measured, inputs=inputs)
-        states = _states(acting)
+        model = acting_model(model, effects)
+        states = _states(acting, model.axes)
         for active in effects:
             if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
                 added = added_along(active, model, acting, model.values, states, manoeuvre.ground)
@@ -123,74 +124,95 @@ class Corrected:
 
     @property
     def measured(self) -> NDArray[np.float64]:
-        """C_X, C_Z, C_m (N, 3) of the accelerometers and the pitch acceleration; NaN where one is missing."""
-        return _measured(self.flight, self.model.constants)
+        """The case's coefficients (N, k) of accelerometers and angular accelerations; NaN where one is missing."""
+        return _measured(self.flight, self.model.constants, self.model.axes)
 
     def modelled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """C_X, C_Z, C_m (N, 3) with these values of the model's entries."""
-        found = _modelled(self.model, values, self.flight, self.states)
-        pitch = LONGITUDINAL.coefficients.index("C_m")
-        if not _has_q_dot(self.flight):
-            # The difference of q over two intervals is the mean of q_dot between: the model's moment is averaged alike.
-            middles = 0.5 * (found[1:, pitch] + found[:-1, pitch])
-            found[:, pitch] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
+        """The case's coefficients (N, k) with these values of the model's entries."""
+        found, axes = _modelled(self.model, values, self.flight, self.states), self.model.axes
+        for place, name in enumerate(axes.coefficients):
+            if name in _TURNED and not _has(self.flight, axes, f"{_TURNED[name]}_dot"):
+                # The difference of a rate over two intervals is the mean between: the moment is averaged alike.
+                middles = 0.5 * (found[1:, place] + found[:-1, place])
+                found[:, place] = 0.5 * (np.append(middles[0], middles) + np.append(middles, middles[-1]))
         return found
 
 
-def _seen(flight: Flight, output: str) -> NDArray[np.float64]:
-    """The samples (N,) of an output of the longitudinal case."""
-    return flight.measured[:, LONGITUDINAL.outputs.index(output)]
+_TURNED = {"C_l": "p", "C_m": "q", "C_n": "r"}
+"""The rate that each moment turns."""
 
 
-def _has_q_dot(flight: Flight) -> bool:
-    return bool(np.isfinite(_seen(flight, "q_dot")).any())
+def _seen(flight: Flight, axes: Axes, output: str) -> NDArray[np.float64]:
+    """The samples (N,) of an output."""
+    return flight.measured[:, axes.outputs.index(output)]
+
+
+def _has(flight: Flight, axes: Axes, output: str) -> bool:
+    return bool(np.isfinite(_seen(flight, axes, output)).any())
 
 
 def _modelled(
     model: AerodynamicModel, values: NDArray[np.float64], flight: Flight, states: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """C_X, C_Z, C_m (N, 3) of the model at measured states; NaN where one is missing that a coefficient needs."""
-    motion = dict(zip(LONGITUDINAL.integrated, states.T, strict=True))
-    known = np.isfinite(sum(motion[name] for name in coupled_of(LONGITUDINAL)))
+    """The case's coefficients (N, k) at measured states; NaN where one is missing that a coefficient needs."""
+    axes = model.axes
+    motion = dict(zip(axes.integrated, states.T, strict=True))
+    known = np.isfinite(sum(motion[name] for name in coupled_of(axes)))
     found = coefficients_along(
         np.where(np.isnan(states), 1.0, states), flight, np.array(values), model.table, model.constants
     )
-    alpha = np.arctan2(motion["w"], motion["u"])
-    c = dict(zip(loads_of(LONGITUDINAL), found.T, strict=True))
-    c_x = c["C_X"] + c["C_L"] * np.sin(alpha) - c["C_D"] * np.cos(alpha)
-    c_z = c["C_Z"] - c["C_L"] * np.cos(alpha) - c["C_D"] * np.sin(alpha)
-    return np.where(known[:, None], np.column_stack([c_x, c_z, c["C_m"]]), np.nan)
+    c = dict(zip(loads_of(axes), found.T, strict=True))
+    if axes.wind_axes:
+        alpha = np.arctan2(motion["w"], motion["u"])
+        c["C_X"] = c["C_X"] + c["C_L"] * np.sin(alpha) - c["C_D"] * np.cos(alpha)
+        c["C_Z"] = c["C_Z"] - c["C_L"] * np.cos(alpha) - c["C_D"] * np.sin(alpha)
+    return np.where(known[:, None], np.column_stack([c[name] for name in axes.coefficients]), np.nan)
 
 
-def _states(flight: Flight) -> NDArray[np.float64]:
-    """u, w, q, theta, h (N, n) as measured; NaN where V, alpha or q is missing.
+def _states(flight: Flight, axes: Axes) -> NDArray[np.float64]:
+    """The states (N, n) as measured; NaN where one is missing that a coefficient needs.
 
     Attitude enters no coefficient but by alphadot, height none but by the ground: without their channels the flight is
     level and its height unknown.
     """
-    measured, alpha, _ = measured_motion(flight)
-    motion = dict(zip(coupled_of(LONGITUDINAL), measured.T, strict=True)) | {"h": _seen(flight, "h")}
-    motion["theta"] = np.where(np.isnan(motion["theta"]), alpha, motion["theta"])
-    return np.column_stack([motion[name] for name in LONGITUDINAL.integrated])
+    measured, alpha, _ = measured_motion(flight, axes)
+    motion = dict(zip(coupled_of(axes), measured.T, strict=True))
+    motion |= {name: _seen(flight, axes, name) for name in axes.integrated if name in UNCOUPLED}
+    for name, level in (("theta", alpha), ("phi", np.zeros_like(alpha))):
+        if name in motion:
+            motion[name] = np.where(np.isnan(motion[name]), level, motion[name])
+    return np.column_stack([motion[name] for name in axes.integrated])
 
 
-def _measured(flight: Flight, constants: Constants) -> NDArray[np.float64]:
-    """C_X, C_Z, C_m (N, 3) from the smooth sensors, NaN where one is missing."""
-    columns = dict(zip(input_columns_of(LONGITUDINAL), flight.inputs.T, strict=False))
-    density, thrust, mass, p, r = (columns[name] for name in ("rho", "thrust", "mass", "p", "r"))
-    speed, q = _seen(flight, "V"), _seen(flight, "q")
+def _measured(flight: Flight, constants: Constants, axes: Axes) -> NDArray[np.float64]:
+    """The case's coefficients (N, k) from the smooth sensors, NaN where one is missing."""
+    seen = dict(zip(input_columns_of(axes), flight.inputs.T, strict=False))
+    seen |= {name: _seen(flight, axes, name) for name in axes.outputs}
+    density, thrust, mass, speed, p, q, r = (seen[name] for name in ("rho", "thrust", "mass", "V", "p", "q", "r"))
+    turning = {name: np.zeros(flight.time.size) for name in ("p", "q", "r")}
+    for name in turning:
+        if f"{name}_dot" in axes.outputs:
+            measured = _has(flight, axes, f"{name}_dot")
+            turning[name] = seen[f"{name}_dot"] if measured else np.gradient(seen[name], flight.time)
+    p_dot, q_dot, r_dot = turning.values()
+    at = {name: flight.positions[axes.outputs.index(name)] for name in ("a_x", "a_y", "a_z") if name in axes.outputs}
     force = 0.5 * density * speed**2 * constants.wing_area
-    q_dot = _seen(flight, "q_dot") if _has_q_dot(flight) else np.gradient(q, flight.time)
-    x_x, x_y, x_z = flight.positions[LONGITUDINAL.outputs.index("a_x")]
-    z_x, z_y, z_z = flight.positions[LONGITUDINAL.outputs.index("a_z")]
-    a_x = _seen(flight, "a_x") + (q**2 + r**2) * x_x - p * q * x_y - (q_dot + p * r) * x_z
-    a_z = _seen(flight, "a_z") - (p * r - q_dot) * z_x - q * r * z_y + (p**2 + q**2) * z_z
-    thrust_x = thrust * np.cos(constants.thrust_incidence)
-    thrust_z = -thrust * np.sin(constants.thrust_incidence)
-    return np.column_stack(
-        [
-            (mass * a_x - thrust_x) / force,
-            (mass * a_z - thrust_z) / force,
-            (constants.I_yy * q_dot - thrust * constants.thrust_z_arm) / (force * constants.mean_chord),
-        ]
-    )
+    found = {}
+    if "a_x" in at:
+        x, y, z = at["a_x"]
+        a_x = seen["a_x"] + (q**2 + r**2) * x - (p * q - r_dot) * y - (q_dot + p * r) * z
+        x, y, z = at["a_z"]
+        a_z = seen["a_z"] - (p * r - q_dot) * x - (q * r + p_dot) * y + (p**2 + q**2) * z
+        pitch = constants.I_yy * q_dot - thrust * constants.thrust_z_arm
+        pitch += (constants.I_xx - constants.I_zz) * p * r + constants.I_xz * (p**2 - r**2)
+        found["C_X"] = (mass * a_x - thrust * np.cos(constants.thrust_incidence)) / force
+        found["C_Z"] = (mass * a_z + thrust * np.sin(constants.thrust_incidence)) / force
+        found["C_m"] = pitch / (force * constants.mean_chord)
+    if "a_y" in at:
+        x, y, z = at["a_y"]
+        a_y = seen["a_y"] - (p * q + r_dot) * x + (p**2 + r**2) * y - (q * r - p_dot) * z
+        roll = constants.I_xx * p_dot - constants.I_xz * (r_dot + p * q) + (constants.I_zz - constants.I_yy) * q * r
+        yaw = constants.I_zz * r_dot - constants.I_xz * (p_dot - q * r) + (constants.I_yy - constants.I_xx) * p * q
+        found["C_Y"] = mass * a_y / force
+        found["C_l"], found["C_n"] = roll / (force * constants.span), yaw / (force * constants.span)
+    return np.column_stack([found[name] for name in axes.coefficients])

@@ -55,7 +55,7 @@ class FlightsInError:
     @cached_property
     def airspeeds(self) -> tuple[float, ...]:
         """Mean measured airspeed of each flight, m/s."""
-        return tuple(float(np.nanmean(m.measured("V"))) for m in self.manoeuvres)
+        return tuple(m.mean_airspeed for m in self.manoeuvres)
 
     @property
     def distances(self) -> tuple[float, ...]:

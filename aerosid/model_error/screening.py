@@ -279,11 +279,11 @@ def _joined(histories: Sequence[AircraftError], equation: int) -> tuple[NDArray[
 
 def _starts(histories: Sequence[AircraftError], equation: int) -> NDArray[np.float64]:
     """The responses to errors of the initial states, one block of columns a log."""
-    samples = [history.d.shape[0] for history in histories]
-    columns = np.zeros((sum(samples), 4 * len(histories)))
+    samples, states = [history.d.shape[0] for history in histories], histories[0].initial.shape[2]
+    columns = np.zeros((sum(samples), states * len(histories)))
     start = 0
     for n, history in enumerate(histories):
-        columns[start : start + samples[n], 4 * n : 4 * n + 4] = history.initial[:, equation, :]
+        columns[start : start + samples[n], states * n : states * (n + 1)] = history.initial[:, equation, :]
         start += samples[n]
     return columns
 

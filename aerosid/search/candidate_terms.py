@@ -8,10 +8,11 @@ from aerosid.aircraft import Aircraft
 from aerosid.effects.aerodynamic_terms import compressible, polynomials, splines, unsteady
 from aerosid.effects.logged_channels import logged_channels
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.axes import Axes
 from aerosid.flight_model.terms import Term
 from aerosid.logs.flight_log import FlightLog
 
-TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str], Iterable[Term]], ...] = (
+TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str, Axes], Iterable[Term]], ...] = (
     polynomials,
     unsteady,
     compressible,
@@ -39,6 +40,6 @@ def candidate_entries(aircraft: Aircraft, logs: Sequence[FlightLog]) -> tuple[En
         (coefficient, term)
         for coefficient in aircraft.coefficients
         for family in TERM_FAMILIES
-        for term in family(logs, coefficient)
+        for term in family(logs, coefficient, aircraft.axes)
     ]
     return tuple(entry for entry in dict.fromkeys([*own, *library]) if entry not in declared)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from aerosid.effects import ActiveEffect, NoiseEffect
-from aerosid.effects.disturbance import gust, unmodelled_forces
-from aerosid.estimation.effect_columns import with_gust
+from aerosid.effects.disturbance import gusts_of, unmodelled_forces
+from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
@@ -52,9 +52,13 @@ def beside_disturbances(search: StructureSearch, start: Refinement, gusty: Searc
 
 
 def in_moving_air(search: StructureSearch, start: Refinement) -> Refinement:
-    """The estimate with a gust beside it."""
+    """The estimate with a gust beside it: of those that its axes can meet, the likeliest for its price."""
     room = search.with_room(start)
-    return with_noise(search, replace(room, model=with_gust(room.model)), gust())
+    met = []
+    for effect in gusts_of(start.model.axes):
+        quiet = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+        met.append(with_noise(search, replace(room, model=with_columns_of(room.model, [quiet])), effect))
+    return min(met, key=search.price)
 
 
 def in_forces(search: StructureSearch, start: Refinement) -> Refinement:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import ndtr
 
-from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.sudden import is_sudden, moment
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
@@ -27,8 +27,13 @@ class Part:
 
     @property
     def parameters(self) -> tuple[tuple[str, float, float, str], ...]:
-        """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
-        if self.active is None or len(self.active.values) < 2 or is_sudden(self.active):
+        """Name, value, deviation and unit of each number, of an effect that has several or whose one number needs its
+        name; a jump's moment is apart.
+        """
+        if self.active is None or is_sudden(self.active):
+            return ()
+        kind, names = KINDS.get(self.active.effect.kind), [number.name for number in self.active.effect.parameters]
+        if len(self.active.values) < 2 and (kind is None or names == [kind.leading] or not names):
             return ()
         errors = self.std_errors or (self.std_error,) + (np.nan,) * (len(self.active.values) - 1)
         numbers = zip(self.active.effect.parameters, self.active.values, errors, strict=True)

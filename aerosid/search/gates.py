@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects import KINDS, ActiveEffect, OutputEffect
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
@@ -91,7 +91,7 @@ def _no_imitation(
     found = [plain]
     if gusts_say_better(search, plain, made.gusty):
         found.append(separated(search, plain, validation))
-    if len(search.parts(plain.estimate, None)) >= PATCHES:
+    if search.separating and len(search.parts(plain.estimate, None)) >= PATCHES:
         estimate, others = separation_at_first(search, before)
         found.append(replace(plain, estimate=estimate, others=others))
     return min(found, key=lambda each: search.price(each.estimate))
@@ -136,6 +136,6 @@ def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refi
 
 def _calmed(search: StructureSearch, completed: Refinement) -> Refinement:
     """The estimate without the gust that it may hold, where that does not say enough to stay."""
-    gusts = [part for part in search.parts(completed, None) if part.label[0] == "gust"]
+    gusts = [part for part in search.parts(completed, None) if part.is_disturbance and part.label[0] in KINDS]
     calm = search.without(completed, gusts) if gusts else completed
     return calm if search.price(calm) < search.price(completed) + search.critical**2 else completed

@@ -8,6 +8,7 @@ from aerosid.effects import CATALOGUE, Flown
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
+from aerosid.flight_model.constants import Constants
 
 
 def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
@@ -29,8 +30,7 @@ def effect_hypotheses(
     coefficients : sequence of str
         Those that may change suddenly; none: no sudden changes are offered.
     """
-    span = model.constants.wing_area / model.constants.mean_chord
-    flights = tuple(_flown(manoeuvre, span) for manoeuvre in manoeuvres)
+    flights = tuple(_flown(manoeuvre, model.constants) for manoeuvre in manoeuvres)
     offers = [
         offer
         for family in CATALOGUE
@@ -40,7 +40,7 @@ def effect_hypotheses(
     return tuple(Hypothesis(o.kind, o.where, effects=o.effects, time=o.time) for o in offers)
 
 
-def _flown(manoeuvre: Manoeuvre, span: float) -> Flown:
+def _flown(manoeuvre: Manoeuvre, constants: Constants) -> Flown:
     flight = manoeuvre.flight
     places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
     return Flown(
@@ -50,5 +50,6 @@ def _flown(manoeuvre: Manoeuvre, span: float) -> Flown:
         measured={name: flight.measured[:, i] for name, i in places.items()},
         noise={name: float(manoeuvre.noise[i]) for name, i in places.items()},
         height=flight.measured[:, places["h"]] - manoeuvre.ground if "h" in places else None,
-        span=span,
+        constants=constants,
+        axes=manoeuvre.axes,
     )

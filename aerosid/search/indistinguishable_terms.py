@@ -24,8 +24,6 @@ from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, Part, found_among, labels, named
 
-BODY = ("C_X", "C_Z", "C_m")
-
 RECORDED_RATE = "recorded_alpha_dot_hat"
 """Column of the derivative of the recorded alpha, made dimensionless: what a fit to one coefficient would use."""
 
@@ -49,7 +47,7 @@ class CoefficientRival:
     Attributes
     ----------
     coefficient : str
-        C_X, C_Z or C_m: where it does so.
+        Where it does so.
     finding : Finding
         The term with its evidence; `gain` is what all channels together say, negative where they speak against it.
     share : float
@@ -114,7 +112,7 @@ def _alike(
     held = np.isfinite(without.target) & np.isfinite(acting.target)
     held &= np.isfinite(without.columns.sum(axis=2)) & np.isfinite(acting.columns.sum(axis=2))
     candidates: list[_Regression] = []
-    for i, coefficient in enumerate(BODY):
+    for i, coefficient in enumerate(found.completed.model.axes.coefficients):
         rows = held[:, i]
         if rows.sum() < 10 * len(own):
             continue
@@ -135,8 +133,8 @@ def _alike(
 
 @dataclass(frozen=True)
 class _Regression:
-    """What is left to a coefficient's regression: `measured` and `target`, the measured less what is held, (N, 3);
-    `columns` (N, 3, K) of each entry, `logs` (N,) which record a sample belongs to.
+    """What is left to a coefficient's regression: `measured` and `target`, the measured less what is held, (N, k);
+    `columns` (N, k, K) of each entry, `logs` (N,) which record a sample belongs to.
     """
 
     measured: NDArray[np.float64]
@@ -174,6 +172,8 @@ def _recorded(term: Term) -> Term:
 
 def _with_recorded_rate(log: Corrected) -> Corrected:
     axes, constants = log.model.axes, log.model.constants
+    if not {"u", "w"} <= set(axes.integrated):
+        return log  # no term knows alphadot there
     u, w = (log.states[:, axes.integrated.index(name)] for name in ("u", "w"))
     alpha, airspeed = np.arctan2(w, u), log.flight.measured[:, axes.outputs.index("V")]
     speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else airspeed

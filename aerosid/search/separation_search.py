@@ -60,7 +60,7 @@ def separation_at_first(search: StructureSearch, before: Refinement) -> tuple[Re
 def _separated(search: StructureSearch, bases: Sequence[Refinement]) -> Refinement:
     """The likeliest estimate with flow separation beside one of several others."""
     highest = max(float(np.nanmax(manoeuvre.measured("alpha"))) for manoeuvre in search.manoeuvres)
-    drag, lift, moment_name = search.stepping
+    drag, lift, moment_name = search.separating
     effect = flow_separation(highest, lift, (drag, moment_name))
     rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     starts = [

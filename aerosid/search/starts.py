@@ -56,6 +56,8 @@ def searches(
 def _beside_gusts(search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre]) -> Searched:
     """The search beside a gust, with flow separation where something is left."""
     gusty = through_air(search, in_moving_air(search, before), BESIDE_GUSTS)
+    if not search.separating:
+        return gusty
     if search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, validation):
         separated = settled(search, with_separation(search, gusty.estimate))
         if search.price(separated) < search.price(gusty.estimate):
@@ -83,7 +85,7 @@ def _plainly(
 def separated(search: StructureSearch, plain: Searched, validation: Sequence[Manoeuvre]) -> Searched:
     """The search with flow separation where something is left and that says it better."""
     current = plain.estimate
-    if not search.stepping:
+    if not search.separating:
         return plain
     if is_patchwork(search, current) or search.is_doubtful(current) or _fails_elsewhere(search, current, validation):
         beside = with_separation(search, current)

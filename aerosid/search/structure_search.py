@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
-from aerosid.effects.aerodynamic_terms import rarity, searched_numbers
+from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_numbers
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import GRID, is_sudden, moment
 from aerosid.estimation.deviations import Deviations, deviations
@@ -26,6 +26,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, Start, refine_on
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.estimation.score_test import Linearised, Score, score_hypotheses
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.terms import Term
 from aerosid.search.findings import Part
 from aerosid.search.settings import AttributionSettings
@@ -66,6 +67,12 @@ class StructureSearch:
     def samples(self) -> int:
         """Measured values in all manoeuvres and channels."""
         return sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
+
+    @property
+    def separating(self) -> tuple[str, ...]:
+        """Coefficients that flow separation moves: along x, across it and in pitch; none unless all are modelled."""
+        held = tuple(name for name in self.stepping if is_symmetric(name))
+        return held if len(held) == len(LONGITUDINAL.coefficients) else ()
 
     def noise_level(self, start: Refinement) -> NDArray[np.float64]:
         """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
@@ -144,8 +151,7 @@ class StructureSearch:
         """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
         length = 0.0
         for manoeuvre in self.manoeuvres:
-            time, speed = manoeuvre.flight.time, float(np.nanmean(manoeuvre.measured("V")))
-            length += float(np.ptp(time)) * speed
+            length += float(np.ptp(manoeuvre.flight.time)) * manoeuvre.mean_airspeed
         return max(length / active.values[-1], 1.0)
 
     def rough_deviations(self, current: Refinement) -> Deviations:

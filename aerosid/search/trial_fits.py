@@ -28,10 +28,13 @@ def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]
 
     The score of a large effect that is not linear, as of a rate limit, can rank below terms that only follow it.
     """
+    able = [score for score in scores if _left(search, score) > search.critical**2]
     worth: dict[tuple[str, str, str], Score] = {}
-    for score in scores:
-        if score.gain > search.critical**2 + search.settings.price * (score.hypothesis.parameters - 1):
-            worth.setdefault(score.hypothesis.label, score)
+    for score in able:
+        # Of a sensor's place along one axis or two, which have one label, that which brings most for its price.
+        known = worth.setdefault(score.hypothesis.label, score)
+        if _left(search, score) > _left(search, known):
+            worth[score.hypothesis.label] = score
     splines = [score for score in worth.values() if score.hypothesis.searched]
     ranked = [score for score in worth.values() if not score.hypothesis.searched]
     chosen = ranked[: search.settings.shortlist]
@@ -44,6 +47,11 @@ def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]
             kinds.add(kind)
             chosen.append(score)
     return chosen
+
+
+def _left(search: StructureSearch, score: Score) -> float:
+    """What a score promises less the price of its numbers beyond the first."""
+    return score.gain - search.settings.price * (score.hypothesis.parameters - 1)
 
 
 def tried(

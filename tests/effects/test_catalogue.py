@@ -28,8 +28,8 @@ EXAMPLES = [
     pytest.param(name, planted, id=f"{name} {planted.where}")
     for name, kind in KINDS.items()
     for planted in kind.planted
-    # A sensor's place is estimated by the equations; the likelihood takes it as given.
-    if not isinstance(kind.made(planted.where, planted.numbers, 0.05), PositionEffect)
+    # A sensor's place that pitching shows is estimated by the equations; the likelihood takes it as given.
+    if planted.axes == LONGITUDINAL and not isinstance(kind.made(planted.where, planted.numbers, 0.05), PositionEffect)
 ]
 
 
