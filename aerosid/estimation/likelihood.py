@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
+from aerosid.estimation.effect_parameters import direction_places, parameters_of
 from aerosid.estimation.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
@@ -244,7 +245,7 @@ class Likelihood:
             loop = motion_loop(model, flight, values, state, effects, ground, self.free, width - 1)
             flight = loop.flight
         moves = self._directions(manoeuvre, values, state, effects, flight, tested)
-        directions = Directions(moves, _direction_places(1 + own, effects, tested))
+        directions = Directions(moves, direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
@@ -281,7 +282,7 @@ class Likelihood:
         """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
         time, extra = manoeuvre.flight.time, len(self.model.extra_columns)
         moves = []
-        for active, n in _parameters(effects, InputEffect):
+        for active, n in parameters_of(effects, InputEffect):
             move = np.zeros((time.size, extra))
             if active.acts_on(manoeuvre.name):
                 sides = (
@@ -299,7 +300,7 @@ class Likelihood:
         states: NDArray[np.float64] | None = None
         if any(isinstance(active.effect, StateEffect) for active in tested):
             states = simulated_states(self.model, flight, values, state)
-        for active, n in _parameters(tested, InputEffect, StateEffect):
+        for active, n in parameters_of(tested, InputEffect, StateEffect):
             move = np.zeros((time.size, extra))
             effect = active.effect
             step = effect.parameters[n].step
@@ -473,22 +474,3 @@ class Likelihood:
             effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)
             place += active.slopes
         return values, states, tuple(effects)
-
-
-def _direction_places(first: int, effects: Sequence[ActiveEffect], tested: Sequence[ActiveEffect]) -> NDArray[np.int64]:
-    """The columns, from `first` on, of those numbers of effects whose path leads through the inputs."""
-    places: list[int] = []
-    for kinds, group in (((InputEffect,), effects), ((InputEffect, StateEffect), tested)):
-        for active in group:
-            if isinstance(active.effect, kinds):
-                places.extend(range(first, first + len(active.values)))
-            first += active.slopes
-    return np.array(places, dtype=np.int64)
-
-
-def _parameters(effects: Sequence[ActiveEffect], *kinds: type) -> Iterator[tuple[ActiveEffect, int]]:
-    """Every parameter of the effects of some kinds: the effect and the parameter's place in it."""
-    for active in effects:
-        if isinstance(active.effect, kinds):
-            for n in range(len(active.values)):
-                yield active, n
