@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
 from aerosid.model_error.paper_chain import ChainSettings, Fed, choose_error_density, feed
 from benchmarks.flights import light_transport, long_flight
 from benchmarks.plain_c import PlainC, PreparedRun, compile_recursion
@@ -98,7 +98,7 @@ def _time_kernel(samples: int, plain_c: PlainC | None) -> KernelTime:
     return KernelTime(samples, best[0], best[1], difference)
 
 
-def relative_difference(in_python: AircraftError, in_c: PreparedRun) -> float:
+def relative_difference(in_python: AircraftErrorHistory, in_c: PreparedRun) -> float:
     """The largest difference of d(t) relative to the largest d of its equation."""
     size = np.nanmax(np.abs(in_python.d), axis=0)
     return float(np.nanmax(np.abs(in_python.d - in_c.d) / np.where(size > 0.0, size, 1.0)))

@@ -18,7 +18,8 @@ from aerosid.estimation.manoeuvre import initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, coupled_of
 from aerosid.flight_model.flight import Flight
-from aerosid.model_error.aircraft_error import initial_riccati, measured_states
+from aerosid.model_error.aircraft_error import initial_riccati
+from aerosid.model_error.measured_states import measured_states
 
 SOURCE = Path(__file__).with_name("recursion.c")
 FLAGS = ("-O3", "-std=c11")

@@ -43,6 +43,8 @@ def _function_digest(function: Any, callers: tuple[Any, ...]) -> str:
     options = ""
     if isinstance(function, Kernel) or is_jitted(function):
         options = repr(sorted((name, repr(value)) for name, value in function.targetoptions.items()))
+        if isinstance(function, Kernel) and function.optimised:
+            options += " optimised before it is merged"
         function = function.py_func
     if function in callers:
         return f"recursion {len(callers) - callers.index(function)}"

@@ -29,6 +29,16 @@ class _MergedLibrary(codegen.JITCodeLibrary):
         self._finalized = True
 
 
+class _OptimisedLibrary(_MergedLibrary):
+    """As above, optimised by itself before a caller takes it in."""
+
+    def finalize(self) -> None:
+        """Links the callees and optimises what comes of it; no machine code is made."""
+        super().finalize()
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
 class _Place:
     """What numba knows a function by where it has no address."""
 
@@ -54,16 +64,24 @@ class _KeepForCallers(LoweringPass):
 class _LoweringOnly(compiler.CompilerBase):
     """The compiler up to LLVM's intermediate language."""
 
+    library = _MergedLibrary
+
     def define_pipelines(self) -> list[PassManager]:
         """The passes of numba itself, into a library that is only linked."""
         flags = self.state.flags
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         name = self.state.func_id.func_qualname
-        self.state.library = _MergedLibrary(self.state.targetctx.codegen(), name)
+        self.state.library = self.library(self.state.targetctx.codegen(), name)
         passes = _passes.define_nopython_pipeline(self.state)
         passes.add_pass_after(_KeepForCallers, NoPythonBackend)
         passes.finalize()
         return [passes]
+
+
+class _LoweringOptimised(_LoweringOnly):
+    """The same into a library that is optimised."""
+
+    library = _OptimisedLibrary
 
 
 class MergedDispatcher(CPUDispatcher):
@@ -74,9 +92,13 @@ class MergedDispatcher(CPUDispatcher):
         self.overloads[tuple(cres.signature.args)] = cres
 
 
-def merge_into_callers(dispatcher: Any) -> Any:
-    """The dispatcher, whose compiled callers take its function in without its being compiled by itself."""
-    merged = MergedDispatcher(dispatcher.py_func, {}, dict(dispatcher.targetoptions), pipeline_class=_LoweringOnly)
+def merge_into_callers(dispatcher: Any, optimised: bool) -> Any:
+    """The dispatcher, whose compiled callers take its function in without its being compiled by itself.
+
+    `optimised`: whether it is optimised before they do, with sizes that it does not know yet.
+    """
+    passes = _LoweringOptimised if optimised else _LoweringOnly
+    merged = MergedDispatcher(dispatcher.py_func, {}, dict(dispatcher.targetoptions), pipeline_class=passes)
     dispatcher.get_call_template = merged.get_call_template
     dispatcher.get_overload = merged.get_overload
     return dispatcher

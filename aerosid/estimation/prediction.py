@@ -71,7 +71,7 @@ def predict_stretch(
     stop: int,
     carry: Carry,
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -85,7 +85,7 @@ def predict_stretch(
 
     Parameters
     ----------
-    theta : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are wanted.
+    parameters : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are wanted.
     variance : (m,) of the output noise of each sample, SI squared.
     predicted : (N, m) receives the outputs predicted from the samples before.
     white : (N, m) receives innovations over their standard deviation, NaN where nothing was measured.
@@ -106,14 +106,14 @@ def predict_stretch(
     """
     layout = constants.layout
     states, extra = state_count(layout), flight.inputs.shape[1] - leading_columns(layout)
-    work, step = make_workspace(extra, table, layout), make_step(extra, theta.shape[0], layout)
+    work, step = make_workspace(extra, table, layout), make_step(extra, parameters.shape[0], layout)
     size, width = states + extra, carry.columns.shape[1]
     room = Room(
         np.zeros(size), np.zeros(size), np.zeros(states), np.zeros(width), np.zeros((states, width)),
         np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
     )  # fmt: skip
     return _predict(
-        start, stop, carry, flight, theta, free, table, constants, variance, directions, predicted, white,
+        start, stop, carry, flight, parameters, free, table, constants, variance, directions, predicted, white,
         white_columns, work, step, room,
     )  # fmt: skip
 
@@ -136,7 +136,7 @@ def _predict(
     stop: int,
     carry: Carry,
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -168,7 +168,7 @@ def _predict(
     log_sum = 0.0
     samples = flight.time.shape[0]
     for k in range(start, stop):
-        evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, True, True)
+        evaluate(x, flight.inputs[k], parameters, table, constants, flight.positions, work, True, True)
         if not within_limit(work.outputs, layout):
             return False, np.inf
         for a in range(states):
@@ -245,7 +245,7 @@ def _predict(
             flight.inputs[k + 1],
             flight.time[k + 1] - flight.time[k],
             flight.substeps,
-            theta,
+            parameters,
             table,
             constants,
             flight.positions,

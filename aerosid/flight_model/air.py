@@ -75,15 +75,15 @@ def air_at(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> tu
     u : float64[I]
         Inputs, the leading columns first.
     """
-    held, at, column = layout.motion, state_places(layout), input_places(layout)
+    there, at, column = layout.motion, state_places(layout), input_places(layout)
     # Most flights hold no bank and no sideslip, and a sine costs like a term.
     cos_beta, tan_beta, sin_phi, cos_phi, phi = 1.0, 0.0, 0.0, 1.0, 0.0
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         forward, down = x[at.u], x[at.w]
         plane = np.sqrt(forward * forward + down * down)
         sin_alpha, cos_alpha = down / plane, forward / plane
         alpha = np.arctan2(down, forward)
-        if len(held.v) > 0:
+        if len(there.v) > 0:
             aside = x[at.v]
             speed = np.sqrt(plane * plane + aside * aside)
             beta = np.arctan2(aside, plane)
@@ -100,13 +100,13 @@ def air_at(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> tu
         forward, down = plane * cos_alpha, plane * sin_alpha
         beta = np.arctan2(aside, plane)
         cos_beta, tan_beta = plane / speed, aside / plane
-    p = x[at.p] if len(held.p) > 0 else u[column.p]
-    q = x[at.q] if len(held.q) > 0 else u[column.q]
-    r = x[at.r] if len(held.r) > 0 else u[column.r]
-    phi = x[at.phi] if len(held.phi) > 0 else u[column.phi]
+    p = x[at.p] if len(there.p) > 0 else u[column.p]
+    q = x[at.q] if len(there.q) > 0 else u[column.q]
+    r = x[at.r] if len(there.r) > 0 else u[column.r]
+    phi = x[at.phi] if len(there.phi) > 0 else u[column.phi]
     if phi != 0.0:
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
-    theta = x[at.theta] if len(held.theta) > 0 else u[column.theta]
+    theta = x[at.theta] if len(there.theta) > 0 else u[column.theta]
     motion = Motion(forward, aside, down, p, q, r, phi, sin_phi, cos_phi, np.sin(theta), np.cos(theta))
     return motion, Air(speed, plane, alpha, beta, sin_alpha, cos_alpha, cos_beta, tan_beta)
 
@@ -114,13 +114,13 @@ def air_at(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> tu
 @njit_inline
 def air_slopes(motion: Motion, air: Air, layout: Layout) -> AirSlopes:
     """How `air_at` moves with the velocity components that are integrated."""
-    held = layout.motion
+    there = layout.motion
     V_u, V_v, V_w, alpha_u, alpha_w = 0.0, 0.0, 0.0, 0.0, 0.0
     beta_u, beta_v, beta_w, v_u, v_w, u_v, w_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         square = air.plane * air.plane
         alpha_u, alpha_w = -motion.w / square, motion.u / square
-        if len(held.v) > 0:
+        if len(there.v) > 0:
             V_u, V_v, V_w = motion.u / air.speed, motion.v / air.speed, motion.w / air.speed
             turned = -motion.v / (air.speed * air.speed)
             beta_u, beta_w = turned * air.cos_alpha, turned * air.sin_alpha

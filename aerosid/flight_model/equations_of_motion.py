@@ -50,7 +50,7 @@ from aerosid.flight_model.workspace import Workspace
 def evaluate(
     x: NDArray[np.float64],
     u: NDArray[np.float64],
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     positions: NDArray[np.float64],
@@ -66,7 +66,7 @@ def evaluate(
         The states of the case, SI.
     u : float64[I]
         Inputs: the leading columns of the case, then the extra ones.
-    theta : float64[T]
+    parameters : float64[T]
         Values of the terms of `table`.
     positions : float64[m, 3]
         Sensor positions from the centre of gravity, body axes [m], in the order of the case's outputs.
@@ -94,7 +94,7 @@ def evaluate(
     forces = Forces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     passes = 3 if implicit else 1
     for i in range(passes):
-        sum_terms(theta, table, layout, values, work.coefficients, work.slopes, differentiate or implicit)
+        sum_terms(parameters, table, layout, values, work.coefficients, work.slopes, differentiate or implicit)
         forces = forces_at(work.coefficients, air, reference, constants)
         if implicit:
             slope = _alpha_dot_slope(motion, air, reference, constants, work)
@@ -144,19 +144,19 @@ def fill_reach(
 ) -> None:
     """Write `work.reach` (n, K): the rate of each moving state that a unit of each coefficient makes."""
     layout, out = constants.layout, work.reach
-    held, at = layout.coefficients, load_places(layout)
+    there, at = layout.coefficients, load_places(layout)
     mass, force = reference.mass, reference.force
     unit = force / mass
-    if len(held.X) > 0:
+    if len(there.X) > 0:
         accelerate(Forces(unit, 0.0, 0.0, 0.0, 0.0, 0.0), centre, mass, inertia, layout, out, at.X)
         accelerate(Forces(0.0, 0.0, unit, 0.0, 0.0, 0.0), centre, mass, inertia, layout, out, at.Z)
         moment = force * constants.mean_chord
         accelerate(Forces(0.0, 0.0, 0.0, 0.0, moment, 0.0), centre, mass, inertia, layout, out, at.m)
-    if len(held.L) > 0:
+    if len(there.L) > 0:
         along, down = unit * air.cos_alpha, unit * air.sin_alpha
         accelerate(Forces(down, 0.0, -along, 0.0, 0.0, 0.0), centre, mass, inertia, layout, out, at.L)
         accelerate(Forces(-along, 0.0, -down, 0.0, 0.0, 0.0), centre, mass, inertia, layout, out, at.D)
-    if len(held.Y) > 0:
+    if len(there.Y) > 0:
         accelerate(Forces(0.0, unit, 0.0, 0.0, 0.0, 0.0), centre, mass, inertia, layout, out, at.Y)
         moment = force * constants.span
         accelerate(Forces(0.0, 0.0, 0.0, moment, 0.0, 0.0), centre, mass, inertia, layout, out, at.l)
@@ -175,7 +175,7 @@ def _slopes_by_state(
 ) -> None:
     """Write `work.rates_x` for a given alpha_dot_hat: slopes of the coefficients through `reach`, and inertial ones."""
     layout = constants.layout
-    held, at, loads = layout.motion, state_places(layout), load_places(layout)
+    there, at, loads = layout.motion, state_places(layout), load_places(layout)
     f_x, by_air, reach, c = work.rates_x, work.by_air, work.reach, work.coefficients
     fold_slopes(air, reference, constants, work.values, work.slopes, by_air)
     if len(layout.coefficients.L) > 0:  # lift and drag turn with the wind
@@ -187,41 +187,41 @@ def _slopes_by_state(
         by_speed, by_alpha, by_beta, by_p, by_q, by_r, by_phi, aerodynamic = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(loads.total):
             share = reach[i, k]
-            if len(held.u) > 0:
+            if len(there.u) > 0:
                 aerodynamic += share * c[k]
                 by_speed += share * by_air[0, k]
                 by_alpha += share * by_air[1, k]
-            if len(held.v) > 0:
+            if len(there.v) > 0:
                 by_beta += share * by_air[2, k]
-            if len(held.p) > 0:
+            if len(there.p) > 0:
                 by_p += share * by_air[3, k]
-            if len(held.q) > 0:
+            if len(there.q) > 0:
                 by_q += share * by_air[4, k]
-            if len(held.r) > 0:
+            if len(there.r) > 0:
                 by_r += share * by_air[5, k]
-            if len(held.phi) > 0:
+            if len(there.phi) > 0:
                 by_phi += share * by_air[6, k]
         for k in range(at.total):
             f_x[i, k] = work.inertial_x[i, k]
-        if len(held.u) > 0:
+        if len(there.u) > 0:
             by_speed += 2.0 * aerodynamic / air.speed
             if len(layout.coefficients.L) > 0:
                 by_alpha += work.column[i, 0]
             f_x[i, at.u] += by_speed * slopes.V_u + by_alpha * slopes.alpha_u
             f_x[i, at.w] += by_speed * slopes.V_w + by_alpha * slopes.alpha_w
-            if len(held.v) > 0:
+            if len(there.v) > 0:
                 f_x[i, at.u] += by_beta * slopes.beta_u
                 f_x[i, at.w] += by_beta * slopes.beta_w
                 f_x[i, at.v] += by_speed * slopes.V_v
-        if len(held.v) > 0:
+        if len(there.v) > 0:
             f_x[i, at.v] += by_beta * slopes.beta_v
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             f_x[i, at.p] += by_p
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             f_x[i, at.q] += by_q
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             f_x[i, at.r] += by_r
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             f_x[i, at.phi] += by_phi
 
 
@@ -283,7 +283,7 @@ def _slopes_by_input(
 ) -> None:
     """Write `work.rates_u`: the coefficients' slopes through `reach`, and what acts beside the coefficients."""
     layout = constants.layout
-    held, at, loads = layout.motion, state_places(layout), load_places(layout)
+    there, at, loads = layout.motion, state_places(layout), load_places(layout)
     f_u, reach, first, mass = work.rates_u, work.reach, VARIABLE_COUNT + input_places(layout).total, reference.mass
     for i in range(at.moving):
         for j in range(f_u.shape[1]):
@@ -299,7 +299,7 @@ def _slopes_by_input(
         pushed = Forces(along, 0.0, down, 0.0, constants.thrust_z_arm, 0.0)
         accelerate(pushed, centre, mass, inertia, layout, work.column, 0)
         followed = 0.0
-        if len(held.u) > 0:
+        if len(there.u) > 0:
             followed = by_u * work.column[at.u, 0] + by_w * work.column[at.w, 0]
         for i in range(at.moving):
             total = work.column[i, 0] + work.implicit[i] * followed
@@ -318,11 +318,11 @@ def _slopes_by_input(
         if constants.cg_z >= 0:
             accelerate(Forces(0.0, 0.0, 0.0, a_y, -a_x, 0.0), here, mass, inertia, layout, work.column, 0)
             _add_column(constants.cg_z, constants, work)
-    if constants.gust >= 0 and len(held.w) > 0:
+    if constants.gust >= 0 and len(there.w) > 0:
         # Air that moves down lowers alpha as if the aircraft rose; the inertial terms do not see it.
         for i in range(at.moving):
             f_u[i, constants.gust] = work.inertial_x[i, at.w] - work.rates_x[i, at.w]
-    if constants.side_gust >= 0 and len(held.v) > 0:
+    if constants.side_gust >= 0 and len(there.v) > 0:
         for i in range(at.moving):
             f_u[i, constants.side_gust] = work.inertial_x[i, at.v] - work.rates_x[i, at.v]
 

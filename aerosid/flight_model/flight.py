@@ -38,18 +38,18 @@ class Flight(NamedTuple):
 @njit_inline
 def within_limit(outputs: NDArray[np.float64], layout: Layout) -> bool:
     """Whether angle of attack and sideslip, as far as they are simulated, are within the limit."""
-    held, row = layout.outputs, output_places(layout)
+    there, row = layout.outputs, output_places(layout)
     inside = True
-    if len(held.alpha) > 0:
+    if len(there.alpha) > 0:
         inside = abs(outputs[row.alpha]) < ALPHA_LIMIT
-    if len(held.beta) > 0:
+    if len(there.beta) > 0:
         inside = inside and abs(outputs[row.beta]) < ALPHA_LIMIT
     return inside
 
 
 @njit
 def simulate_outputs(
-    state: NDArray[np.float64], flight: Flight, theta: NDArray[np.float64], table: TermTable, constants: Constants
+    state: NDArray[np.float64], flight: Flight, parameters: NDArray[np.float64], table: TermTable, constants: Constants
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The open-loop response: outputs (N, m) and states (N, n); NaN from where it leaves |alpha| < 1.5 rad."""
     samples = flight.time.shape[0]
@@ -58,7 +58,7 @@ def simulate_outputs(
     outputs = np.full((samples, output_count(layout)), np.nan)
     states = np.full((samples, state_count(layout)), np.nan)
     work, stages = make_workspace(extra, table, layout), make_stages(extra, layout)
-    _simulate(state.copy(), flight, theta, table, constants, outputs, states, work, stages)
+    _simulate(state.copy(), flight, parameters, table, constants, outputs, states, work, stages)
     return outputs, states
 
 
@@ -66,7 +66,7 @@ def simulate_outputs(
 def _simulate(
     x: NDArray[np.float64],
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     outputs: NDArray[np.float64],
@@ -77,7 +77,7 @@ def _simulate(
     """As `simulate_outputs`, from `x` and into arrays that are given."""
     samples = flight.time.shape[0]
     for k in range(samples):
-        evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, True)
+        evaluate(x, flight.inputs[k], parameters, table, constants, flight.positions, work, False, True)
         if not within_limit(work.outputs, constants.layout):
             break
         for i in range(output_count(constants.layout)):
@@ -87,7 +87,7 @@ def _simulate(
         if k + 1 < samples:
             integrate(
                 x, flight.inputs[k], flight.inputs[k + 1], flight.time[k + 1] - flight.time[k],
-                0, flight.substeps, flight.substeps, theta, table, constants, flight.positions, work, stages,
+                0, flight.substeps, flight.substeps, parameters, table, constants, flight.positions, work, stages,
             )  # fmt: skip
 
 
@@ -95,7 +95,7 @@ def _simulate(
 def coefficients_along(
     states: NDArray[np.float64],
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
 ) -> NDArray[np.float64]:
@@ -104,6 +104,6 @@ def coefficients_along(
     work = make_workspace(flight.inputs.shape[1] - leading_columns(layout), table, layout)
     found = np.zeros((samples, load_places(layout).total))
     for k in range(samples):
-        evaluate(states[k], flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
+        evaluate(states[k], flight.inputs[k], parameters, table, constants, flight.positions, work, False, False)
         found[k] = work.coefficients
     return found

@@ -77,11 +77,11 @@ class Layout(NamedTuple):
 
 def layout_of(axes: Axes) -> Layout:
     """The layout of a case."""
-    held = {*axes.coefficients, *axes.wind_axes}
+    modelled = {*axes.coefficients, *axes.wind_axes}
     return Layout(
         MotionThere(*(_there(name in axes.integrated) for name in MOTION)),
         OutputsThere(*(_there(name in axes.outputs) for name in OUTPUTS)),
-        CoefficientsThere(*(_there(name in held) for name in COEFFICIENTS)),
+        CoefficientsThere(*(_there(name in modelled) for name in COEFFICIENTS)),
         StateSizes(
             tuple(0 for name in axes.integrated if name not in UNCOUPLED),
             tuple(0 for name in axes.integrated if name in UNCOUPLED),
@@ -116,17 +116,17 @@ class States(NamedTuple):
 @njit_inline
 def state_places(layout: Layout) -> States:
     """The places of the states; those that the case does not integrate have none, and must not be used."""
-    held = layout.motion
-    v = len(held.u)
-    w = v + len(held.v)
-    p = w + len(held.w)
-    q = p + len(held.p)
-    r = q + len(held.q)
-    phi = r + len(held.r)
-    theta = phi + len(held.phi)
-    h = theta + len(held.theta)
-    psi = h + len(held.h)
-    return States(0, v, w, p, q, r, phi, theta, h, psi, phi, h, psi + len(held.psi))
+    there = layout.motion
+    v = len(there.u)
+    w = v + len(there.v)
+    p = w + len(there.w)
+    q = p + len(there.p)
+    r = q + len(there.q)
+    phi = r + len(there.r)
+    theta = phi + len(there.phi)
+    h = theta + len(there.theta)
+    psi = h + len(there.h)
+    return States(0, v, w, p, q, r, phi, theta, h, psi, phi, h, psi + len(there.psi))
 
 
 class Rows(NamedTuple):
@@ -154,23 +154,23 @@ class Rows(NamedTuple):
 @njit_inline
 def output_places(layout: Layout) -> Rows:
     """The places of the outputs; those that the case does not compare have none, and must not be used."""
-    held = layout.outputs
-    alpha = len(held.V)
-    beta = alpha + len(held.alpha)
-    p = beta + len(held.beta)
-    q = p + len(held.p)
-    r = q + len(held.q)
-    phi = r + len(held.r)
-    theta = phi + len(held.phi)
-    psi = theta + len(held.theta)
-    a_x = psi + len(held.psi)
-    a_y = a_x + len(held.a_x)
-    a_z = a_y + len(held.a_y)
-    p_dot = a_z + len(held.a_z)
-    q_dot = p_dot + len(held.p_dot)
-    r_dot = q_dot + len(held.q_dot)
-    h = r_dot + len(held.r_dot)
-    return Rows(0, alpha, beta, p, q, r, phi, theta, psi, a_x, a_y, a_z, p_dot, q_dot, r_dot, h, h + len(held.h))
+    there = layout.outputs
+    alpha = len(there.V)
+    beta = alpha + len(there.alpha)
+    p = beta + len(there.beta)
+    q = p + len(there.p)
+    r = q + len(there.q)
+    phi = r + len(there.r)
+    theta = phi + len(there.phi)
+    psi = theta + len(there.theta)
+    a_x = psi + len(there.psi)
+    a_y = a_x + len(there.a_x)
+    a_z = a_y + len(there.a_y)
+    p_dot = a_z + len(there.a_z)
+    q_dot = p_dot + len(there.p_dot)
+    r_dot = q_dot + len(there.q_dot)
+    h = r_dot + len(there.r_dot)
+    return Rows(0, alpha, beta, p, q, r, phi, theta, psi, a_x, a_y, a_z, p_dot, q_dot, r_dot, h, h + len(there.h))
 
 
 class Loads(NamedTuple):
@@ -190,15 +190,15 @@ class Loads(NamedTuple):
 @njit_inline
 def load_places(layout: Layout) -> Loads:
     """The places of the coefficients; those that the case does not model have none, and must not be used."""
-    held = layout.coefficients
-    y = len(held.X)
-    z = y + len(held.Y)
-    roll = z + len(held.Z)
-    pitch = roll + len(held.l)
-    yaw = pitch + len(held.m)
-    lift = yaw + len(held.n)
-    drag = lift + len(held.L)
-    return Loads(0, y, z, roll, pitch, yaw, lift, drag, drag + len(held.D))
+    there = layout.coefficients
+    y = len(there.X)
+    z = y + len(there.Y)
+    roll = z + len(there.Z)
+    pitch = roll + len(there.l)
+    yaw = pitch + len(there.m)
+    lift = yaw + len(there.n)
+    drag = lift + len(there.L)
+    return Loads(0, y, z, roll, pitch, yaw, lift, drag, drag + len(there.D))
 
 
 class Columns(NamedTuple):
@@ -225,16 +225,16 @@ def input_places(layout: Layout) -> Columns:
 
     Airspeed and angle of attack stand for u and w, sideslip for v.
     """
-    held = layout.motion
+    there = layout.motion
     first = 4
-    alpha = first + 1 - len(held.u)
-    q = alpha + 1 - len(held.w)
-    theta = q + 1 - len(held.q)
-    phi = theta + 1 - len(held.theta)
-    p = phi + 1 - len(held.phi)
-    r = p + 1 - len(held.p)
-    beta = r + 1 - len(held.r)
-    return Columns(0, 1, 2, 3, first, alpha, q, theta, phi, p, r, beta, beta + 1 - len(held.v))
+    alpha = first + 1 - len(there.u)
+    q = alpha + 1 - len(there.w)
+    theta = q + 1 - len(there.q)
+    phi = theta + 1 - len(there.theta)
+    p = phi + 1 - len(there.phi)
+    r = p + 1 - len(there.p)
+    beta = r + 1 - len(there.r)
+    return Columns(0, 1, 2, 3, first, alpha, q, theta, phi, p, r, beta, beta + 1 - len(there.v))
 
 
 @njit_inline

@@ -99,7 +99,7 @@ def fill_variables(
     values: NDArray[np.float64],
 ) -> None:
     """Write the variables that terms are made of; alpha_dot_hat is left zero."""
-    held, column = constants.layout.motion, input_places(constants.layout)
+    there, column = constants.layout.motion, input_places(constants.layout)
     values[ALPHA] = air.alpha
     values[Q_HAT] = motion.q * reference.half_chord
     values[V_HAT] = air.speed / constants.airspeed_of_V_hat - 1.0
@@ -109,13 +109,13 @@ def fill_variables(
     values[P_HAT] = motion.p * reference.half_span
     values[R_HAT] = motion.r * reference.half_span
     # What is measured is an input column, and terms take it from there.
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         values[BETA] = air.beta
-    if len(held.phi) > 0:
+    if len(there.phi) > 0:
         values[PHI] = motion.phi
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         values[P] = motion.p
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         values[R] = motion.r
     for j in range(u.shape[0]):
         values[VARIABLE_COUNT + j] = u[j]
@@ -124,7 +124,7 @@ def fill_variables(
 
 @njit_inline
 def sum_terms(
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     layout: Layout,
     values: NDArray[np.float64],
@@ -134,34 +134,34 @@ def sum_terms(
 ) -> None:
     """Sum value * term into the coefficients (K,), and their `slopes` (values, K) with respect to every variable."""
     count = load_places(layout).total
-    acting = theta.shape[0]
-    while acting > 0 and theta[acting - 1] == 0.0:
+    acting = parameters.shape[0]
+    while acting > 0 and parameters[acting - 1] == 0.0:
         acting -= 1  # candidates: only their derivative is wanted
     products = table.reach[acting - 1] if acting > 0 else 0
     fill_values(table, table.left.shape[0] if differentiate else products, values)
     for row in range(count):
         coefficients[row] = 0.0
     for t in range(acting):
-        if theta[t] != 0.0:
-            coefficients[table.coefficient[t]] += theta[t] * values[table.value[t]]
+        if parameters[t] != 0.0:
+            coefficients[table.coefficient[t]] += parameters[t] * values[table.value[t]]
     if differentiate:
         for slot in range(values.shape[0] - table.left.shape[0] + products):
             for row in range(count):
                 slopes[slot, row] = 0.0
         for t in range(acting):
-            slopes[table.value[t], table.coefficient[t]] += theta[t]
+            slopes[table.value[t], table.coefficient[t]] += parameters[t]
         pass_slopes(table, products, values, slopes)
 
 
 @njit_inline
 def forces_at(c: NDArray[np.float64], air: Air, reference: Reference, constants: Constants) -> Forces:
     """Specific forces and moments of the coefficients and of the thrust; zero where the case does not model them."""
-    held, at = constants.layout.coefficients, load_places(constants.layout)
+    there, at = constants.layout.coefficients, load_places(constants.layout)
     a_x, a_y, a_z, roll, pitch, yaw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     per_mass = reference.force / reference.mass
-    if len(held.X) > 0:
+    if len(there.X) > 0:
         c_x, c_z = c[at.X], c[at.Z]
-        if len(held.L) > 0:
+        if len(there.L) > 0:
             c_x += c[at.L] * air.sin_alpha - c[at.D] * air.cos_alpha
             c_z -= c[at.L] * air.cos_alpha + c[at.D] * air.sin_alpha
         along, down = reference.thrust / reference.mass, 0.0
@@ -170,7 +170,7 @@ def forces_at(c: NDArray[np.float64], air: Air, reference: Reference, constants:
             along *= np.cos(constants.thrust_incidence)
         a_x, a_z = per_mass * c_x + along, per_mass * c_z + down
         pitch = reference.force * constants.mean_chord * c[at.m] + reference.thrust * constants.thrust_z_arm
-    if len(held.Y) > 0:
+    if len(there.Y) > 0:
         a_y = per_mass * c[at.Y]
         moment = reference.force * constants.span
         roll, yaw = moment * c[at.l], moment * c[at.n]
@@ -191,7 +191,7 @@ def fold_slopes(
     Only those rows are written that a state of the case moves; airspeed is followed through V_hat, C_T, mach and the
     nondimensional rates.
     """
-    held, count = constants.layout.motion, load_places(constants.layout).total
+    there, count = constants.layout.motion, load_places(constants.layout).total
     inverse = 1.0 / air.speed
     reference_inverse = 1.0 / constants.airspeed_of_V_hat
     thrust, mach = -2.0 * values[C_T] * inverse, values[MACH] * inverse
@@ -199,7 +199,7 @@ def fold_slopes(
     if reference.current:
         p_hat, q_hat, r_hat = values[P_HAT] * inverse, values[Q_HAT] * inverse, values[R_HAT] * inverse
     for k in range(count):
-        if len(held.u) > 0:
+        if len(there.u) > 0:
             by_air[0, k] = (
                 slopes[V_HAT, k] * reference_inverse
                 + slopes[C_T, k] * thrust
@@ -209,25 +209,25 @@ def fold_slopes(
                 - slopes[R_HAT, k] * r_hat
             )
             by_air[1, k] = slopes[ALPHA, k]
-        if len(held.v) > 0:
+        if len(there.v) > 0:
             by_air[2, k] = slopes[BETA, k]
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             by_air[3, k] = slopes[P_HAT, k] * reference.half_span + slopes[P, k]
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             by_air[4, k] = slopes[Q_HAT, k] * reference.half_chord
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             by_air[5, k] = slopes[R_HAT, k] * reference.half_span + slopes[R, k]
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             by_air[6, k] = slopes[PHI, k]
 
 
 @njit_inline
 def pressure_area(x: NDArray[np.float64], u: NDArray[np.float64], constants: Constants) -> float:
     """Dynamic pressure times wing area [N]: the force that a unit of a coefficient makes."""
-    held, at, column = constants.layout.motion, state_places(constants.layout), input_places(constants.layout)
-    if len(held.u) > 0:
+    there, at, column = constants.layout.motion, state_places(constants.layout), input_places(constants.layout)
+    if len(there.u) > 0:
         square = x[at.u] * x[at.u] + x[at.w] * x[at.w]
-        if len(held.v) > 0:
+        if len(there.v) > 0:
             square += x[at.v] * x[at.v]
         elif u[column.beta] != 0.0:
             square /= np.cos(u[column.beta]) ** 2

@@ -52,7 +52,7 @@ class _March(NamedTuple):
 def simulate_feedback(
     state: NDArray[np.float64],
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     feedback: Feedback,
@@ -75,7 +75,7 @@ def simulate_feedback(
         np.zeros((effects, REMEMBERED)), np.zeros((effects, REMEMBERED)),
     )  # fmt: skip
     work, stages = make_workspace(extra, table, layout), make_stages(extra, layout)
-    _march(state.copy(), flight, theta, table, constants, feedback, inputs, states, work, stages, room)
+    _march(state.copy(), flight, parameters, table, constants, feedback, inputs, states, work, stages, room)
     return inputs, states
 
 
@@ -83,7 +83,7 @@ def simulate_feedback(
 def _march(
     x: NDArray[np.float64],
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     feedback: Feedback,
@@ -115,10 +115,10 @@ def _march(
                     x[a], work.rates[a] = room.start[a], room.rates[a]
                 integrate(
                     x, inputs[k - 1], inputs[k], interval, 0, flight.substeps, flight.substeps,
-                    theta, table, constants, flight.positions, work, stages,
+                    parameters, table, constants, flight.positions, work, stages,
                 )  # fmt: skip
             if proportional:
-                evaluate(x, flight.inputs[k], theta, table, constants, flight.positions, work, False, False)
+                evaluate(x, flight.inputs[k], parameters, table, constants, flight.positions, work, False, False)
                 for row in range(room.coefficients.shape[0]):
                     room.coefficients[row] = work.coefficients[row]
             offsets_at(k, flight.time, x, room.coefficients, feedback, room.memory, room.kept, room.found)
@@ -129,7 +129,7 @@ def _march(
                 break
             if _agree(turn, room):
                 break
-        evaluate(x, inputs[k], theta, table, constants, flight.positions, work, False, True)
+        evaluate(x, inputs[k], parameters, table, constants, flight.positions, work, False, True)
         if not within_limit(work.outputs, constants.layout):
             return
         for a in range(count):

@@ -76,7 +76,7 @@ def feed_back(
     carry: FeedbackCarry,
     flight: Flight,
     states: NDArray[np.float64],
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -114,8 +114,9 @@ def feed_back(
         carry.columns,
     )  # fmt: skip
     _feed_back(
-        begin, stop, carry, flight, states, theta.copy(), free, table, constants, feedback, places, directions, trace,
-        make_workspace(extra, table, layout), np.zeros(n), np.zeros(flight.inputs.shape[1]), np.zeros(n), slopes, room,
+        begin, stop, carry, flight, states, parameters.copy(), free, table, constants, feedback, places, directions,
+        trace, make_workspace(extra, table, layout), np.zeros(n), np.zeros(flight.inputs.shape[1]), np.zeros(n), slopes,
+        room,
     )  # fmt: skip
 
 
@@ -126,7 +127,7 @@ def _feed_back(
     carry: FeedbackCarry,
     flight: Flight,
     states: NDArray[np.float64],
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -152,7 +153,7 @@ def _feed_back(
         _states_moved(k, row, directions, trace, room.given, room.sight, constants.layout)
         if proportional:
             _coefficients_moved(
-                k, flight, states, theta, free, table, constants, feedback, directions, work, x, u, room
+                k, flight, states, parameters, free, table, constants, feedback, directions, work, x, u, room
             )
         # What the laws keep of this sample follows from its state; the offsets are those that act already.
         offsets_at(k, flight.time, states[k], unused, feedback, carry.memory, room.kept, room.acting)
@@ -242,7 +243,7 @@ def _coefficients_moved(
     k: int,
     flight: Flight,
     states: NDArray[np.float64],
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -268,15 +269,15 @@ def _coefficients_moved(
             step = 1e-3 if velocity or place >= coupled + extra else 1e-5 if place < coupled else 1e-4
             step = step if trial % 2 == 0 else -step
         term = free[place - coupled - extra] if place >= coupled + extra else 0
-        held = theta[term]
+        nominal = parameters[term]
         if place >= coupled + extra:
-            theta[term] += step
+            parameters[term] += step
         elif place >= coupled:
             u[leading + place - coupled] += step
         elif place >= 0:
             x[place] += step
-        evaluate(x, u, theta, table, constants, flight.positions, work, False, False)
-        theta[term] = held
+        evaluate(x, u, parameters, table, constants, flight.positions, work, False, False)
+        parameters[term] = nominal
         if coupled <= place < coupled + extra:
             u[leading + place - coupled] = flight.inputs[k, leading + place - coupled]
         elif 0 <= place < coupled:

@@ -73,7 +73,7 @@ def trace_stretch(
     stop: int,
     carry: TraceCarry,
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -84,7 +84,7 @@ def trace_stretch(
 
     Parameters
     ----------
-    theta : (T,) values of the terms; `free` (F,) the indices of those whose derivatives are wanted.
+    parameters : (T,) values of the terms; `free` (F,) the indices of those whose derivatives are wanted.
 
     Notes
     -----
@@ -110,7 +110,7 @@ def trace_stretch(
                 recorded[i] = True
                 break
     inside = _trace(
-        begin, stop, carry.state, here, there, kept, flight, theta, free, table, constants, directions, trace,
+        begin, stop, carry.state, here, there, kept, flight, parameters, free, table, constants, directions, trace,
         recorded, work, stages, span, u,
     )  # fmt: skip
     carry.columns[:, :] = here[:, :kept]
@@ -130,7 +130,7 @@ def _trace(
     moved: NDArray[np.float64],
     kept: int,
     flight: Flight,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     free: NDArray[np.int64],
     table: TermTable,
     constants: Constants,
@@ -158,7 +158,7 @@ def _trace(
             alone = substeps % 2 == 1 and node >= nodes - 2
             place = (substeps - 0.5 if alone and node % 2 == 1 else float(node)) / substeps
             inputs_at(place, flight.inputs[k], flight.inputs[after], u)
-            evaluate(x, u, theta, table, constants, flight.positions, work, True, node == 0)
+            evaluate(x, u, parameters, table, constants, flight.positions, work, True, node == 0)
             if node % 2 == 1:
                 note(work, free, 1, span, layout)
             else:
@@ -203,7 +203,7 @@ def _trace(
             else:
                 integrate(
                     x, flight.inputs[k], flight.inputs[after], interval, node, node + 1, substeps,
-                    theta, table, constants, flight.positions, work, stages,
+                    parameters, table, constants, flight.positions, work, stages,
                 )  # fmt: skip
                 if alone:
                     for a in range(states):

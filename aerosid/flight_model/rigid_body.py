@@ -84,32 +84,32 @@ def newton(
     L = I_xx p' - I_xz (r' + p q) + (I_zz - I_yy) q r, M = I_yy q' + (I_xx - I_zz) p r + I_xz (p^2 - r^2) and
     N = I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q.
     """
-    held, at = constants.layout.motion, state_places(constants.layout)
+    there, at = constants.layout.motion, state_places(constants.layout)
     p, q, r = motion.p, motion.q, motion.r
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         rates[at.u] = forces.a_x + inertial.u
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         rates[at.v] = forces.a_y + inertial.v
-    if len(held.w) > 0:
+    if len(there.w) > 0:
         rates[at.w] = forces.a_z + inertial.w
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         roll = forces.L + constants.I_xz * p * q - (constants.I_zz - constants.I_yy) * q * r
         yaw = forces.N - constants.I_xz * q * r - (constants.I_yy - constants.I_xx) * p * q
         rates[at.p] = inertia.pp * roll + inertia.pr * yaw
         rates[at.r] = inertia.pr * roll + inertia.rr * yaw
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         rates[at.q] = inertia.qq * (
             forces.M - (constants.I_xx - constants.I_zz) * p * r - constants.I_xz * (p * p - r * r)
         )
     turn = q * motion.sin_phi + r * motion.cos_phi
-    if len(held.phi) > 0:
+    if len(there.phi) > 0:
         rates[at.phi] = p + turn * motion.sin_theta / motion.cos_theta
-    if len(held.theta) > 0:
+    if len(there.theta) > 0:
         rates[at.theta] = q * motion.cos_phi - r * motion.sin_phi
-    if len(held.h) > 0:
+    if len(there.h) > 0:
         level = motion.v * motion.sin_phi + motion.w * motion.cos_phi
         rates[at.h] = motion.u * motion.sin_theta - level * motion.cos_theta
-    if len(held.psi) > 0:
+    if len(there.psi) > 0:
         rates[at.psi] = turn / motion.cos_theta
 
 
@@ -124,18 +124,18 @@ def accelerate(
     place: int,
 ) -> None:
     """Write what forces and moments make of the moving states, a column of (n, M): the linear part of `newton`."""
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     total = about_centre(forces, centre, mass)
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         column[at.u, place] = total.a_x
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         column[at.v, place] = total.a_y
-    if len(held.w) > 0:
+    if len(there.w) > 0:
         column[at.w, place] = total.a_z
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         column[at.p, place] = inertia.pp * total.L + inertia.pr * total.N
         column[at.r, place] = inertia.pr * total.L + inertia.rr * total.N
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         column[at.q, place] = inertia.qq * total.M
 
 
@@ -151,18 +151,18 @@ def rates_per_unit(force: float, u: NDArray[np.float64], constants: Constants, o
         Inputs.
     """
     layout = constants.layout
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     mass, inertia = u[input_places(layout).mass], inverse_inertia(constants)
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         out[at.u] = force / mass
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         out[at.v] = force / mass
-    if len(held.w) > 0:
+    if len(there.w) > 0:
         out[at.w] = force / mass
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         out[at.p] = force * constants.span * inertia.pp
         out[at.r] = force * constants.span * inertia.rr
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         out[at.q] = force * constants.mean_chord * inertia.qq
 
 
@@ -171,9 +171,9 @@ def _by_velocity(
     row: int, by_u: float, by_v: float, by_w: float, slopes: AirSlopes, layout: Layout, out: NDArray[np.float64]
 ) -> None:
     """Write slopes by the velocity into those states of a row that are integrated."""
-    held, at = layout.motion, state_places(layout)
-    if len(held.u) > 0:
-        if len(held.v) > 0:
+    there, at = layout.motion, state_places(layout)
+    if len(there.u) > 0:
+        if len(there.v) > 0:
             out[row, at.u], out[row, at.v], out[row, at.w] = by_u, by_v, by_w
         else:
             out[row, at.u], out[row, at.w] = by_u + by_v * slopes.v_u, by_w + by_v * slopes.v_w
@@ -187,39 +187,39 @@ def inertial_slopes(
 ) -> None:
     """Write the moving rows (n, n) of the Jacobian of what `newton` adds to forces and moments."""
     layout = constants.layout
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     u, v, w, p, q, r = motion.u, motion.v, motion.w, motion.p, motion.q, motion.r
     sin_phi, cos_phi = motion.sin_phi, motion.cos_phi
     sin_theta, cos_theta = motion.sin_theta, motion.cos_theta
-    if len(held.u) > 0:
+    if len(there.u) > 0:
         _by_velocity(at.u, 0.0, r, -q, slopes, layout, out)
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             out[at.u, at.q] = -w
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             out[at.u, at.r] = v
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.u, at.theta] = -GRAVITY * cos_theta
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         _by_velocity(at.v, -r, 0.0, p, slopes, layout, out)
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             out[at.v, at.p] = w
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             out[at.v, at.r] = -u
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             out[at.v, at.phi] = GRAVITY * cos_phi * cos_theta
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.v, at.theta] = -GRAVITY * sin_phi * sin_theta
-    if len(held.w) > 0:
+    if len(there.w) > 0:
         _by_velocity(at.w, q, -p, 0.0, slopes, layout, out)
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             out[at.w, at.p] = -v
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             out[at.w, at.q] = u
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             out[at.w, at.phi] = -GRAVITY * cos_theta * sin_phi
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.w, at.theta] = -GRAVITY * sin_theta * cos_phi
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         across, coupled = constants.I_zz - constants.I_yy, constants.I_yy - constants.I_xx
         roll_p, yaw_p = constants.I_xz * q, -coupled * q
         roll_r, yaw_r = -across * q, -constants.I_xz * q
@@ -227,7 +227,7 @@ def inertial_slopes(
         out[at.r, at.p] = inertia.pr * roll_p + inertia.rr * yaw_p
         out[at.p, at.r] = inertia.pp * roll_r + inertia.pr * yaw_r
         out[at.r, at.r] = inertia.pr * roll_r + inertia.rr * yaw_r
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             roll_q, yaw_q = constants.I_xz * p - across * r, -constants.I_xz * r - coupled * p
             out[at.p, at.q] = inertia.pp * roll_q + inertia.pr * yaw_q
             out[at.r, at.q] = inertia.pr * roll_q + inertia.rr * yaw_q
@@ -239,40 +239,40 @@ def inertial_slopes(
 @njit_inline
 def attitude_slopes(motion: Motion, slopes: AirSlopes, layout: Layout, out: NDArray[np.float64]) -> None:
     """Write the rows (n, n) of the Jacobian of `newton` for bank, pitch angle, altitude and heading."""
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     q, r = motion.q, motion.r
     sin_phi, cos_phi = motion.sin_phi, motion.cos_phi
     sin_theta, cos_theta = motion.sin_theta, motion.cos_theta
     turn, lean = q * sin_phi + r * cos_phi, q * cos_phi - r * sin_phi
-    if len(held.phi) > 0:
+    if len(there.phi) > 0:
         tangent = sin_theta / cos_theta
         out[at.phi, at.phi] = lean * tangent
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             out[at.phi, at.p] = 1.0
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             out[at.phi, at.q] = sin_phi * tangent
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             out[at.phi, at.r] = cos_phi * tangent
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.phi, at.theta] = turn / (cos_theta * cos_theta)
-    if len(held.theta) > 0:
-        if len(held.q) > 0:
+    if len(there.theta) > 0:
+        if len(there.q) > 0:
             out[at.theta, at.q] = cos_phi
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             out[at.theta, at.r] = -sin_phi
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             out[at.theta, at.phi] = -turn
-    if len(held.h) > 0:
+    if len(there.h) > 0:
         _by_velocity(at.h, sin_theta, -sin_phi * cos_theta, -cos_phi * cos_theta, slopes, layout, out)
-        if len(held.phi) > 0:
+        if len(there.phi) > 0:
             out[at.h, at.phi] = (motion.w * sin_phi - motion.v * cos_phi) * cos_theta
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.h, at.theta] = motion.u * cos_theta + (motion.v * sin_phi + motion.w * cos_phi) * sin_theta
-    if len(held.psi) > 0:
+    if len(there.psi) > 0:
         out[at.psi, at.phi] = lean / cos_theta
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             out[at.psi, at.q] = sin_phi / cos_theta
-        if len(held.r) > 0:
+        if len(there.r) > 0:
             out[at.psi, at.r] = cos_phi / cos_theta
-        if len(held.theta) > 0:
+        if len(there.theta) > 0:
             out[at.psi, at.theta] = turn * sin_theta / (cos_theta * cos_theta)

@@ -51,7 +51,7 @@ def integrate(
     first: int,
     last: int,
     substeps: int,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     positions: NDArray[np.float64],
@@ -72,7 +72,7 @@ def integrate(
                 for i in range(count):
                     stages.state[i] = x[i] + reach * work.rates[i]
                 inputs_at((s + (0.0 if n == 0 else 1.0 if n == 3 else 0.5)) / substeps, u0, u1, stages.inputs)
-                evaluate(stages.state, stages.inputs, theta, table, constants, positions, work, False, False)
+                evaluate(stages.state, stages.inputs, parameters, table, constants, positions, work, False, False)
             weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
             half = h * 5.0 / 24.0 if n == 0 else -h / 24.0 if n == 3 else h / 6.0
             for i in range(count):
@@ -136,7 +136,7 @@ def advance(
     u1: NDArray[np.float64],
     interval: float,
     substeps: int,
-    theta: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     table: TermTable,
     constants: Constants,
     positions: NDArray[np.float64],
@@ -163,7 +163,9 @@ def advance(
             weight = h / 6.0 if n == 0 or n == 3 else h / 3.0
             for i in range(at.total):
                 step.stage_state[i] = step.state[i] + (reach * work.rates[i] if n > 0 else 0.0)
-            evaluate(step.stage_state, step.stage_input, theta, table, constants, positions, work, differentiate, False)
+            evaluate(
+                step.stage_state, step.stage_input, parameters, table, constants, positions, work, differentiate, False
+            )
             for i in range(at.total):
                 step.state_total[i] = (0.0 if n == 0 else step.state_total[i]) + weight * work.rates[i]
             if differentiate:

@@ -25,13 +25,13 @@ class Turning(NamedTuple):
 
 @njit_inline
 def _turning(rates: NDArray[np.float64], layout: Layout) -> Turning:
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     p_dot, q_dot, r_dot = 0.0, 0.0, 0.0
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         p_dot = rates[at.p]
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         q_dot = rates[at.q]
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         r_dot = rates[at.r]
     return Turning(p_dot, q_dot, r_dot)
 
@@ -61,45 +61,45 @@ def sense(
     at r is f + omega' x r + omega x (omega x r).
     """
     layout = constants.layout
-    held, at, row = layout.outputs, state_places(layout), output_places(layout)
+    there, at, row = layout.outputs, state_places(layout), output_places(layout)
     y, p, q, r = work.outputs, motion.p, motion.q, motion.r
     turning = _turning(work.rates, layout)
-    if len(held.V) > 0:
+    if len(there.V) > 0:
         y[row.V] = air.speed
-    if len(held.alpha) > 0:
+    if len(there.alpha) > 0:
         ahead, right, below = _arm(positions, row.alpha, centre)
         y[row.alpha] = np.arctan2(motion.w + p * right - q * ahead, motion.u + q * below - r * right)
-    if len(held.beta) > 0:
+    if len(there.beta) > 0:
         ahead, right, below = _arm(positions, row.beta, centre)
         y[row.beta] = air.beta + (ahead * r - below * p) / air.speed
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         y[row.p] = p
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         y[row.q] = q
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         y[row.r] = r
-    if len(held.phi) > 0:
+    if len(there.phi) > 0:
         y[row.phi] = x[at.phi]
-    if len(held.theta) > 0:
+    if len(there.theta) > 0:
         y[row.theta] = x[at.theta]
-    if len(held.psi) > 0:
+    if len(there.psi) > 0:
         y[row.psi] = x[at.psi]
-    if len(held.a_x) > 0:
+    if len(there.a_x) > 0:
         ahead, right, below = _arm(positions, row.a_x, centre)
         y[row.a_x] = forces.a_x - (q * q + r * r) * ahead + (p * q - turning.r) * right + (p * r + turning.q) * below
-    if len(held.a_y) > 0:
+    if len(there.a_y) > 0:
         ahead, right, below = _arm(positions, row.a_y, centre)
         y[row.a_y] = forces.a_y + (p * q + turning.r) * ahead - (p * p + r * r) * right + (q * r - turning.p) * below
-    if len(held.a_z) > 0:
+    if len(there.a_z) > 0:
         ahead, right, below = _arm(positions, row.a_z, centre)
         y[row.a_z] = forces.a_z + (p * r - turning.q) * ahead + (q * r + turning.p) * right - (p * p + q * q) * below
-    if len(held.p_dot) > 0:
+    if len(there.p_dot) > 0:
         y[row.p_dot] = turning.p
-    if len(held.q_dot) > 0:
+    if len(there.q_dot) > 0:
         y[row.q_dot] = turning.q
-    if len(held.r_dot) > 0:
+    if len(there.r_dot) > 0:
         y[row.r_dot] = turning.r
-    if len(held.h) > 0:
+    if len(there.h) > 0:
         y[row.h] = x[at.h]
 
 
@@ -115,25 +115,25 @@ def sense_slopes(
 ) -> None:
     """Write the Jacobian of `sense` by states, extra inputs and terms: `work.outputs_x`, `outputs_u`, `outputs_p`."""
     layout = constants.layout
-    held, at, row = layout.outputs, state_places(layout), output_places(layout)
+    there, at, row = layout.outputs, state_places(layout), output_places(layout)
     y_x = work.outputs_x
-    if len(held.V) > 0:
+    if len(there.V) > 0:
         _place_velocity(y_x, row.V, slopes.V_u, slopes.V_v, slopes.V_w, layout)
-    if len(held.alpha) > 0:
+    if len(there.alpha) > 0:
         _alpha_slopes(motion, centre, positions, constants, work)
-    if len(held.beta) > 0:
+    if len(there.beta) > 0:
         _beta_slopes(motion, air, slopes, centre, positions, constants, work)
-    if len(held.a_x) > 0:
+    if len(there.a_x) > 0:
         _x_slopes(motion, centre, positions, constants, work)
-    if len(held.a_y) > 0:
+    if len(there.a_y) > 0:
         _y_slopes(motion, centre, positions, constants, work)
-    if len(held.a_z) > 0:
+    if len(there.a_z) > 0:
         _z_slopes(motion, centre, positions, constants, work)
-    if len(held.p_dot) > 0:
+    if len(there.p_dot) > 0:
         _copy_rate(at.p, row.p_dot, work, layout)
-    if len(held.q_dot) > 0:
+    if len(there.q_dot) > 0:
         _copy_rate(at.q, row.q_dot, work, layout)
-    if len(held.r_dot) > 0:
+    if len(there.r_dot) > 0:
         _copy_rate(at.r, row.r_dot, work, layout)
     if constants.gust >= 0 and len(layout.motion.w) > 0:
         _gust(constants.gust, at.w, work, layout)
@@ -144,10 +144,10 @@ def sense_slopes(
 @njit_inline
 def _place_velocity(out: NDArray[np.float64], row: int, by_u: float, by_v: float, by_w: float, layout: Layout) -> None:
     """Write slopes by those velocity components that are states."""
-    held, at = layout.motion, state_places(layout)
-    if len(held.u) > 0:
+    there, at = layout.motion, state_places(layout)
+    if len(there.u) > 0:
         out[row, at.u], out[row, at.w] = by_u, by_w
-    if len(held.v) > 0:
+    if len(there.v) > 0:
         out[row, at.v] = by_v
 
 
@@ -156,7 +156,7 @@ def _alpha_slopes(
     motion: Motion, centre: Centre, positions: NDArray[np.float64], constants: Constants, work: Workspace
 ) -> None:
     layout = constants.layout
-    held, at, row = layout.motion, state_places(layout), output_places(layout).alpha
+    there, at, row = layout.motion, state_places(layout), output_places(layout).alpha
     ahead, right, below = _arm(positions, row, centre)
     forward = motion.u + motion.q * below - motion.r * right
     down = motion.w + motion.p * right - motion.q * ahead
@@ -164,11 +164,11 @@ def _alpha_slopes(
     by_forward, by_down = -down / square, forward / square
     y_x, y_u = work.outputs_x, work.outputs_u
     y_x[row, at.u], y_x[row, at.w] = by_forward, by_down
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         y_x[row, at.p] = right * by_down
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         y_x[row, at.q] = below * by_forward - ahead * by_down
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         y_x[row, at.r] = -right * by_forward
     if constants.cg_x >= 0:
         y_u[row, constants.cg_x] = motion.q * by_down
@@ -189,14 +189,14 @@ def _beta_slopes(
     work: Workspace,
 ) -> None:
     layout = constants.layout
-    held, at, row = layout.motion, state_places(layout), output_places(layout).beta
+    there, at, row = layout.motion, state_places(layout), output_places(layout).beta
     ahead, _, below = _arm(positions, row, centre)
     slower = -(ahead * motion.r - below * motion.p) / (air.speed * air.speed)
     by_u, by_v = slopes.beta_u + slower * slopes.V_u, slopes.beta_v + slower * slopes.V_v
     _place_velocity(work.outputs_x, row, by_u, by_v, slopes.beta_w + slower * slopes.V_w, layout)
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         work.outputs_x[row, at.p] = -below / air.speed
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         work.outputs_x[row, at.r] = ahead / air.speed
     if constants.cg_x >= 0:
         work.outputs_u[row, constants.cg_x] = -motion.r / air.speed
@@ -209,15 +209,15 @@ def _x_slopes(
     motion: Motion, centre: Centre, positions: NDArray[np.float64], constants: Constants, work: Workspace
 ) -> None:
     layout = constants.layout
-    held, at, row = layout.motion, state_places(layout), output_places(layout).a_x
+    there, at, row = layout.motion, state_places(layout), output_places(layout).a_x
     ahead, right, below = _arm(positions, row, centre)
     _force_slopes(at.u, row, 0.0, below, -right, work, layout)
     p, q, r = motion.p, motion.q, motion.r
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         work.outputs_x[row, at.p] += q * right + r * below
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         work.outputs_x[row, at.q] += p * right - 2.0 * q * ahead
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         work.outputs_x[row, at.r] += p * below - 2.0 * r * ahead
     turning = _turning(work.rates, layout)
     _arm_slopes(row, q * q + r * r, turning.r - p * q, -turning.q - p * r, constants, work)
@@ -228,15 +228,15 @@ def _y_slopes(
     motion: Motion, centre: Centre, positions: NDArray[np.float64], constants: Constants, work: Workspace
 ) -> None:
     layout = constants.layout
-    held, at, row = layout.motion, state_places(layout), output_places(layout).a_y
+    there, at, row = layout.motion, state_places(layout), output_places(layout).a_y
     ahead, right, below = _arm(positions, row, centre)
     _force_slopes(at.v, row, -below, 0.0, ahead, work, layout)
     p, q, r = motion.p, motion.q, motion.r
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         work.outputs_x[row, at.p] += q * ahead - 2.0 * p * right
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         work.outputs_x[row, at.q] += p * ahead + r * below
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         work.outputs_x[row, at.r] += q * below - 2.0 * r * right
     turning = _turning(work.rates, layout)
     _arm_slopes(row, -turning.r - p * q, p * p + r * r, turning.p - q * r, constants, work)
@@ -247,15 +247,15 @@ def _z_slopes(
     motion: Motion, centre: Centre, positions: NDArray[np.float64], constants: Constants, work: Workspace
 ) -> None:
     layout = constants.layout
-    held, at, row = layout.motion, state_places(layout), output_places(layout).a_z
+    there, at, row = layout.motion, state_places(layout), output_places(layout).a_z
     ahead, right, below = _arm(positions, row, centre)
     _force_slopes(at.w, row, right, -ahead, 0.0, work, layout)
     p, q, r = motion.p, motion.q, motion.r
-    if len(held.p) > 0:
+    if len(there.p) > 0:
         work.outputs_x[row, at.p] += r * ahead - 2.0 * p * below
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         work.outputs_x[row, at.q] += r * right - 2.0 * q * below
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         work.outputs_x[row, at.r] += p * ahead + q * right
     turning = _turning(work.rates, layout)
     _arm_slopes(row, turning.q - p * r, -turning.p - q * r, p * p + q * q, constants, work)
@@ -266,28 +266,28 @@ def _force_slopes(
     force: int, row: int, by_p_dot: float, by_q_dot: float, by_r_dot: float, work: Workspace, layout: Layout
 ) -> None:
     """Write the slopes of a specific force, and add those of the angular accelerations times their arms."""
-    held, at = layout.motion, state_places(layout)
+    there, at = layout.motion, state_places(layout)
     f_x, f_u, f_p, inertial_x = work.rates_x, work.rates_u, work.rates_p, work.inertial_x
     y_x, y_u, y_p = work.outputs_x, work.outputs_u, work.outputs_p
     for k in range(at.total):
         total = f_x[force, k] - inertial_x[force, k]
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             total += f_x[at.p, k] * by_p_dot + f_x[at.r, k] * by_r_dot
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             total += f_x[at.q, k] * by_q_dot
         y_x[row, k] = total
     for j in range(f_u.shape[1]):
         total = f_u[force, j]
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             total += f_u[at.p, j] * by_p_dot + f_u[at.r, j] * by_r_dot
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             total += f_u[at.q, j] * by_q_dot
         y_u[row, j] = total
     for t in range(f_p.shape[1]):
         total = f_p[force, t]
-        if len(held.p) > 0:
+        if len(there.p) > 0:
             total += f_p[at.p, t] * by_p_dot + f_p[at.r, t] * by_r_dot
-        if len(held.q) > 0:
+        if len(there.q) > 0:
             total += f_p[at.q, t] * by_q_dot
         y_p[row, t] = total
 
@@ -319,10 +319,10 @@ def _copy_rate(state: int, row: int, work: Workspace, layout: Layout) -> None:
 @njit_inline
 def _gust(column: int, state: int, work: Workspace, layout: Layout) -> None:
     """Air that moves with an axis acts on the air data as if the aircraft moved against it."""
-    held, row = layout.outputs, output_places(layout)
-    if len(held.V) > 0:
+    there, row = layout.outputs, output_places(layout)
+    if len(there.V) > 0:
         work.outputs_u[row.V, column] = -work.outputs_x[row.V, state]
-    if len(held.alpha) > 0:
+    if len(there.alpha) > 0:
         work.outputs_u[row.alpha, column] = -work.outputs_x[row.alpha, state]
-    if len(held.beta) > 0:
+    if len(there.beta) > 0:
         work.outputs_u[row.beta, column] = -work.outputs_x[row.beta, state]

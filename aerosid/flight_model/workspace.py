@@ -82,18 +82,18 @@ def make_workspace(extra_inputs: int, table: TermTable, layout: Layout) -> Works
 @njit
 def _write_unit_rows(outputs_x: NDArray[np.float64], layout: Layout) -> None:
     """Sensors that see a state itself, once and for all."""
-    held, at, row = layout.outputs, state_places(layout), output_places(layout)
-    if len(held.p) > 0:
+    there, at, row = layout.outputs, state_places(layout), output_places(layout)
+    if len(there.p) > 0:
         outputs_x[row.p, at.p] = 1.0
-    if len(held.q) > 0:
+    if len(there.q) > 0:
         outputs_x[row.q, at.q] = 1.0
-    if len(held.r) > 0:
+    if len(there.r) > 0:
         outputs_x[row.r, at.r] = 1.0
-    if len(held.phi) > 0:
+    if len(there.phi) > 0:
         outputs_x[row.phi, at.phi] = 1.0
-    if len(held.theta) > 0:
+    if len(there.theta) > 0:
         outputs_x[row.theta, at.theta] = 1.0
-    if len(held.psi) > 0:
+    if len(there.psi) > 0:
         outputs_x[row.psi, at.psi] = 1.0
-    if len(held.h) > 0:
+    if len(there.h) > 0:
         outputs_x[row.h, at.h] = 1.0

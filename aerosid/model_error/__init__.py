@@ -16,6 +16,7 @@
 | `streaming_screening` | recursive partial correlation of candidates in coloured noise |
 | `partial_correlation` | regression and partial correlation of candidates in coloured noise |
 | `term_selection` | `select_terms_continuous`, `select_terms_discrete`: what any model lacks |
+| `aircraft_error`, `aircraft_recursion`, `measured_states` | (21)-(26) on an aircraft's equations of motion |
 | `flight_sweep`, `swept_model`, `forward_start` | the fixed-interval d(t) of flights, all candidates as columns |
 | `flights_in_error`, `sweep_rows` | the flights with d(t) acting, linearised; their rows through the filter of d(t) |
 | `in_flight` | the method on board: derivatives, d(t) and names, frame by frame |

@@ -16,7 +16,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import ACCELERATIONS, UNCOUPLED, Axes, coupled_of, input_columns_of, loads_of
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight, coefficients_along
-from aerosid.model_error.aircraft_error import measured_motion
+from aerosid.model_error.measured_states import measured_motion
 from aerosid.model_error.paper_chain import ChainSettings, Fed, feed
 from aerosid.signals import prefilter
 

@@ -15,7 +15,7 @@ from scipy import signal
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
 from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
 from aerosid.model_error.streaming_screening import Screened, ScreeningSettings, StreamingScreening
 
@@ -152,7 +152,9 @@ def frames(
     yield from _judged(extended, history, manoeuvre.flight.time, entries, candidates, settings)
 
 
-def _low_passed(history: AircraftError, manoeuvre: Manoeuvre, settings: InFlightSettings) -> AircraftError:
+def _low_passed(
+    history: AircraftErrorHistory, manoeuvre: Manoeuvre, settings: InFlightSettings
+) -> AircraftErrorHistory:
     """The history through the causal low-pass, all columns alike; as it is where the sampling is too slow for it."""
     interval = float(np.median(np.diff(manoeuvre.flight.time)))
     if settings.cut_off_hz * interval >= 0.4:
@@ -172,7 +174,7 @@ def _low_passed(history: AircraftError, manoeuvre: Manoeuvre, settings: InFlight
 
 def _judged(
     model: AerodynamicModel,
-    history: AircraftError,
+    history: AircraftErrorHistory,
     time: Array,
     entries: Sequence[Entry],
     candidates: Sequence[Entry],
@@ -230,7 +232,7 @@ def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:
 
 
 def _columns(
-    model: AerodynamicModel, history: AircraftError, entries: Sequence[Entry], candidates: Sequence[Entry]
+    model: AerodynamicModel, history: AircraftErrorHistory, entries: Sequence[Entry], candidates: Sequence[Entry]
 ) -> Array:
     """Pictures in d(t) of declared terms, of candidates and of an error of the initial state, (N, 3, K)."""
     places = model.indices([*entries, *candidates])

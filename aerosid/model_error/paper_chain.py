@@ -17,7 +17,8 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import Axes, coupled_of, fed_of, moving_of
 from aerosid.flight_model.flight import Flight
-from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error, measured_states
+from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
+from aerosid.model_error.measured_states import measured_states
 from aerosid.signals import prefilter
 from aerosid.signals.least_squares import recursive_least_squares
 from aerosid.signals.prefilter import Butterworth, CutOff
@@ -231,7 +232,7 @@ def _rate_power(part: Fed) -> NDArray[np.float64]:
 
 
 def _stack(
-    histories: Sequence[AircraftError], places: NDArray[np.int64]
+    histories: Sequence[AircraftErrorHistory], places: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Regressors, target and weights of all equations of all logs, in the order of time within each log."""
     rows, targets, weights = [], [], []
@@ -250,7 +251,7 @@ def _stack(
 
 
 def _std_errors(
-    histories: Sequence[AircraftError],
+    histories: Sequence[AircraftErrorHistory],
     regressors: NDArray[np.float64],
     residual: NDArray[np.float64],
     weights: NDArray[np.float64],

@@ -13,7 +13,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import EQUATION, MOTION, equation_of, loads_of, moving_of
-from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.model_error.paper_chain import Chain, ChainSettings, Fed, choose_error_density
 from aerosid.signals import prefilter
@@ -240,7 +240,7 @@ def _regressor(
     return RegressorPicture(entry[0], str(entry[1]), candidate, left, slope, correlation(left, candidate), chosen)
 
 
-def _seen(history: AircraftError, fed: Fed) -> AircraftError:
+def _seen(history: AircraftErrorHistory, fed: Fed) -> AircraftErrorHistory:
     """The history with d(t) and every picture in it low-passed alike, to the band in which the aircraft moves.
 
     d(t) of the recursion follows the noise of its channels far above the frequencies at which forces act; the band is
@@ -270,14 +270,14 @@ PICTURE_BAND = 1.0
 """Cut-off of the pictures over the frequency above which alpha holds no signal worth keeping."""
 
 
-def _joined(histories: Sequence[AircraftError], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _joined(histories: Sequence[AircraftErrorHistory], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """The d of one equation over all logs without missing samples, and which samples were there."""
     d = np.concatenate([history.d[:, equation] for history in histories])
     held = np.isfinite(d)
     return d[held], held
 
 
-def _starts(histories: Sequence[AircraftError], equation: int) -> NDArray[np.float64]:
+def _starts(histories: Sequence[AircraftErrorHistory], equation: int) -> NDArray[np.float64]:
     """The responses to errors of the initial states, one block of columns a log."""
     samples, states = [history.d.shape[0] for history in histories], histories[0].initial.shape[2]
     columns = np.zeros((sum(samples), states * len(histories)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit_inline, njit_inline_room
+from aerosid.compiled import njit_inline, njit_inline_room, njit_inline_vector
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def step_work(n: int, constant: int = 2, ramp: int = 2) -> StepWork:
     return StepWork(np.zeros((_BLOCKS, 2 * n, 3 * n + constant + ramp)), np.zeros((2 * n, constant)))
 
 
-@njit_inline
+@njit_inline_vector
 def multiply(A: Array, B: Array, out: Array, rows: int, inner: int, columns: int) -> None:
     """Form out[:rows, :columns] = A[:rows, :inner] B[:inner, :columns]."""
     for i in range(rows):

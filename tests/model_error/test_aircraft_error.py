@@ -17,7 +17,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, equation_of
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.simulation import doublet, fly, trim
-from aerosid.model_error.aircraft_error import AircraftError, estimate_aircraft_error
+from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
 
 Array = NDArray[np.float64]
 FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 100.0)
@@ -57,7 +57,9 @@ def weight_of(x: Array, variance: Array) -> Array:
     return weight
 
 
-def run(problem: Problem, seed: int = 0, density: Array = DENSITY) -> tuple[AerodynamicModel, Manoeuvre, AircraftError]:
+def run(
+    problem: Problem, seed: int = 0, density: Array = DENSITY
+) -> tuple[AerodynamicModel, Manoeuvre, AircraftErrorHistory]:
     model, manoeuvre = problem.prepared(problem.fly(seed=seed))
     return model, manoeuvre, estimate_aircraft_error(model, manoeuvre.flight, VARIANCE, density)
 
@@ -194,7 +196,7 @@ def test_one_channel_missing_leaves_the_others_to_speak() -> None:
     assert np.corrcoef(every_other.d[30:, 2], whole.d[30:, 2])[0, 1] > 0.9
 
 
-def sound(found: AircraftError) -> None:
+def sound(found: AircraftErrorHistory) -> None:
     """Finite, and S symmetric and positive definite at every sample."""
     assert np.isfinite(found.states).all()
     assert np.isfinite(found.d).all()

@@ -20,7 +20,6 @@ MOST_ARGUMENTS = 10
 STILL_LONGER = {
     "estimation/likelihood.py": 490,
     "flight_model/terms.py": 515,
-    "model_error/aircraft_error.py": 520,
     "search/model_error_search.py": 470,
 }
 """Lines of modules past the limit that may not grow: each holds a second idea that is yet to be taken out."""
