@@ -33,7 +33,7 @@ def export_command(
         typer.Option(
             "--into",
             metavar="XML",
-            help="jsbsim: the aircraft whose longitudinal aerodynamics the model replaces.",
+            help="jsbsim: the aircraft whose aerodynamics the model replaces, in the model's axes.",
             show_default=False,
         ),
     ] = None,
@@ -99,7 +99,6 @@ def export_command(
     from aerosid.reporting.export import ExportOptions, export
 
     loaded = load_aircraft(aircraft)
-    loaded.require_longitudinal("export")
     options = ExportOptions(
         into=into,
         aero_reference=_pair("--aerorp", aerorp, "m"),

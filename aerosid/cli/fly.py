@@ -21,27 +21,33 @@ def fly_command(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="LOG", help="Native log, NAME.csv; the rest goes beside it.")],
-    shape: Annotated[
-        str,
+    shapes: Annotated[
+        Optional[list[str]],
         typer.Option(
             "--input",
             metavar="INPUT",
-            help="doublet, 3211, sweep, multisine, or a log whose delta_e is flown as deviation from its first sample.",
+            help="[CONTROL:]SHAPE[:RAD[:S]][@S]: doublet, 3211, sweep, multisine or 211 of one control or of each in "
+            "turn, its amplitude, unit and begin; or a log whose controls are flown as deviations from their first "
+            "samples; repeatable.",
+            show_default="doublet",
         ),
-    ] = "doublet",
+    ] = None,
     amplitude: Annotated[
-        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Deflection, rad, positive trailing edge down.")
+        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Deflection, rad, in the positive sense.")
     ] = 0.03,
     unit: Annotated[
         Optional[float],
         typer.Option(
             parser=in_unit("s"),
             metavar="S",
-            help="s: half a doublet, the 1 of a 3211, half the shortest period of sweep and multisine.",
-            show_default="1, 0.6, 0.5",
+            help="s: half a doublet, the 1 of a 3211, the 1 of a 211, half the shortest period of sweep and multisine.",
+            show_default="1, 0.6, 0.5, 0.5, 0.8",
         ),
     ] = None,
-    duration: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="s.")] = 14.0,
+    duration: Annotated[
+        Optional[float],
+        typer.Option(parser=in_unit("s"), metavar="S", help="s.", show_default="14, or as long as several inputs take"),
+    ] = None,
     interval: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="Between samples, s.")] = 0.02,
     airspeed: Annotated[
         Optional[float],
@@ -63,14 +69,16 @@ def fly_command(
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.")] = 0,
 ) -> None:
     """Flies an aircraft with JSBSim: a log, the declared aircraft file, and the truth to compare with."""
-    from aerosid.studies.jsbsim.command import companions, elevator, flight_plan, write_flight
+    from aerosid.studies.jsbsim.command import companions, control_inputs, find_aircraft, flight_plan, write_flight
     from aerosid.studies.jsbsim.flight import fly_jsbsim
     from aerosid.studies.jsbsim.process import require_jsbsim
 
     require_jsbsim()
     companions(out)
+    found = find_aircraft(aircraft)
+    flown = control_inputs(shapes or ["doublet"], found, amplitude, unit, duration, interval)
     plan = flight_plan(
-        aircraft, elevator(shape, amplitude, unit, duration, interval), airspeed=airspeed, altitude=altitude,
+        found, flown, airspeed=airspeed, altitude=altitude,
         noise=noise, effects=effect or [], seed=seed,
     )  # fmt: skip
     files = write_flight(fly_jsbsim(plan), plan, out)

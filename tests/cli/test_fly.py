@@ -14,7 +14,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.cli.main import main
 from aerosid.errors import UsageError
 from aerosid.logs.formats import read_log
-from aerosid.studies.jsbsim.elevator_inputs import SHAPES, START, manoeuvre, recorded
+from aerosid.studies.jsbsim.control_inputs import SHAPES, START, manoeuvre, recorded
 from aerosid.studies.jsbsim.injected import KINDS, InjectedEffect, parse_effect
 
 PAGE = (Path(__file__).parents[2] / "docs" / "command_line.md").read_text(encoding="utf-8")
@@ -83,7 +83,7 @@ def test_an_aircraft_file_is_flown_by_the_elevator_of_a_log(tmp_path: Path) -> N
         (["L410", "--effect", "magic=1"], "the effect 'magic' is unknown", 2),
         (["L410", "--effect", "control_lag"], "cannot be read", 2),
         (["L410", "--effect", "control_lag=1,2"], "takes time constant [s] and was given 1, 2", 2),
-        (["L410", "--effect", "control_lag:delta_r=1"], "expected delta_e after the colon", 2),
+        (["L410", "--effect", "control_lag:delta_r=1"], "names delta_r, but this aircraft's flight has delta_e", 2),
         (["L410", "--effect", "aero_term:C_m=1"], "is written as in C_m:alpha^2=-1.7", 2),
         (["L410", "--effect", "aero_term:C_m:alpha^^2=1"], "cannot be read", 2),
         (["L410", "--effect", "turbulence=1@3"], "cannot begin at 3 s", 2),
@@ -173,3 +173,64 @@ def test_every_effect_is_documented_and_reads_back() -> None:
         assert parse_effect(str(effect)) == effect
     with pytest.raises(UsageError, match="finite numbers"):
         parse_effect("icing=nan")
+
+
+SIDEWAYS = """
+schema = 1
+aircraft = { name = "glider tug" }
+reference = { wing_area = 16.0, mean_chord = 1.5, span = 11.0, airspeed = 55.0 }
+mass = { mass = 1100.0, I_xx = 1300.0, I_yy = 2000.0, I_zz = 3100.0, I_xz = 80.0 }
+air = { density = 1.05 }
+[derivatives.C_Y]
+"beta" = { value = -0.6 }
+"delta_r" = { value = 0.16 }
+[derivatives.C_l]
+"beta" = { value = -0.08 }
+"p_hat" = { value = -0.45 }
+"r_hat" = { value = 0.12 }
+"delta_a" = { value = -0.15 }
+[derivatives.C_n]
+"beta" = { value = 0.07 }
+"p_hat" = { value = -0.04 }
+"r_hat" = { value = -0.12 }
+"delta_r" = { value = -0.08 }
+"""
+
+
+def test_a_lateral_file_is_flown_by_aileron_and_rudder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("jsbsim", reason="JSBSim flies here")
+    file, out = tmp_path / "tug.toml", tmp_path / "out.csv"
+    file.write_text(SIDEWAYS)
+    words = ["fly", str(file), "--out", str(out), "--noise", "0", "--interval", "0.04"]
+    inputs = [
+        "--input",
+        "delta_a:doublet:0.05:0.8",
+        "--input",
+        "delta_r:211:0.04:0.6@4",
+        "--effect",
+        "control_lag:delta_r=0.1",
+    ]
+    assert main([*words, *inputs, "--duration", "9"]) == 0
+    log = read_log(out)
+    assert {"V", "alpha", "q", "theta", "beta", "p", "r", "phi", "psi", "a_y", "delta_a", "delta_r"} <= set(
+        log.channels
+    )
+    assert np.abs(log["delta_a"]).max() == pytest.approx(0.05)
+    assert log.time[np.flatnonzero(np.abs(log["delta_r"]) > 0.01)[[0, -1]]] == pytest.approx([4.0, 6.36])
+    assert np.ptp(log["p"]) > 0.1
+    assert (tmp_path / "out.aircraft.toml").read_text() == SIDEWAYS
+    truth = json.loads((tmp_path / "out.truth.json").read_text())
+    assert [effect["where"] for effect in truth["effects"]] == ["delta_r"]
+    # The same again from the log that was written: its aileron and rudder fly.
+    again = tmp_path / "again.csv"
+    assert main(["fly", str(file), "--out", str(again), "--noise", "0", "--interval", "0.04", "--input", str(out)]) == 0
+    assert np.abs(read_log(again)["delta_r"] - log["delta_r"]).max() < 1e-9
+    capsys.readouterr()
+    for words, sentence in (
+        (["--input", "delta_f:doublet"], "moves delta_f, but this aircraft is flown by delta_a, delta_r"),
+        (["--input", "delta_a:doublet:much"], "cannot be read; write [CONTROL:]SHAPE"),
+        (["--input", "delta_a:triplet"], "neither a file nor one of doublet"),
+        (["--input", "delta_a:doublet@-3"], "--input begins at -3 s"),
+    ):
+        assert main(["fly", str(file), "--out", str(tmp_path / "no.csv"), *words]) == 2, sentence
+        assert sentence in capsys.readouterr().err

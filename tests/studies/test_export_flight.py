@@ -52,7 +52,7 @@ def test_the_exported_model_flies_an_unseen_doublet_as_its_source_does(name: str
     Measured, w and q: L410 0.41 % and 0.39 %, c310 0.28 % and 0.12 %, DHC6 1.52 % and 1.23 %, in either place.
     """
     pytest.importorskip("jsbsim", reason="the source is one of JSBSim's aircraft")
-    from aerosid.studies.jsbsim.elevator_inputs import manoeuvre
+    from aerosid.studies.jsbsim.control_inputs import manoeuvre
     from aerosid.studies.jsbsim.flight import fly_jsbsim
     from aerosid.studies.jsbsim.plan import FlightPlan
     from aerosid.studies.jsbsim.stock import CONDITIONS

@@ -17,7 +17,7 @@ from aerosid.errors import EstimationError
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.loop.closed_loop import close_loop
 from aerosid.signals.delay_and_lag import lagged, rate_limited
-from aerosid.studies.jsbsim.elevator_inputs import Manoeuvre, manoeuvre
+from aerosid.studies.jsbsim.control_inputs import Manoeuvre, manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.injected import parse_effect
 from aerosid.studies.jsbsim.injection import ICED_DRAG
@@ -108,7 +108,7 @@ def test_actuator_and_sensor_effects_are_those_of_the_catalogue() -> None:
     assert_allclose(moved, np.sign(DOUBLET.deviation) * np.maximum(np.abs(DOUBLET.deviation) - 0.02, 0.0), atol=1e-9)
 
 
-STILL = Manoeuvre(0.02 * np.arange(151.0), np.zeros(151), "none")
+STILL = Manoeuvre(0.02 * np.arange(151.0), {}, "none")
 """Trimmed flight: whatever moves is the effect's."""
 
 

@@ -63,9 +63,11 @@ def check_cases(
     if alpha_range is not None and "alpha" in inputs:
         chosen["alpha beyond the tested range"] = {**moved, "alpha": alpha_range[1] + 0.05}
         chosen["alpha below the tested range"] = {**moved, "alpha": alpha_range[0] - 0.05}
-    references = (("referenceWingArea", "m2", aircraft.wing_area), ("referenceWingChord", "m", aircraft.mean_chord))
+    references = [("referenceWingArea", "m2", aircraft.wing_area), ("referenceWingChord", "m", aircraft.mean_chord)]
+    if aircraft.span is not None:
+        references.append(("referenceWingSpan", "m", aircraft.span))
     return tuple(
-        CheckCase(name, values, references, coefficients(aircraft, values, alpha_range, airspeed))
+        CheckCase(name, values, tuple(references), coefficients(aircraft, values, alpha_range, airspeed))
         for name, values in chosen.items()
     )
 
@@ -102,9 +104,14 @@ def _derived(aircraft: Aircraft, inputs: Mapping[str, float], airspeed: float | 
     derived = {}
     speed = aircraft.airspeed or inputs.get("V", 0.0)
     reference = aircraft.airspeed or airspeed
-    for name, rate in (("q_hat", "q"), ("alpha_dot_hat", "alpha_dot")):
-        if rate in inputs:
-            derived[name] = inputs[rate] * aircraft.mean_chord / (2.0 * speed)
+    for name, rate, length in (
+        ("p_hat", "p", aircraft.span),
+        ("q_hat", "q", aircraft.mean_chord),
+        ("r_hat", "r", aircraft.span),
+        ("alpha_dot_hat", "alpha_dot", aircraft.mean_chord),
+    ):
+        if rate in inputs and length is not None and speed > 0.0:
+            derived[name] = inputs[rate] * length / (2.0 * speed)
     if reference and "V" in inputs:
         derived["V_hat"] = inputs["V"] / reference - 1.0
     if {"V", "rho", "thrust"} <= inputs.keys():

@@ -18,6 +18,7 @@ from pathlib import Path
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError, UsageError
+from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.export.check_cases import CheckCase, check_cases
 from aerosid.reporting.export.mathml import apply, identifier, maths, number, term_maths
@@ -50,17 +51,44 @@ _STANDARD_NAMES = {
     "delta_a": "aileronDeflection",
     "delta_r": "rudderDeflection",
     "C_X": "aeroBodyForceCoefficient_X",
+    "C_Y": "aeroBodyForceCoefficient_Y",
     "C_Z": "aeroBodyForceCoefficient_Z",
+    "C_l": "aeroBodyMomentCoefficient_Roll",
     "C_m": "aeroBodyMomentCoefficient_Pitch",
+    "C_n": "aeroBodyMomentCoefficient_Yaw",
     "C_L": "totalCoefficientOfLift",
     "C_D": "totalCoefficientOfDrag",
 }
 """Names of the standard; whatever has none goes by the name of the glossary."""
 
-_RESERVED = frozenset({"alpha_dot", "alpha_tested", "U0", "SWING", "CBAR", "C_X", "C_Z", "C_m", "C_L", "C_D"})
+_RESERVED = frozenset({"alpha_dot", "alpha_tested", "U0", "SWING", "CBAR", "BSPAN", *COEFFICIENTS})
 """Identifiers that no channel may have."""
 
-_SIGNS = {"C_X": "+FWD", "C_Z": "+DOWN", "C_m": "+ANU", "C_L": "+UP", "C_D": "+AFT", "q": "+ANU", "delta_e": "+TED"}
+_SIGNS = {
+    "C_X": "+FWD",
+    "C_Y": "+RIGHT",
+    "C_Z": "+DOWN",
+    "C_l": "+RWD",
+    "C_m": "+ANU",
+    "C_n": "+ANR",
+    "C_L": "+UP",
+    "C_D": "+AFT",
+    "beta": "+ANL",
+    "p": "+RWD",
+    "q": "+ANU",
+    "r": "+ANR",
+    "delta_e": "+TED",
+    "delta_r": "+TEL",
+}
+
+_RATES = {
+    "p_hat": ("p", "BSPAN"),
+    "q_hat": ("q", "CBAR"),
+    "r_hat": ("r", "BSPAN"),
+    "alpha_dot_hat": ("alpha_dot", "CBAR"),
+}
+"""Nondimensional rate -> the rate and the identifier of its length."""
+_LENGTHS = {"CBAR": "c", "BSPAN": "b"}
 
 
 def daveml_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
@@ -119,8 +147,8 @@ def _header(aircraft: Aircraft, date: str) -> ET.Element:
     _leaf(
         header,
         "description",
-        "Longitudinal aerodynamic model in body axes about the centre of gravity; angles in radians, SI units. Forces "
-        "are coefficient times dynamic pressure times referenceWingArea, the moment also times referenceWingChord.",
+        f"{_MODELS[aircraft.axes.name]} aerodynamic model in body axes about the centre of gravity; angles in radians, "
+        f"SI units. Forces are coefficient times dynamic pressure times referenceWingArea, {_moments(aircraft)}.",
     )
     provenance = ET.SubElement(header, "provenance", provID=PROVENANCE)
     _author(provenance)
@@ -129,6 +157,17 @@ def _header(aircraft: Aircraft, date: str) -> ET.Element:
     made = f" {origin(aircraft)}." if aircraft.completion else ""
     _leaf(provenance, "description", f"{file}{made} Source: {aircraft.source or 'not stated'}")
     return header
+
+
+_MODELS = {LONGITUDINAL.name: "Longitudinal", LATERAL.name: "Lateral-directional", SIX.name: "Six-axis"}
+
+
+def _moments(aircraft: Aircraft) -> str:
+    """How the model's moments are made dimensional."""
+    if aircraft.axes == LONGITUDINAL:
+        return "the moment also times referenceWingChord"
+    span = "those about x and z also times referenceWingSpan"
+    return span + (", that about y also times referenceWingChord" if "C_m" in aircraft.coefficients else "")
 
 
 def _author(parent: ET.Element) -> None:
@@ -144,6 +183,8 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
         _constant("referenceWingArea", "SWING", "m2", aircraft.wing_area, standard=True, output=True),
         _constant("referenceWingChord", "CBAR", "m", aircraft.mean_chord, standard=True, output=True),
     ]
+    if aircraft.span is not None:
+        definitions.append(_constant("referenceWingSpan", "BSPAN", "m", aircraft.span, standard=True, output=True))
     definitions += _derived(aircraft, options, used)
     if limited and options.alpha_range is not None:
         low, high = options.alpha_range
@@ -169,16 +210,13 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
 def required_inputs(aircraft: Aircraft) -> tuple[str, ...]:
     """The channels that the model takes, in glossary order, others after them."""
     used = {name for entry in aircraft.derivatives for name in entry.term.variables}
-    wanted = {name for name in used if name not in ("q_hat", "V_hat", "alpha_dot_hat", "C_T")}
+    wanted = {name for name in used if name not in (*_RATES, "V_hat", "C_T")}
     if "C_L" in aircraft.coefficients:
         wanted.add("alpha")
-    if "q_hat" in used:
-        wanted.add("q")
-    if "alpha_dot_hat" in used:
-        wanted.add("alpha_dot")
+    wanted |= {rate for name, (rate, _) in _RATES.items() if name in used}
     if "C_T" in used:
         wanted |= {"V", "rho", "thrust"}
-    if "V_hat" in used or (aircraft.airspeed is None and {"q_hat", "alpha_dot_hat"} & used):
+    if "V_hat" in used or (aircraft.airspeed is None and _RATES.keys() & used):
         wanted.add("V")
     known = [name for name in CHANNELS if name in wanted]
     return (*known, *sorted(wanted - set(known)))
@@ -202,12 +240,12 @@ def _derived(aircraft: Aircraft, options: ExportOptions, used: set[str]) -> list
     rate_speed, reference = "V", aircraft.airspeed or options.airspeed
     if aircraft.airspeed is not None:
         rate_speed = "U0"
-    if (aircraft.airspeed is not None and {"q_hat", "alpha_dot_hat"} & used) or "V_hat" in used:
+    if (aircraft.airspeed is not None and _RATES.keys() & used) or "V_hat" in used:
         definitions.append(_constant("referenceAirspeed", "U0", "m_s", float(reference or 0.0)))
-    for name, rate in (("q_hat", "q"), ("alpha_dot_hat", "alpha_dot")):
+    for name, (rate, length) in _RATES.items():
         if name in used:
-            variable = _variable(f"{rate} c/(2 U0)", name, "nd")
-            above = apply("times", identifier(rate), identifier("CBAR"))
+            variable = _variable(f"{rate} {_LENGTHS[length]}/(2 U0)", name, "nd")
+            above = apply("times", identifier(rate), identifier(length))
             _calculation(variable, apply("divide", above, apply("times", number(2.0), identifier(rate_speed))))
             definitions.append(variable)
     if "V_hat" in used:

@@ -29,6 +29,16 @@ CHANNEL_PROPERTIES: Mapping[str, tuple[str, float]] = MappingProxyType(
 )
 """Channel -> JSBSim's property and the factor from its unit to SI."""
 
+_RATES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "p_hat": ("velocities/p-aero-rad_sec", "span"),
+        "q_hat": ("velocities/q-aero-rad_sec", "mean_chord"),
+        "r_hat": ("velocities/r-aero-rad_sec", "span"),
+        "alpha_dot_hat": ("aero/alphadot-rad_sec", "mean_chord"),
+    }
+)
+"""Nondimensional rate -> JSBSim's property [rad/s] and the reference length."""
+
 
 @dataclass(frozen=True)
 class References:
@@ -39,13 +49,15 @@ class References:
     wing_area, mean_chord : float
         m^2, m.
     airspeed_of_rates : float or None
-        U0 of q_hat and alpha_dot_hat, m/s; None: the current airspeed.
+        U0 of p_hat, q_hat, r_hat and alpha_dot_hat, m/s; None: the current airspeed.
     airspeed_of_V_hat : float or None
         U0 of V_hat, m/s.
     properties : mapping of str to (str, float)
         Channels that JSBSim knows by another property than `CHANNEL_PROPERTIES` says, and factors to SI.
     where : str
         The aircraft, for sentences.
+    span : float or None
+        Whole span, m, of p_hat and r_hat.
     """
 
     wing_area: float
@@ -54,6 +66,7 @@ class References:
     airspeed_of_V_hat: float | None
     properties: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     where: str = ""
+    span: float | None = None
 
 
 def channel_property(references: References, channel: str) -> tuple[str, float]:
@@ -83,13 +96,13 @@ def variable_element(references: References, name: str) -> Element:
     """
     if name == "alpha":
         return reading("aero/alpha-rad")
-    if name in ("q_hat", "alpha_dot_hat"):
-        rate = reading("velocities/q-aero-rad_sec" if name == "q_hat" else "aero/alphadot-rad_sec")
+    if name in _RATES:
+        rate, length = reading(_RATES[name][0]), float(getattr(references, _RATES[name][1]) or 0.0)
         if references.airspeed_of_rates is not None:
-            return call("product", rate, value(references.mean_chord / (2.0 * references.airspeed_of_rates)))
+            return call("product", rate, value(length / (2.0 * references.airspeed_of_rates)))
         # At rest, where no rate has a meaning, the quotient must stay finite.
         speed = call("max", reading("velocities/vt-fps"), value(1.0))
-        return call("quotient", call("product", rate, value(references.mean_chord / FOOT / 2.0)), speed)
+        return call("quotient", call("product", rate, value(length / FOOT / 2.0)), speed)
     if name == "V_hat":
         if references.airspeed_of_V_hat is None:
             raise AircraftError(

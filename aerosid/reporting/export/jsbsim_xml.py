@@ -28,13 +28,31 @@ from aerosid.reporting.export.jsbsim_functions import (
     variable_element,
 )
 from aerosid.reporting.export.jsbsim_units import FOOT
-from aerosid.reporting.export.options import NOT_SHOWN, origin
+from aerosid.reporting.export.options import NOT_SHOWN, of_the_recording, origin
 
 _PREFIX = "aero/aerosid/"
 _ACTING = "fcs/aerosid/{}-acting"
-_OF_THE_RECORDING = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "step_change", "gust")
 _ACTUATOR = {"control_lag": "lag", "control_rate_limit": "rate_limit", "control_delay": "delay"}
-_LONGITUDINAL_AXES = ("LIFT", "DRAG", "X", "Z", "AXIAL", "NORMAL", "PITCH")
+_AXES = (
+    ("X", "C_X", ""),
+    ("Y", "C_Y", ""),
+    ("Z", "C_Z", ""),
+    ("ROLL", "C_l", "span"),
+    ("PITCH", "C_m", "mean_chord"),
+    ("YAW", "C_n", "span"),
+)
+"""JSBSim's axis, the coefficient that acts about or along it, and the length that makes a moment of it."""
+_IN_PLACE_OF = {
+    "C_X": ("DRAG", "X", "AXIAL"),
+    "C_Y": ("SIDE", "Y"),
+    "C_Z": ("LIFT", "Z", "NORMAL"),
+    "C_l": ("ROLL",),
+    "C_m": ("PITCH",),
+    "C_n": ("YAW",),
+}
+"""Axes that a coefficient takes the place of, by whichever of JSBSim's three systems of axes."""
+_NO_BODY_AXES = ("LIFT", "DRAG", "AXIAL", "NORMAL")
+_BODY_NAMES = {"SIDE": "Y"}
 
 
 @dataclass(frozen=True)
@@ -64,7 +82,7 @@ class ExportSettings:
 
 
 def aerodynamics_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> str:
-    """The text of the `<aerodynamics>` section: axes X, Z and PITCH.
+    """The text of the `<aerodynamics>` section: axes X, Z and PITCH, Y, ROLL and YAW, as far as the model has them.
 
     Parameters
     ----------
@@ -90,7 +108,7 @@ def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSe
     if aircraft.completion is not None:
         section.append(_comment(origin(aircraft)))
     for effect in aircraft.effects:
-        if effect.kind in _OF_THE_RECORDING:
+        if of_the_recording(effect):
             section.append(_comment(f"{effect.kind} {effect.where} belongs to a recording and is left out"))
     for name in sorted({name for entry in aircraft.derivatives for name in entry.term.variables}):
         section.append(function(_PREFIX + name, _variable(aircraft, settings, name)))
@@ -117,26 +135,35 @@ def actuator_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()
 
 
 def put_into(target: ET.Element, aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> ET.Element:
-    """The `<fdm_config>` of an aircraft with the model in place of its longitudinal aerodynamics.
+    """The `<fdm_config>` of an aircraft with the model in place of those of its aerodynamic axes that the model has.
 
-    Side force, rolling and yawing moment stay as they are; SIDE becomes Y, since JSBSim does not mix wind and body
-    axes. So do the functions outside of axes, which the lateral axes may read.
+    Of a longitudinal model side force, rolling and yawing moment stay as they are, of a lateral one the others; SIDE
+    becomes Y, since JSBSim does not mix wind and body axes. The functions outside of axes stay, which axes may read.
 
     Raises
     ------
     AircraftError
-        As `aerodynamics_xml`; and where the target has no aerodynamics.
+        As `aerodynamics_xml`; where the target has no aerodynamics, or keeps lift and drag beside a side force along
+        the body's axis.
     """
     section = target.find("aerodynamics")
     if section is None or section.find("axis") is None:
         raise AircraftError(
             f"the JSBSim aircraft {target.get('name', '')!r} holds no <aerodynamics> of its own; give one that does."
         )
+    replaced = {name for coefficient in aircraft.axes.coefficients for name in _IN_PLACE_OF[coefficient]}
     for axis in section.findall("axis"):
-        if axis.get("name", "").upper() in _LONGITUDINAL_AXES:
+        name = axis.get("name", "").upper()
+        if name in replaced:
             section.remove(axis)
-        elif axis.get("name", "").upper() == "SIDE":
-            axis.set("name", "Y")
+        elif name in _NO_BODY_AXES:
+            raise AircraftError(
+                f"{aircraft.path}: the model has a side force along body y, but the JSBSim aircraft "
+                f"{target.get('name', '')!r} keeps its axis {name}, and JSBSim does not mix the two; add C_X, C_Z and "
+                "C_m to the model, or give an aircraft with axes X and Z."
+            )
+        elif name in _BODY_NAMES:
+            axis.set("name", _BODY_NAMES[name])
     section.extend(aerodynamics_element(aircraft, settings))
     actuators = _actuators(aircraft, settings)
     if actuators is not None:
@@ -152,7 +179,7 @@ def as_text(element: ET.Element) -> str:
 
 def _check(aircraft: Aircraft, settings: ExportSettings) -> None:
     for effect in aircraft.effects:
-        if effect.kind not in (*_OF_THE_RECORDING, *_ACTUATOR):
+        if not of_the_recording(effect) and effect.kind not in _ACTUATOR:
             raise AircraftError(
                 f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim XML of this kind cannot carry; "
                 "strike the effect, or add its terms to the derivatives."
@@ -172,6 +199,7 @@ def _references(aircraft: Aircraft, settings: ExportSettings) -> References:
         aircraft.airspeed or settings.airspeed,
         settings.properties,
         aircraft.path,
+        aircraft.span,
     )
 
 
@@ -211,27 +239,30 @@ def _from_lift_and_drag() -> list[ET.Element]:
 
 
 def _append_axes(section: ET.Element, aircraft: Aircraft, settings: ExportSettings) -> None:
-    """Axes X, Z and PITCH: dynamic pressure times area (and chord) times coefficient."""
-    x_b, z_b = settings.aero_reference
-    chord, area = aircraft.mean_chord, aircraft.wing_area / FOOT**2
+    """The model's axes: dynamic pressure times area (and chord or span) times coefficient."""
+    (x_b, z_b), area = settings.aero_reference, aircraft.wing_area / FOOT**2
     folded, incidence = settings.folded_thrust, aircraft.thrust_incidence
-    along, down = folded * math.cos(incidence), -folded * math.sin(incidence)
+    thrust = {
+        "C_X": folded * math.cos(incidence),
+        "C_Z": -folded * math.sin(incidence),
+        "C_m": folded * aircraft.thrust_z_arm / aircraft.mean_chord,
+    }
+    # The forces that JSBSim applies at AERORP turn the aircraft: by -z_b F_y, z_b F_x - x_b F_z and x_b F_y.
+    turned = {"C_l": ((z_b, "C_Y"),), "C_m": ((-z_b, "C_X"), (x_b, "C_Z")), "C_n": ((-x_b, "C_Y"),)}
 
-    def without_thrust(coefficient: str, thrust: float) -> ET.Element:
-        coefficient_itself = reading(_PREFIX + coefficient)
-        return total(coefficient_itself, value(-thrust)) if thrust else coefficient_itself
+    def alone(coefficient: str) -> ET.Element:
+        own, held = reading(_PREFIX + coefficient), thrust.get(coefficient, 0.0)
+        return total(own, value(-held)) if held else own
 
-    moment = [without_thrust("C_m", folded * aircraft.thrust_z_arm / chord)]
-    if x_b or z_b:
-        # The forces that JSBSim applies at AERORP turn the aircraft by z_b F_x - x_b F_z.
-        moment.append(call("product", value(-z_b / chord), without_thrust("C_X", along)))
-        moment.append(call("product", value(x_b / chord), without_thrust("C_Z", down)))
-    for axis, scale, coefficient in (
-        ("X", area, without_thrust("C_X", along)),
-        ("Z", area, without_thrust("C_Z", down)),
-        ("PITCH", area * chord / FOOT, total(*moment)),
-    ):
-        force = call("product", reading("aero/qbar-psf"), value(scale), coefficient)
+    for axis, coefficient, by in _AXES:
+        if coefficient not in aircraft.axes.coefficients:
+            continue
+        length = float(getattr(aircraft, by)) if by else FOOT
+        addends = [alone(coefficient)]
+        if x_b or z_b:
+            addends += [call("product", value(arm / length), alone(f)) for arm, f in turned.get(coefficient, ())]
+        scale = area * length / FOOT if by else area
+        force = call("product", reading("aero/qbar-psf"), value(scale), total(*addends))
         ET.SubElement(section, "axis", name=axis).append(function(_PREFIX + axis.lower(), force))
 
 

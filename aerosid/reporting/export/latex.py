@@ -13,7 +13,9 @@ from aerosid.reporting.export.options import NOT_SHOWN, Exported, ExportOptions,
 
 _SYMBOLS = {
     "alpha": r"\alpha",
+    "p_hat": r"\hat{p}",
     "q_hat": r"\hat{q}",
+    "r_hat": r"\hat{r}",
     "V_hat": r"\hat{V}",
     "alpha_dot_hat": r"\hat{\dot{\alpha}}",
     "C_T": "C_{T}",

@@ -33,7 +33,7 @@ class ExportOptions:
     Attributes
     ----------
     into : Path or None
-        JSBSim aircraft whose longitudinal aerodynamics the model replaces; None: the `<aerodynamics>` section alone.
+        JSBSim aircraft whose aerodynamics the model replaces in its axes; None: the `<aerodynamics>` section alone.
     aero_reference : (float, float) or None
         JSBSim's AERORP from the centre of gravity of the model, x forward and z down, m; None: at it.
     alpha_range : (float, float) or None

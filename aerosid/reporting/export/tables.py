@@ -20,7 +20,8 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     """Everything that the aircraft file says, units beside the numbers.
 
     Keys: schema, aerosid, name, source, file, sha256, reference, mass, air, thrust, derivatives (coefficient, term,
-    value, sigma, fixed, shown), completed (what made a completed file) and effects. What is not given is null.
+    value, sigma, fixed, shown), completed (what made a completed file) and effects. What is not given is null; span,
+    I_xx, I_zz and I_xz stand only where the file gives them.
     """
     options.only("json")
     document = {
@@ -34,8 +35,13 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
             "wing_area": _quantity(aircraft.wing_area, "m^2"),
             "mean_chord": _quantity(aircraft.mean_chord, "m"),
             "airspeed": _quantity(aircraft.airspeed, "m/s"),
+            **({} if aircraft.span is None else {"span": _quantity(aircraft.span, "m")}),
         },
-        "mass": {"mass": _quantity(aircraft.mass, "kg"), "I_yy": _quantity(aircraft.I_yy, "kg m^2")},
+        "mass": {
+            "mass": _quantity(aircraft.mass, "kg"),
+            "I_yy": _quantity(aircraft.I_yy, "kg m^2"),
+            **{name: _quantity(inertia, "kg m^2") for name, inertia in _lateral_inertias(aircraft)},
+        },
         "air": {"density": _quantity(aircraft.density, "kg/m^3")},
         "thrust": {
             "force": _quantity(aircraft.thrust, "N"),
@@ -83,6 +89,8 @@ def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
         f"airspeed of q_hat and V_hat [m/s]: {'current' if aircraft.airspeed is None else repr(aircraft.airspeed)}",
         f"mass [kg]: {aircraft.mass!r}",
         f"I_yy [kg m^2]: {aircraft.I_yy!r}",
+        *([] if aircraft.span is None else [f"span [m]: {aircraft.span!r}"]),
+        *(f"{name} [kg m^2]: {inertia!r}" for name, inertia in _lateral_inertias(aircraft)),
         f"density [kg/m^3]: {'of the log' if aircraft.density is None else repr(aircraft.density)}",
         f"thrust [N]: {'of the log' if aircraft.thrust is None else repr(aircraft.thrust)}",
         f"thrust incidence [rad], z_arm [m]: {aircraft.thrust_incidence!r}, {aircraft.thrust_z_arm!r}",
@@ -102,6 +110,12 @@ def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
         marks = ("true" if mark else "false" for mark in (entry.fixed, entry.shown))
         writer.writerow((entry.coefficient, str(entry.term), repr(entry.value), sigma, *marks))
     return Exported(stream.getvalue())
+
+
+def _lateral_inertias(aircraft: Aircraft) -> list[tuple[str, float]]:
+    """Those of roll and yaw that the file gives."""
+    given = [(name, getattr(aircraft, name)) for name in ("I_xx", "I_zz", "I_xz")]
+    return [(name, inertia) for name, inertia in given if inertia is not None]
 
 
 def _quantity(value: float | None, unit: str) -> dict[str, Any]:

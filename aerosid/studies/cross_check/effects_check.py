@@ -10,7 +10,7 @@ from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
-from aerosid.studies.jsbsim.elevator_inputs import manoeuvre
+from aerosid.studies.jsbsim.control_inputs import manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.injected import InjectedEffect, parse_effect
 from aerosid.studies.jsbsim.plan import FlightPlan

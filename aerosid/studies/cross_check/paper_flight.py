@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosid.aircraft import load_aircraft
 from aerosid.flight_model.simulation import doublet
-from aerosid.studies.jsbsim.elevator_inputs import Manoeuvre
+from aerosid.studies.jsbsim.control_inputs import Manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.injected import InjectedEffect
 from aerosid.studies.jsbsim.plan import FlightPlan
@@ -45,7 +45,7 @@ def flown_by_jsbsim() -> Flight:
     )
     plan = FlightPlan(
         load_aircraft("light_transport"),
-        Manoeuvre(reference.time, deviation, "doublet"),
+        Manoeuvre(reference.time, {"delta_e": deviation}, "doublet"),
         AIRSPEED,
         effects=effects,
         noise=0.0,

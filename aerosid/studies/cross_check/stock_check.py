@@ -15,7 +15,7 @@ from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.studies.cross_check.polynomial import coefficients_at, term_at
 from aerosid.studies.cross_check.tables import TablePoint, follow_tables
-from aerosid.studies.jsbsim.elevator_inputs import manoeuvre
+from aerosid.studies.jsbsim.control_inputs import manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
 from aerosid.studies.jsbsim.stock import CONDITIONS

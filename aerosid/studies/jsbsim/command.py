@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from aerosid.aircraft import Aircraft, bundled_aircraft, load_aircraft
 from aerosid.errors import UsageError
 from aerosid.file_set import text, write_files
 from aerosid.logs.log_writing import native_csv
-from aerosid.studies.jsbsim.elevator_inputs import SHAPES, Manoeuvre, manoeuvre, recorded
+from aerosid.studies.jsbsim.control_inputs import ELEVATOR, SHAPES, ControlInput, Manoeuvre, recorded, sequence
 from aerosid.studies.jsbsim.flight import jsbsim_version
 from aerosid.studies.jsbsim.injected import parse_effect
 from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
+from aerosid.studies.jsbsim.polynomial import driven_by
 from aerosid.studies.jsbsim.stock import CONDITIONS, stock_aircraft
 
-_UNITS = {"doublet": 1.0, "3211": 0.6, "sweep": 0.5, "multisine": 0.5}
+_UNITS = {"doublet": 1.0, "3211": 0.6, "sweep": 0.5, "multisine": 0.5, "211": 0.8}
 _DIGITS = 10
 
 
 def flight_plan(
-    aircraft: str,
+    found: Aircraft | str,
     flown: Manoeuvre,
     *,
     airspeed: float | None,
@@ -36,17 +38,14 @@ def flight_plan(
     ------
     UsageError
         Where a word or number makes no flight.
-    AircraftError
-        Where the aircraft file is wrong.
-    LogError
-        Where the input's file cannot be used.
     """
-    found = find_aircraft(aircraft)
     cruise = CONDITIONS.get(found) if isinstance(found, str) else None
     if airspeed is None:
         airspeed = found.airspeed if isinstance(found, Aircraft) else cruise[0] if cruise else None
     if airspeed is None:
-        raise UsageError(f"{aircraft} has no airspeed of its own; give --airspeed in m/s.")
+        raise UsageError(
+            f"{found if isinstance(found, str) else found.path} has no airspeed of its own; give --airspeed in m/s."
+        )
     if altitude is None:
         altitude = cruise[1] if cruise else 1500.0
     injected = tuple(map(parse_effect, effects))
@@ -64,9 +63,7 @@ def find_aircraft(name: str) -> Aircraft | str:
         Where the aircraft file is wrong.
     """
     if name.endswith(".toml") or Path(name).is_file() or name in bundled_aircraft():
-        aircraft = load_aircraft(name)
-        aircraft.require_longitudinal("fly")
-        return aircraft
+        return load_aircraft(name)
     if name not in stock_aircraft():
         raise UsageError(
             f"{name!r} is neither an aircraft file, nor a bundled aircraft ({', '.join(bundled_aircraft())}), nor one "
@@ -75,11 +72,77 @@ def find_aircraft(name: str) -> Aircraft | str:
     return name
 
 
-def elevator(shape: str, amplitude: float, unit: float | None, duration: float, interval: float) -> Manoeuvre:
-    """One of the usual manoeuvres, or the elevator of a file."""
-    if shape not in SHAPES and (Path(shape).exists() or "." in shape):
-        return recorded(Path(shape), interval)
-    return manoeuvre(shape, amplitude, _UNITS.get(shape, 1.0) if unit is None else unit, duration, interval)
+def control_inputs(
+    words: Sequence[str],
+    aircraft: Aircraft | str,
+    amplitude: float,
+    unit: float | None,
+    duration: float | None,
+    interval: float,
+) -> Manoeuvre:
+    """The manoeuvre that the command line asks for.
+
+    Parameters
+    ----------
+    words : sequence of str
+        [CONTROL:]SHAPE[:AMPLITUDE[:UNIT]][@START], rad and s, or one file; without CONTROL each control of the aircraft
+        in turn.
+    aircraft : Aircraft or str
+        Whose controls they are.
+    amplitude : float
+        rad, where a word gives none.
+    unit : float or None
+        s, where a word gives none; None: the shape's own.
+    duration : float or None
+        s; None: 14 s of a single input, else as long as they take.
+    interval : float
+        s.
+
+    Raises
+    ------
+    UsageError
+        Where a word or number makes no manoeuvre, or the aircraft has no such control.
+    LogError
+        Where the input's file cannot be used.
+    """
+    controls = (ELEVATOR,) if isinstance(aircraft, str) else driven_by(aircraft) or (ELEVATOR,)
+    if len(words) == 1 and words[0] not in SHAPES and (Path(words[0]).exists() or words[0].endswith(".csv")):
+        return recorded(Path(words[0]), interval, controls)
+    inputs: list[ControlInput] = []
+    for word in words:
+        inputs.extend(_inputs(word, controls, amplitude, unit))
+    if duration is None and len(inputs) == 1 and inputs[0].start is None:
+        duration = _DURATION
+    return sequence(inputs, duration, interval)
+
+
+_DURATION = 14.0
+"""s, of one input."""
+
+
+def _inputs(word: str, controls: Sequence[str], amplitude: float, unit: float | None) -> list[ControlInput]:
+    """What one word asks for: an input of its control, or one of each in turn."""
+    text, _, began = word.partition("@")
+    parts = text.split(":")
+    named = [parts.pop(0)] if parts[0].startswith("delta_") else list(controls)
+    shape, *numbers = parts or [""]
+    try:
+        start = float(began) if began else None
+        size, width = [*(float(number) for number in numbers), None, None][:2]
+    except ValueError:
+        raise UsageError(
+            f"--input {word!r} cannot be read; write [CONTROL:]SHAPE[:AMPLITUDE[:UNIT]][@START], as in "
+            "delta_a:doublet:0.05:0.8@2."
+        ) from None
+    if unknown := [name for name in named if name not in controls]:
+        raise UsageError(f"--input {word!r} moves {unknown[0]}, but this aircraft is flown by {', '.join(controls)}.")
+    own = _UNITS.get(shape, 1.0) if unit is None else unit
+    made = [
+        ControlInput(name, shape, amplitude if size is None else size, own if width is None else width)
+        for name in named
+    ]
+    made[0] = replace(made[0], start=start)
+    return made
 
 
 def companions(log: Path) -> tuple[str, str, str]:

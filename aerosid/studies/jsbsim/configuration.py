@@ -1,4 +1,4 @@
-"""What every JSBSim configuration of ours shares: a flat planet, a driven elevator, thrust as a force at one point.
+"""What every JSBSim configuration of ours shares: a flat planet, driven surfaces, thrust as a force at one point.
 
 No engines, no lateral axes, no output or input sockets, no flight control of the aircraft's own.
 """
@@ -6,13 +6,18 @@ No engines, no lateral axes, no output or input sockets, no flight control of th
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 from aerosid.flight_model.constants import GRAVITY
-from aerosid.studies.jsbsim.properties import DEVIATION, ELEVATOR, FLAP, GEAR
+from aerosid.studies.jsbsim.properties import AT_TRIM, DEVIATIONS, FLAP, GEAR, SURFACES
 
 PLANET_RADIUS = 6.378e9
 """m: a thousand times the Earth's, so that neither curvature nor the fall of gravity with height is left."""
+
+
+NO_ACTUATORS: Mapping[str, ET.Element] = MappingProxyType({})
+"""Surfaces that stand where they are commanded to."""
 
 
 def planet_xml() -> str:
@@ -31,9 +36,9 @@ def planet_xml() -> str:
 
 
 def driven_controls(
-    elevator_limit: float, flap_limit: float, further: Iterable[str], actuator: ET.Element | None = None
+    elevator_limit: float, flap_limit: float, further: Iterable[str], actuators: Mapping[str, ET.Element] = NO_ACTUATORS
 ) -> ET.Element:
-    """The `<flight_control>` that moves elevator, flap and gear as our properties say.
+    """The `<flight_control>` that moves elevator, aileron, rudder, flap and gear as our properties say.
 
     Parameters
     ----------
@@ -41,24 +46,26 @@ def driven_controls(
         Travel [rad] and [deg] that the normalised positions refer to.
     further : iterable of str
         Properties that the aerodynamics read and nothing else defines: they stay at zero.
-    actuator : Element, optional
-        Stands between the commanded deviation from trim and the elevator.
+    actuators : mapping of str to Element, optional
+        By control, what stands between the commanded deviation from trim and the surface.
     """
     control = ET.Element("flight_control", name="aerosid")
     # Gear up, flap in: what flies.
-    for name in (ELEVATOR, DEVIATION, FLAP, GEAR, *further):
+    for name in (*AT_TRIM.values(), *DEVIATIONS.values(), FLAP, GEAR, *further):
         ET.SubElement(control, "property", value="0.0").text = name
     channel = ET.SubElement(control, "channel", name="aerosid")
-    deviation = DEVIATION
-    if actuator is not None:
-        channel.append(actuator)
-        deviation = str(actuator.get("name"))
-    elevator = ET.SubElement(channel, "summer", name="fcs/aerosid/elevator")
-    for source in (ELEVATOR, deviation):
-        ET.SubElement(elevator, "input").text = source
-    ET.SubElement(elevator, "output").text = "fcs/elevator-pos-rad"
+    for surface, positions in SURFACES.items():
+        deviation = DEVIATIONS[surface]
+        if surface in actuators:
+            channel.append(actuators[surface])
+            deviation = str(actuators[surface].get("name"))
+        for number, (written, gain) in enumerate(positions):
+            summer = ET.SubElement(channel, "summer", name=f"fcs/aerosid/{surface}-{number}")
+            for source in (AT_TRIM[surface], deviation):
+                ET.SubElement(summer, "input").text = source if gain > 0.0 else f"-{source}"
+            ET.SubElement(summer, "output").text = written
     for name, read, gain, written in (
-        ("elevator-norm", "fcs/aerosid/elevator", 1.0 / elevator_limit, "fcs/elevator-pos-norm"),
+        ("elevator-norm", "fcs/aerosid/delta_e-0", 1.0 / elevator_limit, "fcs/elevator-pos-norm"),
         ("flap", FLAP, flap_limit, "fcs/flap-pos-deg"),
         ("flap-norm", FLAP, 1.0, "fcs/flap-pos-norm"),
         ("gear", GEAR, 1.0, "gear/gear-pos-norm"),

@@ -15,25 +15,36 @@ from numpy.typing import NDArray
 
 from aerosid.errors import EstimationError
 from aerosid.reporting.export.jsbsim_units import FOOT, INCH, POUND_FORCE, SLUG
-from aerosid.studies.jsbsim.properties import DEVIATION, ELEVATOR, PLANET, THRUST, THRUST_PLACE
+from aerosid.studies.jsbsim.properties import AT_TRIM, DEVIATIONS, PLANET, THRUST, THRUST_PLACE
 
 Array = NDArray[np.float64]
 
 RECORDED = {
     "V": ("velocities/vt-fps", FOOT),
     "alpha": ("aero/alpha-rad", 1.0),
+    "beta": ("aero/beta-rad", 1.0),
     "u": ("velocities/u-aero-fps", FOOT),
+    "v": ("velocities/v-aero-fps", FOOT),
     "w": ("velocities/w-aero-fps", FOOT),
+    "p": ("velocities/p-rad_sec", 1.0),
     "q": ("velocities/q-rad_sec", 1.0),
+    "r": ("velocities/r-rad_sec", 1.0),
+    "phi": ("attitude/phi-rad", 1.0),
     "theta": ("attitude/theta-rad", 1.0),
+    "psi": ("attitude/psi-rad", 1.0),
     "h": ("position/h-sl-ft", FOOT),
     "force_x": ("forces/fbx-total-lbs", POUND_FORCE),
+    "force_y": ("forces/fby-total-lbs", POUND_FORCE),
     "force_z": ("forces/fbz-total-lbs", POUND_FORCE),
+    "p_dot": ("accelerations/pdot-rad_sec2", 1.0),
     "q_dot": ("accelerations/qdot-rad_sec2", 1.0),
+    "r_dot": ("accelerations/rdot-rad_sec2", 1.0),
     "mass": ("inertia/mass-slugs", SLUG),
     "rho": ("atmosphere/rho-slugs_ft3", SLUG / FOOT**3),
     "mach": ("velocities/mach", 1.0),
     "surface": ("fcs/elevator-pos-rad", 1.0),
+    "aileron": ("fcs/right-aileron-pos-rad", 1.0),
+    "rudder": ("fcs/rudder-pos-rad", 1.0),
 }
 """What is read after every frame: JSBSim's property and the factor to SI. Nx and Nz would be a frame old."""
 
@@ -43,7 +54,10 @@ _LARGEST_ALPHA = 1.5
 
 @dataclass(frozen=True)
 class State:
-    """A state to freeze in: airspeed [m/s], alpha [rad], q [rad/s], delta_e [rad], thrust [N], path angle [rad]."""
+    """A state to freeze in: airspeed [m/s], alpha [rad], q [rad/s], delta_e [rad], thrust [N], path angle [rad].
+
+    Sideslip, aileron and rudder [rad], roll and yaw rate [rad/s].
+    """
 
     airspeed: float
     alpha: float
@@ -51,6 +65,11 @@ class State:
     delta_e: float
     thrust: float
     path_angle: float = 0.0
+    beta: float = 0.0
+    delta_a: float = 0.0
+    delta_r: float = 0.0
+    p: float = 0.0
+    r: float = 0.0
 
 
 class Executive:
@@ -114,9 +133,9 @@ class Executive:
     def __setitem__(self, name: str, value: float) -> None:
         self.fdm.set_property_value(name, float(value))
 
-    def place(self, pattern: str, forward: float, below: float) -> None:
+    def place(self, pattern: str, forward: float, below: float, right: float = 0.0) -> None:
         """Put a point at body coordinates from the first centre of gravity, m; JSBSim counts aft and up, in inches."""
-        for axis, centre, offset in zip("xyz", self.centre, (-forward, 0.0, -below), strict=True):
+        for axis, centre, offset in zip("xyz", self.centre, (-forward, right, -below), strict=True):
             name = pattern.format(x=axis, X=axis.upper())
             if not self.fdm.get_property_manager().hasNode(name):  # writing it would only create it
                 raise EstimationError(
@@ -126,18 +145,21 @@ class Executive:
 
     def freeze(self, state: State) -> None:
         """Put the aircraft into a state and let alphadot, which is a frame old, settle to it."""
-        self[ELEVATOR] = state.delta_e
-        self[DEVIATION] = 0.0
+        for control, name in AT_TRIM.items():
+            self[name] = getattr(state, control)
+            self[DEVIATIONS[control]] = 0.0
         self[THRUST] = state.thrust / POUND_FORCE
         for name, value in (
             ("ic/h-sl-ft", self.altitude / FOOT),
             ("ic/psi-true-rad", 0.0),
             ("ic/phi-rad", 0.0),
-            ("ic/beta-rad", 0.0),
+            ("ic/beta-rad", state.beta),
             ("ic/vt-fps", state.airspeed / FOOT),
             ("ic/alpha-rad", state.alpha),
             ("ic/theta-rad", state.alpha + state.path_angle),
+            ("ic/p-rad_sec", state.p),
             ("ic/q-rad_sec", state.q),
+            ("ic/r-rad_sec", state.r),
         ):
             self[name] = value
         if self.attached is not None:
@@ -156,6 +178,11 @@ class Executive:
         u_dot, w_dot = self["accelerations/udot-ft_sec2"], self["accelerations/wdot-ft_sec2"]
         return np.array([u_dot * FOOT, w_dot * FOOT, self["accelerations/qdot-rad_sec2"]])
 
+    def lateral_accelerations(self) -> Array:
+        """V' [m/s^2], p' and r' [rad/s^2] of the frozen state, (3,)."""
+        v_dot = self["accelerations/vdot-ft_sec2"] * FOOT
+        return np.array([v_dot, self["accelerations/pdot-rad_sec2"], self["accelerations/rdot-rad_sec2"]])
+
     def coefficients(self) -> Array:
         """C_X, C_Z and C_m of the aerodynamics about the current centre of gravity, (3,)."""
         pressure_area = self["aero/qbar-psf"] * self["metrics/Sw-sqft"]
@@ -163,8 +190,21 @@ class Executive:
         forces = self["forces/fbx-aero-lbs"], self["forces/fbz-aero-lbs"]
         return np.array([*forces, moment]) / pressure_area
 
-    def trim(self, airspeed: float) -> State:
+    def lateral_coefficients(self) -> Array:
+        """C_Y, C_l and C_n of the aerodynamics about the current centre of gravity, (3,)."""
+        force = self["aero/qbar-psf"] * self["metrics/Sw-sqft"]
+        moments = self["moments/l-aero-lbsft"], self["moments/n-aero-lbsft"]
+        return np.array([self["forces/fby-aero-lbs"], *(each / self["metrics/bw-ft"] for each in moments)]) / force
+
+    def trim(self, airspeed: float, sideways: bool = False) -> State:
         """Level flight without acceleration: Newton's method in alpha, elevator and thrust.
+
+        Parameters
+        ----------
+        airspeed : float
+            m/s.
+        sideways : bool
+            Whether sideslip, aileron and rudder are sought as well.
 
         Raises
         ------
@@ -174,18 +214,21 @@ class Executive:
         weight = self.mass * 9.80665
 
         def state(unknown: Array) -> State:
-            return State(airspeed, float(unknown[0]), 0.0, float(unknown[1]), float(unknown[2]) * weight)
+            alpha, delta_e, thrust, *aside = unknown.tolist()
+            return State(airspeed, alpha, 0.0, delta_e, thrust * weight, 0.0, *aside)
 
         def unbalanced(unknown: Array) -> Array:
             self.freeze(state(unknown))
+            if sideways:
+                return np.concatenate([self.accelerations(), self.lateral_accelerations()])
             return self.accelerations()
 
         for start in (0.05, 0.0, 0.12):
-            unknown = np.array([start, 0.0, 0.1])
+            unknown = np.array([start, 0.0, 0.1, *([0.0] * 3 if sideways else [])])
             rest = unbalanced(unknown)
             for _ in range(40):
                 slopes = np.column_stack(
-                    [(unbalanced(unknown + step) - rest) / step.sum() for step in np.diag([1e-5, 1e-5, 1e-5])]
+                    [(unbalanced(unknown + step) - rest) / step.sum() for step in 1e-5 * np.eye(unknown.size)]
                 )
                 if not np.isfinite(slopes).all() or abs(np.linalg.det(slopes)) < 1e-12:
                     break
@@ -226,7 +269,7 @@ class Executive:
                 run()
             row = [read(name) for name in names]
             table[k] = row
-            if not abs(row[1]) < _LARGEST_ALPHA:
+            if not abs(row[names.index("aero/alpha-rad")]) < _LARGEST_ALPHA:
                 raise EstimationError(
                     f"the flight leaves |alpha| < {_LARGEST_ALPHA:g} rad after {k * fdm.get_delta_t():.2f} s; reduce "
                     "the amplitude."

@@ -15,20 +15,28 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError, UsageError
-from aerosid.logs.flight_log import FlightLog
-from aerosid.nomenclature import CHANNELS
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX
+from aerosid.flight_model.standard_atmosphere import GAS_CONSTANT, pressure, temperature
 from aerosid.reporting.export.jsbsim_functions import References
 from aerosid.reporting.export.jsbsim_units import FOOT, SLUG
-from aerosid.signals.delay_and_lag import delayed, lagged
 from aerosid.studies.jsbsim.configuration import driven_controls, thrust_force
+from aerosid.studies.jsbsim.control_inputs import ELEVATOR
 from aerosid.studies.jsbsim.declared import declared_aircraft
 from aerosid.studies.jsbsim.derivatives import COEFFICIENTS, VARIABLES
 from aerosid.studies.jsbsim.injected import InjectedEffect
 from aerosid.studies.jsbsim.injection import Body, Injection, inject, needs_slopes
-from aerosid.studies.jsbsim.plan import USUAL_NOISE, FlightPlan, JsbsimFlight
-from aerosid.studies.jsbsim.polynomial import geometry_and_mass, polynomial_aerodynamics, thrust_line
+from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
+from aerosid.studies.jsbsim.polynomial import (
+    as_flown,
+    driven_by,
+    geometry_and_mass,
+    polynomial_aerodynamics,
+    set_inertia,
+    thrust_line,
+)
 from aerosid.studies.jsbsim.process import require_jsbsim, run_job
-from aerosid.studies.jsbsim.properties import DEVIATION, THRUST
+from aerosid.studies.jsbsim.properties import DEVIATIONS, THRUST
+from aerosid.studies.jsbsim.recorder import recorded_flight
 from aerosid.studies.jsbsim.stock import stock_parts
 
 Array = NDArray[np.float64]
@@ -36,14 +44,15 @@ Array = NDArray[np.float64]
 _ELEVATOR_TRAVEL = math.radians(25.0)
 _FLAP_TRAVEL = 30.0
 _APPLIED = ("control_lag", "control_delay", "control_rate_limit", "control_deadband")
-_SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag")
+_SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "sensor_position")
 
 
 @dataclass(frozen=True)
 class Parts:
     """What a configuration is assembled from; see `stock.StockParts`.
 
-    `reads` are properties that must exist, `thrust` direction (x, z) and height below the centre of gravity [m].
+    `reads` are properties that must exist, `thrust` direction (x, z) and height below the centre of gravity [m],
+    `controls` what the flight moves, `sideways` whether it is trimmed by aileron and rudder as well.
     """
 
     elements: tuple[ET.Element, ...]
@@ -55,6 +64,8 @@ class Parts:
     thrust: tuple[tuple[float, float], float]
     properties: Mapping[str, float]
     body: Body
+    controls: tuple[str, ...]
+    sideways: bool
 
 
 def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
@@ -86,12 +97,15 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
         answer, _ = run_job({"clean": _configuration(parts, None)}, _job(plan, parts, "trim", interval / count))
         slopes = slopes_by_name(answer["slopes"]["self_consistent"])
     parts = _parts(plan, slopes)
+    _fit(effects, parts)
     injection = inject(effects, parts.body, frames, interval, plan.seed)
     drives = {
         **injection.drives,
-        DEVIATION: np.interp(frames, plan.manoeuvre.time, plan.manoeuvre.deviation),
         THRUST: injection.thrust_share,
     }
+    for control in parts.controls:
+        moved = plan.manoeuvre.deviations.get(control, np.zeros(plan.manoeuvre.time.size))
+        drives[DEVIATIONS[control]] = np.interp(frames, plan.manoeuvre.time, moved)
     job = _job(plan, parts, "fly", interval / count) | {
         "places": [
             *injection.places,
@@ -103,15 +117,16 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     configurations = {"clean": _configuration(parts, None), "flown": _configuration(parts, injection)}
     answer, histories = run_job(configurations, job, drives)
     histories |= {
-        "a_x": histories["force_x"] / histories["mass"],
-        "a_z": histories["force_z"] / histories["mass"],
-        "delta_e": answer["trim"]["delta_e"] + drives[DEVIATION],
+        **{f"a_{axis}": histories[f"force_{axis}"] / histories["mass"] for axis in "xyz"},
+        **{control: answer["trim"][control] + drives[DEVIATIONS[control]] for control in parts.controls},
+        "psi": _heading(histories["psi"]),
     }
-    log = _recorded(plan, effects, frames, count, histories, float(answer["trim"]["thrust"]))
+    moving = (*(SIX if parts.sideways else LONGITUDINAL).outputs, *parts.controls)
+    log = recorded_flight(plan, moving, effects, frames, count, histories, float(answer["trim"]["thrust"]))
     aircraft = plan.aircraft
     if isinstance(aircraft, str):
         aircraft = declared_aircraft(stock_parts(aircraft).title, aircraft, answer, jsbsim_version())
-    truth = _truth(plan, answer, frames)
+    truth = _truth(plan, parts, answer, frames)
     return JsbsimFlight(log, aircraft, truth, {name: values[::count] for name, values in histories.items()})
 
 
@@ -169,6 +184,25 @@ def _check(plan: FlightPlan) -> None:
             raise UsageError(f"{label} is {number:g}; give a number from {low:g} to {high:g}.")
 
 
+def _heading(psi: Array) -> Array:
+    """JSBSim's heading, which jumps between 0 and 2 pi, as one that begins near north and is continuous."""
+    whole = np.unwrap(psi)
+    return np.asarray(whole - 2.0 * np.pi * np.round(whole[0] / (2.0 * np.pi)))
+
+
+def _fit(effects: Sequence[InjectedEffect], parts: Parts) -> None:
+    """Refuse an effect of a control, sensor or coefficient that this aircraft does not have."""
+    axes = SIX if parts.sideways else LONGITUDINAL
+    for effect in effects:
+        prefix = effect.kind.partition("_")[0]
+        there = {"control": parts.controls, "sensor": axes.outputs}.get(prefix, axes.coefficients)
+        if effect.where and effect.kind != "inertia" and effect.where not in there:
+            raise UsageError(
+                f"the effect {effect} names {effect.where}, but this aircraft's flight has {', '.join(there)}; give "
+                "one of these."
+            )
+
+
 def _declared_effects(aircraft: Aircraft | str) -> tuple[InjectedEffect, ...]:
     """The aircraft file's own effects: they are flown too."""
     if isinstance(aircraft, str):
@@ -195,8 +229,9 @@ def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
         )
         return Parts(
             stock.elements, stock.aerodynamics, stock.reads, (), stock.elevator_limit, stock.flap_limit,
-            ((1.0, 0.0), 0.0), {}, Body(references, True, stock.point_masses, slopes),
+            ((1.0, 0.0), 0.0), {}, Body(references, True, stock.point_masses, slopes), (ELEVATOR,), False,
         )  # fmt: skip
+    aircraft = _with_lift(plan, aircraft)
     # Its effects are flown by this package's own actuator and recorder.
     aerodynamics, channels = polynomial_aerodynamics(replace(aircraft, effects=()), plan.airspeed)
     properties = {}
@@ -208,11 +243,21 @@ def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
         aircraft.airspeed,
         aircraft.airspeed or plan.airspeed,
         where=aircraft.path,
+        span=aircraft.span,
     )
     return Parts(
         tuple(geometry_and_mass(aircraft)), aerodynamics, (), channels, _ELEVATOR_TRAVEL, _FLAP_TRAVEL,
-        thrust_line(aircraft), properties, Body(references, False, 0, slopes),
+        thrust_line(aircraft), properties, Body(references, False, 0, slopes), driven_by(aircraft),
+        aircraft.axes == SIX,
     )  # fmt: skip
+
+
+def _with_lift(plan: FlightPlan, aircraft: Aircraft) -> Aircraft:
+    """The aircraft as it flies: `as_flown` in the density of the plan."""
+    density = aircraft.density
+    if density is None:
+        density = pressure(plan.altitude) / (GAS_CONSTANT * temperature(plan.altitude))
+    return as_flown(aircraft, plan.airspeed, density)
 
 
 def _area(metrics: ET.Element) -> float:
@@ -238,7 +283,7 @@ def _configuration(parts: Parts, injection: Injection | None) -> ET.Element:
     ET.SubElement(config, "ground_reactions")
     further = [*parts.channels, *(injection.properties if injection else ())]
     config.append(
-        driven_controls(parts.elevator_limit, parts.flap_limit, further, injection.actuator if injection else None)
+        driven_controls(parts.elevator_limit, parts.flap_limit, further, injection.actuators if injection else {})
     )
     config.append(deepcopy(parts.aerodynamics))
     reactions = ET.SubElement(config, "external_reactions")
@@ -246,6 +291,8 @@ def _configuration(parts: Parts, injection: Injection | None) -> ET.Element:
     if injection is not None:
         reactions.extend(injection.forces)
         balance, aerodynamics = config.find("mass_balance"), config.find("aerodynamics")
+        for name, inertia in injection.inertias.items():
+            set_inertia(config, name, inertia)
         if injection.point_mass is not None and balance is not None:
             balance.append(injection.point_mass)
         if injection.hysteresis is not None and aerodynamics is not None:
@@ -270,55 +317,15 @@ def _job(plan: FlightPlan, parts: Parts, task: str, frame: float) -> dict[str, A
         "properties": dict(parts.properties),
         "reads": list(parts.reads),
         "thrust_below": parts.thrust[1],
+        "sideways": parts.sideways,
     }
 
 
-def _recorded(
-    plan: FlightPlan,
-    effects: Sequence[InjectedEffect],
-    frames: Array,
-    count: int,
-    histories: Mapping[str, Array],
-    thrust: float,
-) -> FlightLog:
-    """What the recorder holds: sensors with their errors, noise, and the recorded thrust, which is the trim's."""
-    generator = np.random.default_rng(plan.seed)
-    channels = {}
-    for name, deviation in USUAL_NOISE.items():
-        sensed = _sensed(name, effects, frames, histories[name])[::count]
-        channels[name] = sensed + plan.noise * deviation * generator.standard_normal(sensed.size)
-    samples = plan.manoeuvre.time.size
-    channels["thrust"] = np.full(samples, thrust)
-    if isinstance(plan.aircraft, str) or plan.aircraft.density is None:
-        channels["rho"] = histories["rho"][::count]
-        channels["mach"] = histories["mach"][::count]
-    name = plan.aircraft if isinstance(plan.aircraft, str) else plan.aircraft.name
-    units = {channel: CHANNELS[channel].unit for channel in channels}
-    return FlightLog(f"{name} {plan.manoeuvre.name}", plan.manoeuvre.time, channels, units)
-
-
-def _sensed(name: str, effects: Sequence[InjectedEffect], frames: Array, true: Array) -> Array:
-    """The sensor's reading of a channel in every frame."""
-    values = true
-    for effect in effects:
-        if effect.where != name or not effect.kind.startswith("sensor_"):
-            continue
-        number = effect.values[0]
-        if effect.kind == "sensor_bias":
-            values = values + number
-        elif effect.kind == "sensor_scale":
-            values = values * number
-        elif effect.kind == "sensor_delay":
-            values = delayed(frames, values[:, None], number)[:, 0]
-        else:
-            values = lagged(frames, np.array(values)[:, None], number)[:, 0]
-    return values
-
-
-def _truth(plan: FlightPlan, answer: Mapping[str, Any], frames: Array) -> dict[str, Any]:
+def _truth(plan: FlightPlan, parts: Parts, answer: Mapping[str, Any], frames: Array) -> dict[str, Any]:
     """What the truth file holds."""
-    slopes = answer["slopes"]
-    rows = []
+    slopes, trim = answer["slopes"], answer["trim"]
+    aside = ("beta", "delta_a", "delta_r") if parts.sideways else ()
+    rows: list[dict[str, Any]] = []
     for i, coefficient in enumerate(COEFFICIENTS):
         for j, variable in enumerate(VARIABLES):
             rows.append(
@@ -329,6 +336,12 @@ def _truth(plan: FlightPlan, answer: Mapping[str, Any], frames: Array) -> dict[s
                 }
             )
         rows.append({"coefficient": coefficient, "term": "alpha_dot_hat", "frozen": slopes["alpha_dot_hat"][0][i]})
+    if isinstance(plan.aircraft, Aircraft):
+        rows += [
+            {"coefficient": declared.coefficient, "term": str(declared.term), "frozen": declared.value}
+            for declared in plan.aircraft.derivatives
+            if declared.coefficient in LATERAL.coefficients
+        ]
     return {
         "schema": 1,
         "flown_by": f"JSBSim {jsbsim_version()}",
@@ -337,7 +350,7 @@ def _truth(plan: FlightPlan, answer: Mapping[str, Any], frames: Array) -> dict[s
         "altitude": plan.altitude,
         "frame": float(frames[1]),
         "seed": plan.seed,
-        "trim": {key: answer["trim"][key] for key in ("airspeed", "alpha", "delta_e", "thrust")},
+        "trim": {key: trim[key] for key in ("airspeed", "alpha", "delta_e", "thrust", *aside)},
         "coefficients_at_trim": dict(zip(COEFFICIENTS, slopes["at"][0], strict=True)),
         "derivatives": rows,
         "flown": {name: list(answer["flown"][name]) for name in ("alpha", "q", "delta_e", "airspeed")},

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from aerosid.errors import AircraftError, UsageError
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX
 from aerosid.flight_model.terms import parse_term
 
 
@@ -42,25 +43,32 @@ class InjectedKind:
     help: str
 
 
-_COEFFICIENTS = ("C_X", "C_Z", "C_m")
-_SENSORS = ("V", "alpha", "q", "theta", "a_x", "a_z", "h")
-_ELEVATOR = ("delta_e",)
+_COEFFICIENTS = SIX.coefficients
+_SENSORS = tuple(name for name in (*LONGITUDINAL.outputs, *LATERAL.outputs) if not name.endswith("_dot"))
+_PLACED = ("alpha", "beta", "a_x", "a_y", "a_z")
+_CONTROLS = ("delta_e", "delta_a", "delta_r")
+_INERTIAS = ("I_xx", "I_yy", "I_zz", "I_xz")
 
 KINDS: Mapping[str, InjectedKind] = MappingProxyType(
     {
         "aero_term": InjectedKind(("value",), 1, _COEFFICIENTS, True, "a term, as in C_m:alpha^2=-1.7"),
         "step_change": InjectedKind(("jump",), 1, _COEFFICIENTS, True, "a coefficient jumps"),
-        "control_lag": InjectedKind(("time constant [s]",), 1, _ELEVATOR, False, "first-order actuator"),
-        "control_delay": InjectedKind(("delay [s]",), 1, _ELEVATOR, False, "the surface follows late"),
-        "control_rate_limit": InjectedKind(("limit [rad/s]",), 1, _ELEVATOR, False, "the surface moves no faster"),
-        "control_deadband": InjectedKind(("width [rad]",), 1, _ELEVATOR, False, "free play to either side of trim"),
+        "control_lag": InjectedKind(("time constant [s]",), 1, _CONTROLS, False, "first-order actuator"),
+        "control_delay": InjectedKind(("delay [s]",), 1, _CONTROLS, False, "the surface follows late"),
+        "control_rate_limit": InjectedKind(("limit [rad/s]",), 1, _CONTROLS, False, "the surface moves no faster"),
+        "control_deadband": InjectedKind(("width [rad]",), 1, _CONTROLS, False, "free play to either side of trim"),
         "sensor_bias": InjectedKind(("bias",), 1, _SENSORS, False, "measured = true + bias"),
         "sensor_scale": InjectedKind(("scale",), 1, _SENSORS, False, "measured = scale * true"),
         "sensor_delay": InjectedKind(("delay [s]",), 1, _SENSORS, False, "recorded late"),
         "sensor_lag": InjectedKind(("time constant [s]",), 1, _SENSORS, False, "first-order sensor"),
-        "cg_shift": InjectedKind(
-            ("mass [kg]", "forward [m]", "below [m]"), 2, (), True, "a point mass; cg, mass and I_yy follow"
+        "sensor_position": InjectedKind(
+            ("forward [m]", "right [m]", "below [m]"), 1, _PLACED, False, "from the centre of gravity, undeclared"
         ),
+        "cg_shift": InjectedKind(
+            ("mass [kg]", "forward [m]", "below [m]", "right [m]"), 2, (), True,
+            "a point mass; cg, mass and inertia follow",
+        ),
+        "inertia": InjectedKind(("kg m^2",), 1, _INERTIAS, False, "flown in place of the aircraft file's"),
         "icing": InjectedKind(("severity",), 1, (), True, "1: the iced Twin Otter's loss of lift, damping and control"),
         "flap": InjectedKind(("share of full travel",), 1, (), True, "flap of an aircraft of JSBSim"),
         "gear": InjectedKind(("1 down",), 1, (), True, "landing gear of an aircraft of JSBSim"),
@@ -110,7 +118,7 @@ class InjectedEffect:
                 f"the effect {self.kind} takes {', '.join(kind.numbers)} and was given "
                 f"{', '.join(f'{value:g}' for value in self.values) or 'nothing'}; give finite numbers with commas."
             )
-        where = self.where or (kind.where[0] if len(kind.where) == 1 else "")
+        where = self.where or (kind.where[0] if kind.where[:1] == _CONTROLS[:1] else "")
         if where not in (kind.where or ("",)):
             expected = ", ".join(kind.where) or "nothing"
             raise UsageError(

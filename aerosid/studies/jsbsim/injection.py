@@ -27,7 +27,7 @@ from aerosid.reporting.export.jsbsim_functions import (
 )
 from aerosid.reporting.export.jsbsim_units import FOOT, KNOT, POUNDS_PER_SLUG, SLUG
 from aerosid.studies.jsbsim.injected import InjectedEffect
-from aerosid.studies.jsbsim.properties import DEVIATION, FLAP, GEAR
+from aerosid.studies.jsbsim.properties import DEVIATIONS, FLAP, GEAR
 
 Array = NDArray[np.float64]
 
@@ -56,13 +56,16 @@ class Injection:
         Into `<external_reactions>`.
     properties : list of str
         To be declared; those of forces among them.
-    places : list of (str, float, float)
-        Locations to set: pattern of their properties, forward and below [m].
+    places : list of tuple
+        Locations to set: pattern of their properties, forward, below and, where it matters, right [m].
     drives : dict of str to (F,)
         Histories of properties, absolute.
     thrust_share : (F,)
         Of the trim's thrust.
-    actuator : Element or None
+    actuators : dict of str to Element
+        By control.
+    inertias : dict of str to float
+        I_xx and so on that fly in place of the file's, kg m^2.
     hysteresis : Element or None
         Into `<aerodynamics>`.
     attached : float or None
@@ -75,10 +78,11 @@ class Injection:
 
     forces: list[ET.Element] = field(default_factory=list)
     properties: list[str] = field(default_factory=list)
-    places: list[tuple[str, float, float]] = field(default_factory=list)
+    places: list[tuple[str, float, float, float]] = field(default_factory=list)
     drives: dict[str, Array] = field(default_factory=dict)
     thrust_share: Array = field(default_factory=lambda: np.ones(0))
-    actuator: ET.Element | None = None
+    actuators: dict[str, ET.Element] = field(default_factory=dict)
+    inertias: dict[str, float] = field(default_factory=dict)
     hysteresis: ET.Element | None = None
     attached: float | None = None
     point_mass: ET.Element | None = None
@@ -126,7 +130,7 @@ def inject(effects: Sequence[InjectedEffect], body: Body, frames: Array, interva
     UsageError
         Where an effect does not fit this aircraft.
     """
-    made = Injection(thrust_share=np.ones(frames.size), actuator=_actuator(effects))
+    made = Injection(thrust_share=np.ones(frames.size), actuators=_actuators(effects))
     for number, effect in enumerate(effects):
         since = np.ones(frames.size)
         if effect.time is not None:
@@ -157,6 +161,10 @@ def _add(made: Injection, effect: InjectedEffect, body: Body, since: Array, swit
                 if where == coefficient
             ] or [(effect.values[0] * ICED_DRAG, parse_term("1"))]
             made.forces.append(_force(f"{switch}-{coefficient}", coefficient, switch, terms, body))
+    elif effect.kind == "inertia":
+        if body.stock:
+            raise UsageError("the effect inertia needs an aircraft file, whose inertia it takes the place of.")
+        made.inertias[effect.where] = effect.values[0]
     elif effect.kind == "thrust_loss":
         made.thrust_share = made.thrust_share * (1.0 - effect.values[0] * since)
     elif effect.kind in ("flap", "gear"):
@@ -167,10 +175,10 @@ def _add(made: Injection, effect: InjectedEffect, body: Body, since: Array, swit
             )
         made.drives[FLAP if effect.kind == "flap" else GEAR] = effect.values[0] * since
     elif effect.kind == "cg_shift":
-        mass, forward, *below = effect.values
+        mass, forward, below, right = (*effect.values, 0.0, 0.0)[:4]
         index = f"[{body.point_masses}]" if body.point_masses else ""
         made.point_mass = _point_mass()
-        made.places.append((f"inertia/pointmass-location-{{X}}-inches{index}", forward, below[0] if below else 0.0))
+        made.places.append((f"inertia/pointmass-location-{{X}}-inches{index}", forward, below, right))
         made.drives[f"inertia/pointmass-weight-lbs{index}"] = mass / SLUG * POUNDS_PER_SLUG * since
     elif effect.kind == "ground_effect":
         made.forces.append(_ground_force(switch, effect.values[0]))
@@ -189,15 +197,27 @@ def _switch(made: Injection, name: str, since: Array) -> None:
 
 
 def _force(name: str, coefficient: str, switch: str, terms: Sequence[tuple[float, Term]], body: Body) -> ET.Element:
-    """A force along x or z, or a moment about y, in the dynamic pressure of the moment; `switch` scales it."""
-    kind, axis = {"C_X": ("force", "x"), "C_Z": ("force", "z"), "C_m": ("moment", "y")}[coefficient]
+    """A force along an axis, or a moment about one, in the dynamic pressure of the moment; `switch` scales it."""
+    axis, by = _ACTS[coefficient]
+    kind = "moment" if by else "force"
     area = body.references.wing_area / FOOT**2
-    scale = area * body.references.mean_chord / FOOT if kind == "moment" else area
+    scale = area * float(getattr(body.references, by)) / FOOT if by else area
     coefficients = total(
         *(term_element(number, term, lambda name: variable_element(body.references, name)) for number, term in terms)
     )
     magnitude = call("product", reading(switch), reading("aero/qbar-psf"), value(scale), coefficients)
     return _external(kind, name, axis, magnitude)
+
+
+_ACTS = {
+    "C_X": ("x", ""),
+    "C_Y": ("y", ""),
+    "C_Z": ("z", ""),
+    "C_l": ("x", "span"),
+    "C_m": ("y", "mean_chord"),
+    "C_n": ("z", "span"),
+}
+"""The axis that a coefficient acts along or about, and the length that makes a moment of it."""
 
 
 def _ground_force(name: str, gain: float) -> ET.Element:
@@ -225,25 +245,27 @@ def _point(element: ET.Element, numbers: Sequence[float]) -> None:
         ET.SubElement(element, axis).text = repr(float(number))
 
 
-def _actuator(effects: Sequence[InjectedEffect]) -> ET.Element | None:
-    """JSBSim's actuator between the commanded deviation from trim and the surface; None where none is injected."""
-    numbers = {effect.kind: effect.values[0] for effect in effects if effect.kind.startswith("control_")}
-    if not numbers:
-        return None
-    actuator = ET.Element("actuator", name="fcs/aerosid/deviation")
-    ET.SubElement(actuator, "input").text = DEVIATION
-    for kind, tag in (
-        ("control_lag", "lag"),
-        ("control_rate_limit", "rate_limit"),
-        ("control_deadband", "deadband_width"),
-        ("control_delay", "delay"),
-    ):
-        number = numbers.get(kind, 0.0)
-        if number:
-            # JSBSim: the lag is a corner frequency [rad/s], the band is counted from edge to edge.
-            made = {"lag": 1.0 / number, "deadband_width": 2.0 * number}.get(tag, number)
-            ET.SubElement(actuator, tag).text = repr(made)
-    return actuator
+def _actuators(effects: Sequence[InjectedEffect]) -> dict[str, ET.Element]:
+    """By control, JSBSim's actuator between the commanded deviation from trim and the surface."""
+    made: dict[str, ET.Element] = {}
+    controls = dict.fromkeys(effect.where for effect in effects if effect.kind.startswith("control_"))
+    for control in controls:
+        own = (effect for effect in effects if effect.kind.startswith("control_") and effect.where == control)
+        numbers = {effect.kind: effect.values[0] for effect in own}
+        actuator = made[control] = ET.Element("actuator", name=f"fcs/aerosid/{control}-deviation")
+        ET.SubElement(actuator, "input").text = DEVIATIONS[control]
+        for kind, tag in (
+            ("control_lag", "lag"),
+            ("control_rate_limit", "rate_limit"),
+            ("control_deadband", "deadband_width"),
+            ("control_delay", "delay"),
+        ):
+            number = numbers.get(kind, 0.0)
+            if number:
+                # JSBSim: the lag is a corner frequency [rad/s], the band is counted from edge to edge.
+                value_there = {"lag": 1.0 / number, "deadband_width": 2.0 * number}.get(tag, number)
+                ET.SubElement(actuator, tag).text = repr(value_there)
+    return made
 
 
 def _point_mass() -> ET.Element:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.logs.flight_log import FlightLog
-from aerosid.studies.jsbsim.elevator_inputs import Manoeuvre
+from aerosid.studies.jsbsim.control_inputs import Manoeuvre
 from aerosid.studies.jsbsim.injected import InjectedEffect
 
 Array = NDArray[np.float64]
@@ -27,9 +27,17 @@ USUAL_NOISE: Mapping[str, float] = MappingProxyType(
         "a_z": 0.05,
         "h": 0.3,
         "delta_e": 0.0002,
+        "beta": 0.0015,
+        "p": 0.0012,
+        "r": 0.0012,
+        "phi": 0.0012,
+        "psi": 0.0015,
+        "a_y": 0.02,
+        "delta_a": 0.0002,
+        "delta_r": 0.0002,
     }
 )
-"""Standard deviations of good flight-test sensors, SI; what a flight records."""
+"""Standard deviations of good flight-test sensors, SI; of them a flight records what its aircraft moves."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +49,7 @@ class FlightPlan:
     aircraft : Aircraft or str
         An aerosid aircraft, or the name of one of JSBSim's.
     manoeuvre : Manoeuvre
-        The elevator.
+        The controls.
     airspeed : float
         m/s, of the trim.
     altitude : float
@@ -79,7 +87,8 @@ class JsbsimFlight:
     truth : mapping
         What was flown, as the truth file holds it.
     states : mapping of str to (N,)
-        True values at the samples, SI: u, w, q, theta, V, alpha, h, a_x, a_z, q_dot, surface (elevator), mass, rho.
+        True values at the samples, SI: u, v, w, p, q, r, phi, theta, psi, V, alpha, beta, h, a_x, a_y, a_z, p_dot,
+        q_dot, r_dot, surface (elevator), aileron, rudder, mass, rho.
     """
 
     log: FlightLog

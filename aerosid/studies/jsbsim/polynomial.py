@@ -4,12 +4,57 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 from aerosid.aircraft import Aircraft
+from aerosid.aircraft.model import Derivative
+from aerosid.flight_model.axes import LATERAL, SIX
+from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.simulation import BALANCES
+from aerosid.flight_model.terms import VARIABLES, parse_term
 from aerosid.reporting.export.jsbsim_functions import CHANNEL_PROPERTIES
 from aerosid.reporting.export.jsbsim_units import FOOT, POUND_FORCE, POUNDS_PER_SLUG, SLUG
 from aerosid.reporting.export.jsbsim_xml import ExportSettings, aerodynamics_element
 from aerosid.studies.jsbsim.properties import THRUST
+
+CARRYING = {
+    "C_X": {"1": -0.05, "alpha": 0.2},
+    "C_Z": {"alpha": -5.0, "q_hat": -5.0, "delta_e": -0.4},
+    "C_m": {"1": 0.03, "alpha": -1.0, "q_hat": -18.0, "delta_e": -1.5},
+}
+"""What carries an aircraft whose file holds lateral coefficients alone: a stable light transport's; C_Z "1" is what the
+weight asks for at `CARRYING_ALPHA`."""
+CARRYING_ALPHA = 0.03
+"""rad"""
+
+
+def as_flown(aircraft: Aircraft, airspeed: float, density: float) -> Aircraft:
+    """The aircraft, with lift, drag and pitching moment of another where its file holds none.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    airspeed, density : float
+        Of the trim, m/s and kg/m^3.
+    """
+    if aircraft.axes != LATERAL:
+        return aircraft
+    weight = aircraft.mass * GRAVITY / (0.5 * density * airspeed**2 * aircraft.wing_area)
+    level = {"1": -weight - CARRYING["C_Z"]["alpha"] * CARRYING_ALPHA}
+    carrying = tuple(
+        Derivative(coefficient, parse_term(term), value)
+        for coefficient, terms in CARRYING.items()
+        for term, value in (terms | (level if coefficient == "C_Z" else {})).items()
+    )
+    return replace(aircraft, derivatives=(*aircraft.derivatives, *carrying), axes=SIX)
+
+
+def driven_by(aircraft: Aircraft) -> tuple[str, ...]:
+    """The controls that a flight of this aircraft moves: those that trim its motion and act in its terms."""
+    named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
+    planes = [balance for balance in BALANCES if balance.moves(aircraft.axes)]
+    there = [name for balance in planes for name in balance.unknowns if name.startswith("delta_")]
+    return tuple(name for name in there if name in named)
 
 
 def channel_property(channel: str) -> str:
@@ -22,7 +67,7 @@ def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Ele
     named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     channels = sorted(
         name
-        for name in named - {"alpha", "q_hat", "V_hat", "alpha_dot_hat", "C_T", "thrust", "delta_e"}
+        for name in named - {*VARIABLES, "thrust", *driven_by(aircraft)}
         if name not in CHANNEL_PROPERTIES or name.startswith("delta_")
     )
     properties: dict[str, tuple[str, float]] = {name: (channel_property(name), 1.0) for name in channels}
@@ -34,21 +79,31 @@ def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Ele
 def geometry_and_mass(aircraft: Aircraft) -> list[ET.Element]:
     """`<metrics>` and `<mass_balance>` with the centre of gravity and AERORP at the origin."""
     metrics = ET.Element("metrics")
-    # No aircraft file holds a span; a rectangular wing's serves where height over span matters.
+    # Without a span in the file, a rectangular wing's serves where height over span matters.
+    span = aircraft.span or aircraft.wing_area / aircraft.mean_chord
     for tag, unit, value in (
         ("wingarea", "FT2", aircraft.wing_area / FOOT**2),
-        ("wingspan", "FT", aircraft.wing_area / aircraft.mean_chord / FOOT),
+        ("wingspan", "FT", span / FOOT),
         ("chord", "FT", aircraft.mean_chord / FOOT),
     ):
         ET.SubElement(metrics, tag, unit=unit).text = repr(value)
     _place(ET.SubElement(metrics, "location", name="AERORP", unit="IN"))
     balance = ET.Element("mass_balance")
-    I_yy = aircraft.I_yy / SLUG / FOOT**2  # in JSBSim's own unit: its conversion of kg m^2 is 9e-5 low
-    for tag, value in (("ixx", I_yy), ("iyy", I_yy), ("izz", I_yy), ("ixy", 0.0), ("ixz", 0.0), ("iyz", 0.0)):
-        ET.SubElement(balance, tag, unit="SLUG*FT2").text = repr(value)
+    # In JSBSim's own unit: its conversion of kg m^2 is 9e-5 low.
+    about = {"iyy": aircraft.I_yy, "ixx": aircraft.I_xx or aircraft.I_yy, "izz": aircraft.I_zz or aircraft.I_yy}
+    # JSBSim takes the product with the sign that it has in the tensor.
+    for tag, value in ({**about, "ixy": 0.0, "ixz": -(aircraft.I_xz or 0.0) + 0.0, "iyz": 0.0}).items():
+        ET.SubElement(balance, tag, unit="SLUG*FT2").text = repr(value / SLUG / FOOT**2)
     ET.SubElement(balance, "emptywt", unit="LBS").text = repr(aircraft.mass / SLUG * POUNDS_PER_SLUG)
     _place(ET.SubElement(balance, "location", name="CG", unit="IN"))
     return [metrics, balance]
+
+
+def set_inertia(config: ET.Element, name: str, inertia: float) -> None:
+    """Put an inertia [kg m^2] in the place of that of a configuration, `name` as the aircraft file's."""
+    element = config.find(f"mass_balance/{name.lower().replace('_', '')}")
+    if element is not None:
+        element.text = repr((-inertia if name == "I_xz" else inertia) / SLUG / FOOT**2)
 
 
 def thrust_line(aircraft: Aircraft) -> tuple[tuple[float, float], float]:

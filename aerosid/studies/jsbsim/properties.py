@@ -10,6 +10,20 @@ ELEVATOR = "aerosid/elevator-rad"
 """Elevator at trim."""
 DEVIATION = "aerosid/elevator-deviation-rad"
 """Commanded deviation from it; an actuator may stand between this and the surface."""
+AT_TRIM = {"delta_e": ELEVATOR, "delta_a": "aerosid/aileron-rad", "delta_r": "aerosid/rudder-rad"}
+"""Each control at trim."""
+DEVIATIONS = {
+    "delta_e": DEVIATION,
+    "delta_a": "aerosid/aileron-deviation-rad",
+    "delta_r": "aerosid/rudder-deviation-rad",
+}
+"""Commanded deviation of each from it."""
+SURFACES = {
+    "delta_e": (("fcs/elevator-pos-rad", 1.0),),
+    "delta_a": (("fcs/right-aileron-pos-rad", 1.0), ("fcs/left-aileron-pos-rad", -1.0)),
+    "delta_r": (("fcs/rudder-pos-rad", 1.0),),
+}
+"""JSBSim's positions of each, and the factor from ours."""
 FLAP = "aerosid/flap-norm"
 GEAR = "aerosid/gear-norm"
 THRUST = "external_reactions/thrust/magnitude"

@@ -19,7 +19,7 @@ from aerosid.errors import EstimationError
 from aerosid.reporting.export.jsbsim_units import POUND_FORCE
 from aerosid.studies.jsbsim.derivatives import differentiate
 from aerosid.studies.jsbsim.executive import RECORDED, Executive, State
-from aerosid.studies.jsbsim.properties import ANSWER, DEVIATION, DRIVES, HISTORIES, JOB, THRUST
+from aerosid.studies.jsbsim.properties import ANSWER, DEVIATIONS, DRIVES, HISTORIES, JOB, THRUST
 
 
 def main(folder: Path) -> None:
@@ -47,14 +47,14 @@ def _load(folder: Path, name: str, job: dict[str, Any]) -> Executive:
 def _fly(folder: Path, job: dict[str, Any]) -> dict[str, Any]:
     """Trim and fly the aircraft `flown`, differentiate the aircraft `clean` about that trim."""
     executive = _load(folder, job["flown"], job)
-    for pattern, forward, below in job["places"]:
-        executive.place(pattern, forward, below)
+    for pattern, forward, below, *right in job["places"]:
+        executive.place(pattern, forward, below, *right)
     with np.load(folder / DRIVES) as stored:
         drives = {name: stored[name] for name in stored.files}
-    for name in drives.keys() - {THRUST, DEVIATION}:
+    for name in drives.keys() - {THRUST, *DEVIATIONS.values()}:
         executive[name] = drives[name][0]  # what is there from the start is there in the trim
     executive.attached = job["attached"]
-    trimmed = executive.trim(job["airspeed"])
+    trimmed = executive.trim(job["airspeed"], job.get("sideways", False))
     executive.freeze(trimmed)
     for name, value in job["after_trim"].items():
         executive[name] = value
@@ -91,7 +91,8 @@ def _freeze(folder: Path, job: dict[str, Any]) -> dict[str, Any]:
         executive.freeze(State(**numbers))
         coefficients.append(executive.coefficients().tolist())
         readings.append(
-            {name: executive[key] * factor for name, (key, factor) in RECORDED.items()}
+            dict(zip(("C_Y", "C_l", "C_n"), executive.lateral_coefficients().tolist(), strict=True))
+            | {name: executive[key] * factor for name, (key, factor) in RECORDED.items()}
             | {"alpha_dot": executive["aero/alphadot-rad_sec"], "accelerations": executive.accelerations().tolist()}
         )
     return {"coefficients": coefficients, "readings": readings}

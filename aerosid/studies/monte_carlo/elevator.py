@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from aerosid.errors import UsageError
 from aerosid.flight_model.input_shapes import PATTERNS, Steps
 from aerosid.flight_model.simulation import doublet, steps, three_two_one_one
-from aerosid.studies.jsbsim.elevator_inputs import SHAPES as OF_ANY_LENGTH
-from aerosid.studies.jsbsim.elevator_inputs import recorded
+from aerosid.studies.jsbsim.control_inputs import SHAPES as OF_ANY_LENGTH
+from aerosid.studies.jsbsim.control_inputs import recorded
 
 FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray, float, float | None], FloatArray]
