@@ -67,6 +67,13 @@ def p_value(value: float) -> str:
     return "< 10⁻¹²" if value < 1e-12 else number(value, 2)
 
 
+def share(value: float | None) -> str:
+    """A share of one to three places: what is less is nothing to anybody."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    return "< 0.001" if 0.0 < value < 0.0005 else f"{value + 0.0:.3f}".replace("-", "−")
+
+
 def si_unit(unit: str) -> str:
     """The unit that a number of result.json has, as it is set: m/s² in place of m/s^2; empty where it is 1."""
     text = re.sub(r"\*\*|\^", "^", unit)

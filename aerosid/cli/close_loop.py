@@ -96,7 +96,8 @@ def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remar
     UsageError
         Where SOURCE_DATE_EPOCH is no whole number of seconds.
     """
-    from aerosid.loop.provenance import Provenance, today, unusual_settings
+    from aerosid.loop.provenance import Provenance, unusual_settings
+    from aerosid.loop.report_date import today
 
     return Provenance(today(), unusual_settings(settings), command_line(words), analyst, remarks)
 

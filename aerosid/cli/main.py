@@ -25,6 +25,7 @@ from aerosid.cli.schema import schema_command
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
+from aerosid.loop.report_date import today
 
 app = typer.Typer(
     name="aerosid",
@@ -57,6 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
         told = [word for word in words if word != _DEBUG]
+        # numpy reads this variable on import and says nothing of where a wrong one comes from.
+        today()
         result = app(taken_out(told), standalone_mode=False, obj=told)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)

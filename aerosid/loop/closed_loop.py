@@ -30,7 +30,8 @@ from aerosid.loop.linear_analysis import LinearRow, analyse_models, requirement_
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.open_loop_errors import compare
-from aerosid.loop.provenance import NOBODY, Provenance, today, unusual_settings
+from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
+from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
@@ -253,8 +254,8 @@ def _linear(
     places = [n for n, entry in enumerate(free) if entry in model.entries]
     covariance = judged.found.completed_deviations.covariance[np.ix_(places, places)]
     spread = Spread(tuple(free[n] for n in places), covariance)
-    first = judged.identified.manoeuvres[0]
-    return analyse_models(aircraft, judged.identified.declared, model, spread, first, requirement)
+    flown = judged.identified.manoeuvres
+    return analyse_models(aircraft, judged.identified.declared, model, spread, flown, requirement)
 
 
 def _notes(

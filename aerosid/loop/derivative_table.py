@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.goodness import variance_inflation
 from aerosid.model_error.paper_chain import Chain
-from aerosid.notation import number
+from aerosid.notation import number, plain
 from aerosid.search.attribution import Attribution
 from aerosid.search.settings import AttributionSettings
 
@@ -49,9 +49,20 @@ SHOWN = 1.0 / AttributionSettings().final_deviations
 standard errors, as are asked of what is named, so that nothing is named and not shown."""
 
 
-def is_shown(value: float, declared: float | None, std_error: float) -> bool:
-    """Whether a record holds enough information on a derivative to put it into a table unflagged."""
+def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
+    """Whether a record holds enough information on a derivative to put it into a table unflagged.
+
+    A constant may well be near zero, and then no record shows it against its size: what lies as many standard errors
+    from the declared value as are asked of a size is shown too, for the declared value would contradict the flight.
+    """
+    if constant and declared is not None and std_error <= SHOWN * abs(value - declared):
+        return True
     return bool(std_error <= SHOWN * max(abs(value), abs(declared or 0.0)))
+
+
+def derivative_name(coefficient: str, term: str) -> str:
+    """A derivative in a sentence: `C_m alpha`, `the constant of C_m`."""
+    return f"the constant of {coefficient}" if term == "1" else f"{coefficient} {term}"
 
 
 def derivative_rows(
@@ -100,7 +111,7 @@ def derivative_rows(
                 rls=rls,
                 rls_std_error=rls_error,
                 correlation_max=_finite(float(spread.correlation_max[n])),
-                shown=entry not in kept and is_shown(value, given, error),
+                shown=entry not in kept and is_shown(value, given, error, constant=not entry[1].factors),
                 variance_inflation=_finite(float(inflation[found.completed.free.index(entry)])),
                 scatter=scattered.get(entry),
                 filter_error=_finite(float(beside.values[n])) if beside else None,
@@ -129,10 +140,10 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
         if row.correlation_max is not None and row.correlation_max > 0.95:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         estimate = row.value if row.estimate is None else row.estimate
-        holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {row.value:.4g}"
+        holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
         sentences.append(
-            f"These records cannot show {row.coefficient} {row.term}: the estimate {number(estimate)} has {error}{why}."
-            f" Do not read it as measured{holds}."
+            f"These records cannot show {derivative_name(row.coefficient, row.term)}: the estimate {number(estimate)} "
+            f"has {error}{why}. Do not read it as measured{holds}."
         )
     return sentences
 

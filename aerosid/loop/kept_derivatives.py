@@ -75,18 +75,14 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
 
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:
-    """The free declared derivatives on which the record holds too little information.
-
-    Constants are none of them in a flight that moves: any stretch of it shows the trim, which may well be near zero.
-    """
+    """The free declared derivatives, constants among them, on which the record holds too little information."""
     completed, spread = found.completed, found.completed_deviations
-    return tuple(
-        entry
-        for n, entry in enumerate(completed.free)
-        if entry in declared
-        and (entry[1].factors or not excited)
-        and not (excited and is_shown(completed.model.value(entry), declared[entry], float(spread.corrected[n])))
-    )
+
+    def shown(n: int, entry: Entry) -> bool:
+        value, error = completed.model.value(entry), float(spread.corrected[n])
+        return excited and is_shown(value, declared[entry], error, constant=not entry[1].factors)
+
+    return tuple(entry for n, entry in enumerate(completed.free) if entry in declared and not shown(n, entry))
 
 
 def _held(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:

@@ -18,6 +18,7 @@ from aerosid.flight_model.linear_model import FlightCondition, LinearModel, line
 from aerosid.flight_model.modes import DUTCH_ROLL, PHUGOID, SHORT_PERIOD, mode_shape_ratio, modes_of
 from aerosid.flight_model.simulation import BALANCES
 from aerosid.loop.carried_deviations import Spread, carried_band, carried_deviation, central_slopes
+from aerosid.loop.extrapolated_modes import beyond_record
 from aerosid.loop.flying_qualities import Requirement, control_anticipation
 from aerosid.loop.mode_levels import QUALITIES, Level, mode_levels
 from aerosid.loop.quantity import Parameter
@@ -27,11 +28,13 @@ from aerosid.loop.quantity import Parameter
 class ModeRow:
     """One mode of a linear model.
 
-    `name` is that of `flight_model.modes.Mode`; `numbers` holds those of `QUANTITIES` that the mode has.
+    `name` is that of `flight_model.modes.Mode`; `numbers` holds those of `QUANTITIES` that the mode has, `extrapolated`
+    the names of those that last longer than the longest recording.
     """
 
     name: str
     numbers: Mapping[str, Parameter]
+    extrapolated: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,8 @@ class LinearRow:
         By mode, of those that there are requirements for.
     steps : tuple of StepRow
         Of elevator, aileron and rudder as far as the model has them.
+    record : float or None
+        Length of the longest identification log, s: what lasts longer is extrapolated.
     """
 
     model: str
@@ -106,6 +111,7 @@ class LinearRow:
     aircraft_class: str
     levels: Mapping[str, Level]
     steps: tuple[StepRow, ...]
+    record: float | None = None
 
     @property
     def short_period_level(self) -> int | None:
@@ -204,7 +210,7 @@ def analyse_models(
     declared: AerodynamicModel,
     completed: AerodynamicModel,
     spread: Spread,
-    manoeuvre: Manoeuvre,
+    manoeuvres: Sequence[Manoeuvre],
     requirement: Requirement,
 ) -> tuple[tuple[LinearRow, ...], tuple[str, ...]]:
     """The linear models of an aircraft as declared and as completed, and sentences on what could not be done.
@@ -217,18 +223,19 @@ def analyse_models(
         The nonlinear models.
     spread : Spread
         Covariance of the completed model's values.
-    manoeuvre : Manoeuvre
-        Its mean is the condition.
+    manoeuvres : sequence of Manoeuvre
+        The mean of the first is the condition; the longest says how long a mode was watched.
     requirement : Requirement
         Flight phase and class for the levels.
     """
-    condition = condition_of(manoeuvre)
+    condition = condition_of(manoeuvres[0])
+    record = max(float(manoeuvre.log.time[-1] - manoeuvre.log.time[0]) for manoeuvre in manoeuvres)
     given = [(d.coefficient, d.term) for d in aircraft.derivatives if d.sigma is not None]
     a_priori = Spread.independent(given, [d.sigma for d in aircraft.derivatives if d.sigma is not None])
     rows, notes = [], []
     for name, model, known in (("declared", declared, a_priori), ("completed", completed, spread)):
         try:
-            rows.append(analyse(name, model, condition, known, requirement))
+            rows.append(analyse(name, model, condition, known, requirement, record))
         except EstimationError as error:
             notes.append(f"The {name} model is not linearised: {error}")
     return tuple(rows), tuple(notes)
@@ -240,6 +247,7 @@ def analyse(
     condition: FlightCondition,
     spread: Spread,
     requirement: Requirement,
+    record: float | None = None,
 ) -> LinearRow:
     """The linear model at a condition, its modes and flying qualities.
 
@@ -255,6 +263,8 @@ def analyse(
         Covariance of its values; what it does not hold is taken as exact.
     requirement : Requirement
         Flight phase and class for the levels.
+    record : float, optional
+        Length of the longest recording behind the model, s; without one nothing is marked as extrapolated.
 
     Raises
     ------
@@ -281,6 +291,9 @@ def analyse(
     def of(group: str) -> dict[str, Parameter]:
         return {quantity: row for (owner, quantity), row in rows.items() if owner == group}
 
+    def row_of(mode: str) -> ModeRow:
+        return ModeRow(mode, of(mode), () if record is None else beyond_record(of(mode), record))
+
     return LinearRow(
         model=name,
         airspeed=condition.airspeed,
@@ -291,12 +304,13 @@ def analyse(
         inputs=linear.inputs,
         A=linear.A,
         B=linear.B,
-        modes=tuple(ModeRow(mode.name, of(mode.name)) for mode in modes),
+        modes=tuple(row_of(mode.name) for mode in modes),
         qualities=of(QUALITIES),
         category=requirement.category,
         aircraft_class=requirement.aircraft_class,
         levels=mode_levels(rows, modes, requirement),
         steps=_steps(linear, neighbours, spread.covariance),
+        record=record,
     )
 
 

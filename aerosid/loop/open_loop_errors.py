@@ -77,6 +77,7 @@ def compare(
         for role, flights in zip(ROLES, (manoeuvres, others, held_out), strict=True)
         for manoeuvre in flights
     ]
+    doubts = noise_doubts([manoeuvre for manoeuvre, _ in logs])
     for n, (manoeuvre, role) in enumerate(logs):
         effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
         # Each search of an initial state begins at the nearest one known: the estimate's own, or the last model's.
@@ -96,7 +97,7 @@ def compare(
         )
         responses = {"declared": plain, "before": before, "after": after, "trimmed": trimmed}
         simulated.append(_simulated(manoeuvre, role, responses))
-        rows.extend(_error_rows(manoeuvre, role, responses))
+        rows.extend(_error_rows(manoeuvre, role, responses, doubts))
         shares.extend(explained_shares((found.before.model, given), (found.completed.model, effects), manoeuvre))
     return simulated, rows, shares
 
@@ -115,7 +116,24 @@ def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) 
     )
 
 
-def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> list[ErrorRow]:
+def noise_doubts(manoeuvres: Sequence[Manoeuvre]) -> dict[str, str]:
+    """Why the noise of a channel cannot be estimated, by channel, where that is so on any of the logs.
+
+    One installation recorded them: what was filtered on one flight was filtered on the others, whatever a short record
+    of theirs lets be told.
+    """
+    doubts: dict[str, str] = {}
+    for manoeuvre in manoeuvres:
+        for name in manoeuvre.outputs:
+            doubt = channel_noise(manoeuvre.log, name).doubt
+            if doubt:
+                doubts.setdefault(name, doubt)
+    return doubts
+
+
+def _error_rows(
+    manoeuvre: Manoeuvre, role: str, responses: dict[str, Response], doubts: Mapping[str, str]
+) -> list[ErrorRow]:
     rows = []
     for name in manoeuvre.outputs:
         i = manoeuvre.row(name)
@@ -133,7 +151,7 @@ def _error_rows(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response])
                 trimmed=trimmed,
                 noise=float(manoeuvre.noise[i]),
                 r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
-                noise_doubt=channel_noise(manoeuvre.log, name).doubt,
+                noise_doubt="" if name in manoeuvre.log.noise else doubts.get(name, ""),
             )
         )
     return rows

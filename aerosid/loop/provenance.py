@@ -1,19 +1,13 @@
-"""Provenance of a result: the day, the settings that are not the usual ones, and who asked for it how."""
+"""Provenance of a result: the settings that are not the usual ones, and who asked for it how."""
 
 from __future__ import annotations
 
 import dataclasses
-import datetime as dt
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aerosid.errors import UsageError
 from aerosid.loop.settings import LoopSettings
-
-EPOCH = "SOURCE_DATE_EPOCH"
-"""Environment variable that gives the day, s since 1970, where files are to be the same on every day."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +35,6 @@ class Provenance:
 
 NOBODY = Provenance()
 """Where nobody says who asked."""
-
-
-def today() -> str:
-    """The day, UTC: that of SOURCE_DATE_EPOCH where it is set, so that the same input gives the same bytes.
-
-    Raises
-    ------
-    UsageError
-        Where SOURCE_DATE_EPOCH is no whole number of seconds.
-    """
-    given = os.environ.get(EPOCH)
-    if given is None:
-        return dt.datetime.now(dt.UTC).date().isoformat()
-    try:
-        return dt.datetime.fromtimestamp(int(given), dt.UTC).date().isoformat()
-    except (ValueError, OverflowError, OSError):
-        raise UsageError(
-            f"{EPOCH} is {given[:40]!r}, expected whole seconds since 1970; correct or unset it."
-        ) from None
 
 
 def unusual_settings(settings: LoopSettings) -> dict[str, Any]:

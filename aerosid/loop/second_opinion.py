@@ -10,9 +10,10 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings, Progress
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
@@ -32,7 +33,8 @@ class RivalStructure:
         As a person writes them; empty where nothing was named.
     error : float or None
         Median over channels and logs of the root-mean-square error over the noise, on flights that were not fitted
-        (without such, on those that were); None where a simulation left its range.
+        (without such, on those that were), of the channels whose noise can be estimated; None where there is none, and
+        where a simulation left its range.
     """
 
     method: str
@@ -54,12 +56,16 @@ class SecondOpinion:
         Of the flights on which the errors were taken: "validation" or "identification".
     structures : tuple of RivalStructure
         Side by side, where the methods differ; one row where they agree.
+    error_ratio : float or None
+        Where they differ: the error of the model that d(t) names over that of the likelihood's, channel by channel, the
+        median; below 1 the former predicts better. None where a simulation left its range.
     """
 
     agrees: bool
     sentence: str
     role: str
     structures: tuple[RivalStructure, ...]
+    error_ratio: float | None = None
 
 
 def second_opinion(question: Question, found: Attribution, settings: LoopSettings, progress: Progress) -> SecondOpinion:
@@ -71,22 +77,30 @@ def second_opinion(question: Question, found: Attribution, settings: LoopSetting
     role = "validation" if question.others else "identification"
     flights = question.others or question.manoeuvres
     names = _names(found)
+    errors = _errors(found, flights)
+    own = RivalStructure("likelihood", names, _over_noise(errors, flights))
     try:
         other = by_model_error(question, replace(settings, model_error=QUICK), lambda _stage: None).found
     except EstimationError as error:
-        sentence = f"The model error d(t) gives no second opinion: {error}"
-        return SecondOpinion(False, sentence, role, (RivalStructure("likelihood", names, _error(found, flights)),))
+        return SecondOpinion(False, no_second_opinion(error), role, (own,))
     others = _names(other)
-    own = RivalStructure("likelihood", names, _error(found, flights))
     if set(names) == set(others):
         told = f"names {_listed(names)} too" if names else "names nothing either"
         return SecondOpinion(True, f"The model error d(t) alone (method iebmee) {told}.", role, (own,))
-    rival = RivalStructure("iebmee", others, _error(other, flights))
+    theirs = _errors(other, flights)
+    rival = RivalStructure("iebmee", others, _over_noise(theirs, flights))
+    ratio = _ratio(theirs, errors)
     sentence = (
-        f"The two methods differ: the likelihood names {_listed(names)} ({_times(own.error)} on the {role} flight), "
-        f"the model error d(t) alone (method iebmee) {_listed(others)} ({_times(rival.error)})."
+        f"The two methods differ: the likelihood names {_listed(names)}, the model error d(t) alone (method iebmee) "
+        f"{_listed(others)}. {_told(ratio, role, len(flights))}"
     )
-    return SecondOpinion(False, sentence, role, (own, rival))
+    return SecondOpinion(False, sentence, role, (own, rival), ratio)
+
+
+def no_second_opinion(error: EstimationError) -> str:
+    """Why there is none; what the error advises beside it, the default method, is what was asked first."""
+    reason = str(error).partition(";")[0].rstrip(".")
+    return f"The model error d(t) gives no second opinion: {reason}."
 
 
 def _names(found: Attribution) -> tuple[str, ...]:
@@ -99,20 +113,46 @@ def _listed(names: Sequence[str]) -> str:
     return " and ".join(names) or "nothing"
 
 
-def _times(error: float | None) -> str:
-    return "no error can be stated" if error is None else f"{error:.3g} times the noise"
+def _told(ratio: float | None, role: str, count: int) -> str:
+    """Which of the two models follows the flights better."""
+    flights = f"{role} flight{'s' if count > 1 else ''}"
+    if ratio is None:
+        return f"No errors on the {flights} can be compared: a simulation leaves its range."
+    times = f"{number(ratio)} times that of the former"
+    return f"On the {flights} the open-loop error of the latter is {times} (median channel)."
 
 
-def _error(found: Attribution, flights: Sequence[Manoeuvre]) -> float | None:
+def _errors(found: Attribution, flights: Sequence[Manoeuvre]) -> list[dict[str, float | None]]:
+    """Open-loop error of each channel on each flight; None where the simulation left its range."""
+    completed = found.completed
+    return [
+        dict(respond(completed.model, flight, completed.variance, effects=on_log(completed, flight)).rms)
+        for flight in flights
+    ]
+
+
+def _ratio(errors: Sequence[dict[str, float | None]], beside: Sequence[dict[str, float | None]]) -> float | None:
+    """Median over channels and flights of one model's errors over another's."""
     ratios = []
-    for flight in flights:
-        response = respond(
-            found.completed.model, flight, found.completed.variance, effects=on_log(found.completed, flight)
-        )
-        for channel, value in response.rms.items():
-            noise = float(flight.noise[LONGITUDINAL.outputs.index(channel)])
-            if value is None:
+    for ours, theirs in zip(errors, beside, strict=True):
+        for channel, error in ours.items():
+            other = theirs[channel]
+            if error is None or other is None:
                 return None
-            if noise > 0.0:
-                ratios.append(value / noise)
+            if other > 0.0:
+                ratios.append(error / other)
+    return float(np.median(ratios)) if ratios else None
+
+
+def _over_noise(errors: Sequence[dict[str, float | None]], flights: Sequence[Manoeuvre]) -> float | None:
+    """Median of errors over the noise, of channels whose noise can be estimated."""
+    doubts = noise_doubts(flights)
+    ratios = []
+    for flight, of_flight in zip(flights, errors, strict=True):
+        for channel, error in of_flight.items():
+            if error is None:
+                return None
+            noise = float(flight.noise[flight.row(channel)])
+            if noise > 0.0 and (channel not in doubts or channel in flight.log.noise):
+                ratios.append(error / noise)
     return float(np.median(ratios)) if ratios else None

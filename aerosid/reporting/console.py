@@ -46,8 +46,8 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     if result.alternatives:
         console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
     if result.second_opinion is not None:
-        console.print(Text(result.second_opinion.sentence), soft_wrap=True)
-        if not result.second_opinion.agrees:
+        console.print(Text(in_words(result.second_opinion.sentence)), soft_wrap=True)
+        if len(result.second_opinion.structures) > 1:
             console.print(_rivals(result.second_opinion))
     if result.derivatives:
         console.print(_derivatives(result))
@@ -97,7 +97,7 @@ def _rivals(opinion: SecondOpinion) -> Table:
     table = _table("What two methods find", ("method", "effects"), (f"error/noise, {opinion.role}",))
     for row in opinion.structures:
         cells = (row.method, "; ".join(row.effects) or "nothing", number(row.error, 3))
-        table.add_row(*map(Text, cells))
+        table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
 
 
@@ -134,10 +134,10 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
-    title = f"Error of {log} ({role}), root-mean-square of measured minus simulated"
+    title = f"Error of {log} ({in_words(role)}), root-mean-square of measured minus simulated"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
-        numbers = (row.declared, row.before, row.after, row.trimmed, row.noise)
+        numbers = (row.declared, row.before, row.after, row.trimmed, None if row.noise_doubt else row.noise)
         cells = (row.channel, row.unit, *(number(value, 2) for value in numbers), ratio(row.after, row.before))
         table.add_row(*map(Text, cells))
     return table

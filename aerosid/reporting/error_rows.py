@@ -8,10 +8,10 @@ from typing import Any
 
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
-from aerosid.notation import SUPERSCRIPTS
+from aerosid.notation import SUPERSCRIPTS, listed
 from aerosid.reporting.roles import label_of
 
-MOST_TICKS = 3
+MOST_TICKS = 2
 """Spaces between the numbers of the scale: more would touch one another."""
 
 
@@ -23,10 +23,23 @@ def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]
             "log": log,
             "role": role,
             "label": label_of(role, result),
-            "rows": [row for row in rows if (row.log, row.role) == (log, role)],
+            "rows": (held := [row for row in rows if (row.log, row.role) == (log, role)]),
+            "doubts": told_of_doubt(held),
         }
         for log, role in logs
     ]
+
+
+def told_of_doubt(rows: Sequence[ErrorRow]) -> str:
+    """Whose noise of one log cannot be estimated, and why; empty where all can."""
+    channels: dict[str, list[str]] = {}
+    for row in rows:
+        if row.noise_doubt:
+            channels.setdefault(row.noise_doubt, []).append(row.channel)
+    if not channels:
+        return ""
+    reasons = "; ".join(f"{listed(names)} ({doubt})" for doubt, names in channels.items())
+    return f"The noise cannot be estimated from the recording for {reasons}: nothing is said in units of it."
 
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:

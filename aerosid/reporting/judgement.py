@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from aerosid.loop.derivative_table import derivative_name
 from aerosid.loop.error_reduction import headline_role
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
@@ -76,7 +77,7 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
             f"The validation flights had a say in what is named ({listed(result.decided_by_validation)}): their "
             "errors are no independent evidence of it (--hold-out names a flight that no decision touches)."
         )
-    hidden = [f"{row.coefficient} {row.term}" for row in result.derivatives if not row.shown]
+    hidden = [derivative_name(row.coefficient, row.term) for row in result.derivatives if not row.shown]
     if hidden:
         yield f"The flights hold too little information on {listed(hidden)}."
     for log in dict.fromkeys(row.log for row in result.errors):

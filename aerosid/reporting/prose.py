@@ -20,7 +20,7 @@ _DERIVATIVES = [f"{c}_{name}" for c in COEFFICIENTS for name in (*CHANNELS, *_VA
 _NAMES = sorted({*CHANNELS, *COEFFICIENTS, *_VARIABLES, *_MEASURES, *_DERIVATIVES}, key=lambda name: -len(name))
 _NAME = "|".join(map(re.escape, _NAMES))
 _FACTOR = rf"(?:{_NAME})(?:\^-?\d+)?"
-_TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w/\\]|\.\w|-\w)")
+_TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w\\]|/(?!\()|\.\w|-\w)")
 _PART = re.compile(rf"({_NAME})(?:\^(-?\d+))?")
 _POWER = re.compile(r"(?<=[A-Za-z)\]])\^(-?\d+)")
 _MINUS = re.compile(r"(?<![\w.)\]-])-(?=\d|\.\d)")

@@ -205,10 +205,14 @@ class KinematicsEntry(Row):
 
 
 class ModeEntry(Row):
-    """One mode of a linear model; `numbers` holds those that the mode has."""
+    """One mode of a linear model; `numbers` holds those that the mode has.
+
+    `extrapolated` names those that last longer than the longest identification log.
+    """
 
     name: Text
     numbers: dict[Text, ParameterRow]
+    extrapolated: tuple[Text, ...]
 
 
 class LevelEntry(Row):
@@ -241,6 +245,7 @@ class LinearEntry(Row):
     short_period_level_range: tuple[int, int] | None
     phugoid_level: int | None
     levels: dict[Text, LevelEntry]
+    record: Number | None
 
 
 class FitEntry(Row):
@@ -300,6 +305,7 @@ class SecondOpinionEntry(Row):
     sentence: Text
     role: Text
     structures: tuple[RivalStructureEntry, ...]
+    error_ratio: Number | None
 
 
 class ResultFile(Row):

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from aerosid import notation
 from aerosid.flight_model.terms import Factor
 from aerosid.reporting import prose, words
+from aerosid.reporting.result_json import portable
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -41,6 +42,7 @@ def page_environment(folder: Path) -> Environment:
         p_value=notation.p_value,
         hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
         ratio=words.ratio,
+        share=notation.share,
         symbol=symbol_html,
         term=term_html,
         effect=words.effect_sentence,
@@ -52,6 +54,7 @@ def page_environment(folder: Path) -> Environment:
         prose=prose.prose,
         words=lambda name: name.lower().replace("_", " "),
         quantity=words.quantity,
+        portable=portable,
         unit=lambda unit: words.shown_unit(unit).text,
     )
     return environment

@@ -13,9 +13,12 @@ import numpy as np
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.provenance import Provenance, all_settings
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.roles import ROLES
 from aerosid.loop.settings import USUAL
 from aerosid.notation import listed, plain
 from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, flight_condition
+from aerosid.reporting.result_json import portable
+from aerosid.reporting.roles import NAMES
 
 REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
 SIGN_CONVENTION = (
@@ -42,8 +45,7 @@ def title_block(result: ClosedLoop) -> dict[str, Any]:
     result : ClosedLoop
         What one run of the loop found; what its provenance does not say is left out.
     """
-    roles = [("identification", log) for log in result.identification]
-    roles += [("validation", log) for log in result.validation]
+    roles = [(NAMES[role], log) for role in ROLES for log in getattr(result, role)]
     return {
         "run": _run(result),
         "files": _files(result, roles),
@@ -98,12 +100,12 @@ def _said(value: Any) -> str:
 
 def _files(result: ClosedLoop, roles: list[tuple[str, FlightLog]]) -> list[UsedFile]:
     logs = [
-        UsedFile(log.path or log.name, role, f"{plain(log.time[0])} to {plain(log.time[-1])}", log.sha256)
+        UsedFile(portable(log.path or log.name), role, f"{plain(log.time[0])} to {plain(log.time[-1])}", log.sha256)
         for role, log in roles
     ]
     read_with = dict.fromkeys((log.channel_map, log.channel_map_sha256) for _, log in roles if log.channel_map)
-    maps = [UsedFile(path, "channel map", "", digest) for path, digest in read_with]
-    aircraft = UsedFile(result.aircraft.path, "aircraft file", "", result.aircraft.sha256)
+    maps = [UsedFile(portable(path), "channel map", "", digest) for path, digest in read_with]
+    aircraft = UsedFile(portable(result.aircraft.path), "aircraft file", "", result.aircraft.sha256)
     return [*logs, *maps, aircraft]
 
 

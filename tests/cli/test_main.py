@@ -83,6 +83,22 @@ def test_debug_adds_a_traceback_wherever_it_stands(arguments: list[str], capsys:
     assert error.splitlines()[-1].startswith("aerosid: none.csv: the log does not exist")
 
 
+@pytest.mark.parametrize("given", ["yesterday", "", "1e9"])
+def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_reads_it(
+    monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    # In a process of its own: numpy stumbles over the variable where it is imported first.
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", given)
+    ran = subprocess.run(
+        [sys.executable, "-m", "aerosid", "check", "none.csv"], capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 2
+    assert ran.stderr.startswith(
+        f"aerosid: the environment variable SOURCE_DATE_EPOCH is {given!r}, expected whole seconds"
+    )
+    assert ran.stderr.count("\n") == 1
+
+
 class FaultyOutput(io.StringIO):
     """A standard output that fails in a way nobody expects."""
 

@@ -14,11 +14,14 @@ from aerosid.errors import UsageError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.open_loop import respond
 from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.derivative_table import is_shown
 from aerosid.loop.error_reduction import error_reduction
-from aerosid.loop.provenance import EPOCH
+from aerosid.loop.report_date import EPOCH
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
+from aerosid.reporting.export import FORMATS, ExportOptions, export
+from aerosid.reporting.export.options import NOT_SHOWN
 
 QUICK = LoopSettings(catalogue="terms", paper_chain=False, linear_analysis=False, next_flight=False)
 FLIGHT = Problem(undeclared=BOTH_SQUARES, duration=6.0)
@@ -53,6 +56,40 @@ def test_what_is_not_shown_keeps_its_declared_value_and_says_so(closed: ClosedLo
     for key, row in rows.items():
         assert file[key].value == pytest.approx(row.value, rel=1e-10)
     assert any("keeps the declared 0.3" in note for note in closed.notes)
+
+
+def test_a_constant_that_is_not_shown_keeps_its_declared_value_too() -> None:
+    """Flown without a constant of C_m, declared with one far below what its standard error lets be seen."""
+    balanced = declaring(LIGHT, {("C_m", "1"): 0.0})
+    given = declaring(LIGHT, {("C_m", "1"): 1e-5})
+    closed = close_loop([replace(FLIGHT, aircraft=balanced).fly(5, "balanced")], given, settings=QUICK)
+    row = next(row for row in closed.derivatives if (row.coefficient, row.term) == ("C_m", "1"))
+    assert row.estimate is not None
+    assert row.std_error is not None
+    assert abs(row.estimate - 1e-5) < 3.0 * row.std_error
+    assert (row.shown, row.value) == (False, 1e-5)
+    entry = next(d for d in closed.completed_aircraft.derivatives if (d.coefficient, str(d.term)) == ("C_m", "1"))
+    assert (entry.value, entry.shown) == (1e-5, False)
+    assert any("cannot show the constant of C_m" in note and "declared 1·10⁻⁵" in note for note in closed.notes)
+    for form in FORMATS:
+        text = export(closed.completed_aircraft, form, ExportOptions(airspeed=100.0)).text
+        assert NOT_SHOWN in text or '"shown": false' in text, form
+
+
+@pytest.mark.parametrize(
+    ("value", "declared", "error", "constant", "shown"),
+    [
+        (-0.037, 0.029, 0.023, True, False),  # 2.9 standard errors apart, and from zero 1.6
+        (-0.037, 0.029, 0.021, True, True),  # 3.1 apart: the declared value would contradict the flight
+        (-0.037, 0.029, 0.021, False, False),  # a derivative is asked for its size
+        (0.0, 0.0, 0.001, True, False),
+        (0.05, 0.0, 0.01, True, True),
+    ],
+)
+def test_a_constant_is_shown_by_its_size_or_by_its_distance_from_the_declared_one(
+    value: float, declared: float, error: float, constant: bool, shown: bool
+) -> None:
+    assert is_shown(value, declared, error, constant=constant) is shown
 
 
 def test_the_errors_after_are_those_of_the_file(closed: ClosedLoop) -> None:

@@ -22,8 +22,10 @@ from aerosid.errors import AircraftError, EstimationError, UsageError
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.flight_model.modes import Mode, longitudinal_modes
 from aerosid.loop.carried_deviations import Spread
+from aerosid.loop.extrapolated_modes import beyond_record
 from aerosid.loop.flying_qualities import CLASSES, Requirement, divergence_level, phugoid_level, short_period_level
 from aerosid.loop.linear_analysis import STEP, STEP_TIME, analyse, load_factor_per_alpha, requirement_for
+from aerosid.loop.quantity import Parameter
 
 CONDITION = FlightCondition(96.0, 0.9077, 2280.0, speed_of_sound=330.0)
 SQUARES = declaring(LIGHT, BOTH_SQUARES)
@@ -267,6 +269,32 @@ def test_light_classes_are_held_to_no_less_than_heavy_ones(
 def test_phugoid_levels() -> None:
     assert [phugoid_level(0.05, None), phugoid_level(0.03, None)] == [1, 2]
     assert [phugoid_level(-0.01, 60.0), phugoid_level(None, 20.0)] == [3, 4]
+
+
+def test_a_mode_that_lasts_longer_than_the_recording_is_marked() -> None:
+    # The period by another library; a recording of half of it has not seen the phugoid, the short period it has.
+    A, _, _ = oracle_model(terms_of(SQUARES))
+    frequencies, dampings, _ = control.damp(control.ss(A, np.zeros((4, 1)), np.eye(4), 0), doprint=False)
+    slow = int(np.argmin(frequencies))
+    period = 2.0 * math.pi / (frequencies[slow] * math.sqrt(1.0 - dampings[slow] ** 2))
+    model, unknown = declared_model(SQUARES, 100.0), Spread((), np.zeros((0, 0)))
+
+    def marked(record: float) -> dict[str, tuple[str, ...]]:
+        row = analyse("declared", model, CONDITION, unknown, Requirement(), record)
+        return {mode.name: mode.extrapolated for mode in row.modes}
+
+    half = marked(0.5 * period)
+    assert {"frequency", "damping", "period"} <= set(half["phugoid"])
+    assert half["short_period"] == ()
+    assert "period" not in marked(1.05 * period)["phugoid"]
+    assert marked(1e6) == {"short_period": (), "phugoid": ()}
+
+
+def test_two_real_roots_are_extrapolated_from_one_cycle_of_their_frequency() -> None:
+    overdamped = {"frequency": Parameter(0.5, None, "rad/s"), "time_to_half": Parameter(9.0, None, "s")}
+    assert beyond_record(overdamped, 12.0) == ("frequency",)  # one cycle is 12.6 s
+    assert beyond_record(overdamped, 13.0) == ()
+    assert beyond_record({"time_to_double": Parameter(30.0, None, "s")}, 20.0) == ("time_to_double",)
 
 
 def test_the_option_wins_over_the_aircraft_file_and_that_over_the_default() -> None:

@@ -10,13 +10,13 @@ import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
 from aerosid.cli.main import main
-from aerosid.errors import UsageError
+from aerosid.errors import EstimationError, UsageError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question, answer
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.second_opinion import second_opinion
+from aerosid.loop.second_opinion import no_second_opinion, second_opinion
 from aerosid.loop.settings import METHODS, LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting.result_json import result_text
@@ -78,6 +78,20 @@ def test_where_they_differ_both_stand_side_by_side_with_their_errors_on_the_unse
     assert own.error is not None
     assert rival.error is not None
     assert rival.error < 1.15 < 5.0 < own.error
+    # One measure for both, which needs no noise: below 1 the rival predicts better.
+    assert opinion.error_ratio is not None
+    assert opinion.error_ratio < 0.3
+    assert f"{opinion.error_ratio:.3g} times that of the former" in opinion.sentence
+    assert "the noise" not in opinion.sentence
+
+
+def test_a_second_opinion_that_breaks_down_says_why_and_does_not_advise_what_was_done() -> None:
+    error = EstimationError(
+        "a log: the model leaves its range, so that no error can be stated; use the default method."
+    )
+    sentence = no_second_opinion(error)
+    assert sentence.endswith("the model leaves its range, so that no error can be stated.")
+    assert "default method" not in sentence
 
 
 def test_every_method_is_one_of_the_command_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,8 @@ import pytest
 from hostile_pages import HOSTILE, Page, hostile_result
 from problems_report import closed_loop
 
-from aerosid.loop.effect_rows import Effect, Evidence
+from aerosid.loop.effect_rows import Confirmation, Effect, Evidence
+from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
@@ -236,3 +237,64 @@ def test_interactive_labels_are_text(result: ClosedLoop) -> None:
     assert any("&lt;img" in text for text in titles)
     for text in (*titles, *names):
         assert "<" not in re.sub(r"</?sub>", "", text)
+
+
+def doubted(result: ClosedLoop) -> ClosedLoop:
+    """The same with the noise of two channels in doubt."""
+    why = "it is smoother than any sensor: it was filtered, or computed"
+    rows = tuple(
+        dataclasses.replace(row, noise_doubt=why, noise=1.2345e-7) if row.channel in ("q", "a_z") else row
+        for row in result.errors
+    )
+    return dataclasses.replace(result, errors=rows)
+
+
+def test_nothing_is_said_in_units_of_a_noise_that_cannot_be_estimated(result: ClosedLoop) -> None:
+    text = " ".join(Page(report_html(doubted(result), interactive=False)).text.split())
+    assert "1.2·10" not in text
+    assert "0000" not in text.split("The residual, and where it is")[1].split("Where it acts")[0]
+    assert "The noise cannot be estimated from the recording for q and a z (it is smoother" in text
+
+
+def test_what_validation_decided_is_told_in_words(result: ClosedLoop) -> None:
+    decided = dataclasses.replace(
+        result, decided_by_validation=("confirmed C_m alpha^2", "refuted sensor_scale of theta")
+    )
+    html = report_html(decided, interactive=False)
+    tags = re.findall(r'<span class="tag validation">(.*?)</span>', html)
+    assert tags
+    for tag in tags:
+        assert "_" not in re.sub(r"<[^>]*>", "", tag), tag
+        assert "sensor scale of <var>θ</var>" in tag
+
+
+def test_what_the_validation_flights_say_by_themselves_stands_with_the_effect(result: ClosedLoop) -> None:
+    told = Confirmation(-13.21, 1.18, 3e-9)
+    first = result.effects[0]
+    confirmed = dataclasses.replace(first, evidence=dataclasses.replace(first.evidence, confirmation=told))
+    shown = dataclasses.replace(result, effects=(confirmed, *result.effects[1:]))
+    section = {s.name: body for s, body in compose(shown).parts}["effects"]
+    rows = [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in re.findall(r"<tr.*?</tr>", section, re.DOTALL)]
+    (row,) = [row for row in rows if row.startswith("the validation flights by themselves")]
+    assert "−13.2 ± 1.2" in row
+    assert "3.0·10⁻⁹" in row
+    assert "by themselves" not in {s.name: body for s, body in compose(result).parts}["effects"]
+
+
+def test_a_mode_slower_than_the_record_is_marked_with_the_record_s_length(result: ClosedLoop) -> None:
+    def stretched(row: LinearRow) -> LinearRow:
+        modes = tuple(
+            dataclasses.replace(mode, extrapolated=tuple(mode.numbers) if mode.name == "phugoid" else ())
+            for mode in row.modes
+        )
+        return dataclasses.replace(row, modes=modes, record=14.07)
+
+    made = dataclasses.replace(result, linear=tuple(stretched(row) for row in result.linear))
+    body = {s.name: text for s, text in compose(made).parts}["linear"]
+    rows = [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in re.findall(r"<tr.*?</tr>", body, re.DOTALL)]
+    marked = [row for row in rows if "†" in row]
+    # Frequency, time to half and level of the phugoid, for both models; nothing of the short period.
+    assert [row.count("†") for row in marked] == [2, 2, 2]
+    assert marked[-1].startswith("level of the phugoid")
+    assert "14.1 s" in body
+    assert "†" not in {s.name: text for s, text in compose(result).parts}["linear"]

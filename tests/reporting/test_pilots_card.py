@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -75,3 +76,11 @@ def test_every_footnote_has_its_sign_and_every_sign_its_footnote(given: bool) ->
     assert ("† limit given" in text) == given
     assert text.count("†") == (2 if given else 0)
     assert text.count("‡") == (2 if given else 3)
+
+
+def test_every_table_stands_in_a_region_that_scrolls_on_a_phone() -> None:
+    html = report_html(flown_next(given=True), interactive=False)
+    before = html.split("<table")[:-1]
+    assert len(before) > 8
+    for text in before:
+        assert re.search(r'<div class="wide"[^>]*>\s*$', text), text[-120:]

@@ -21,6 +21,7 @@ from aerosid.reporting.prose import in_words, prose
         ("turbulence, sigma_w = 0.8 m/s", "turbulence, σw = 0.8 m/s"),
         ("C_m_delta_e < 0 and I_yy", "Cmδe < 0 and Iyy"),
         ("by -2 ln L", "by −2 ln L"),
+        ("C_D = 0.04 + C_L^2/(pi 8.44 0.8)", "CD = 0.04 + CL2/(pi 8.44 0.8)"),
         ("a 3-2-1-1 on 2026-11-22", "a 3-2-1-1 on 2026-11-22"),
     ],
 )

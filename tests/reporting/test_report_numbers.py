@@ -15,6 +15,7 @@ from rich.console import Console
 from aerosid.flight_model.terms import COEFFICIENTS
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import share
 from aerosid.reporting import print_summary, report_html
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
@@ -72,6 +73,13 @@ def test_no_number_has_the_exponent_of_a_computer(result: ClosedLoop, written) -
     assert "10⁷" in text  # the large ones are there
     assert COMPUTER.findall(text) == []
     assert not re.search(r"\d{7,}", re.sub(r"[0-9a-f]{64}", "", text))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0.000"), (2.1e-24, "< 0.001"), (0.00049, "< 0.001"), (0.0123, "0.012"), (1.0, "1.000")]
+)
+def test_a_share_of_nothing_is_not_a_power_of_ten(value: float, text: str) -> None:
+    assert share(value) == text
 
 
 def test_prose_has_no_names_of_a_program(result: ClosedLoop) -> None:

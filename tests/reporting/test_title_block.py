@@ -61,6 +61,17 @@ def test_the_span_of_every_log_is_told(result: ClosedLoop) -> None:
     assert spans == [("identification", "0 to 1.77"), ("validation", "0 to 1.77")]
 
 
+def test_a_held_out_flight_stands_in_the_title_block_and_no_folder_does(result: ClosedLoop) -> None:
+    away = dataclasses.replace(result.validation[0], path="/home/someone/flights/third.csv", sha256="cd" * 32)
+    block = title_block(dataclasses.replace(result, hold_out=(away,)))
+    third = block["files"][2]
+    assert (third.path, third.role, third.span, third.sha256) == ("third.csv", "hold-out", "0 to 1.77", "cd" * 32)
+    assert block["logs"][-1] == (away.name, "hold-out")
+    text = report_html(dataclasses.replace(result, hold_out=(away,)), interactive=False)
+    assert "cd" * 32 in text
+    assert "/home/someone" not in text
+
+
 def test_the_condition_is_that_of_the_recording(result: ClosedLoop) -> None:
     log = result.identification[0]
     flat = {**log.channels, "h": np.full(log.samples, 3000.0), "V": np.full(log.samples, 120.0)}

@@ -37,7 +37,8 @@ DRAWN_WHOLE = 3000
 BINS = 1000
 """Spans that a longer one is drawn in."""
 
-_PIXELS_PER_POINT = 1.8
+_PIXELS_PER_POINT = 2.3
+"""As many as keep the labels of a strip and of its residual apart."""
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}")
 
 
@@ -85,7 +86,7 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
     for i, panel in enumerate(chart.panels):
         y = "y" if i == 0 else f"y{i + 1}"
         edges = [round(edge / chart.height, 5) for edge in (panel.bottom, panel.bottom + panel.height)]
-        layout[y.replace("y", "yaxis")] = _axis(panel.y, edges, "x", 5, quiet=panel.quiet)
+        layout[y.replace("y", "yaxis")] = _axis(panel.y, edges, "x", 3 if panel.quiet else 5, quiet=panel.quiet)
         if not panel.x.bare:
             layout["xaxis"] = _axis(panel.x, [0, 1], y, 10)
         for mark in panel.marks:

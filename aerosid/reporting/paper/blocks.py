@@ -213,12 +213,18 @@ def _figure(element: Element, figures: Mapping[str, Figure], width: float) -> It
     for key in element.all("span"):
         if "key" in key.classes:
             role = next(iter(key.all("svg"))).attributes["class"].removeprefix("line-")
-            keys.append((role, " ".join(key.text().split())))
+            keys.append((role, " ".join(_lowered(key).split())))
     caption = next(iter(element.all("figcaption")))
     figure = figures[element.attributes["id"]]
     more = f"<b>Figure {figure.number}, continued.</b>"
     largest = _SMALL if "small" in element.classes else 1.0
     yield Drawing(figure.chart, keys, (markup(caption), more), width, largest)
+
+
+def _lowered(element: Element) -> str:
+    """The text of a legend's key, a subscript as `_{x}`, as figures take it."""
+    parts = [child if isinstance(child, str) else _lowered(child) for child in element.children]
+    return f"_{{{''.join(parts)}}}" if element.tag == "sub" else "".join(parts)
 
 
 def _verdict(element: Element, width: float) -> Table:

@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape
 
 from aerosid.reporting.paper.elements import Element
 
-_TAGS = {"b": "b", "i": "i", "var": "i", "sub": "sub", "sup": "super", "strong": "b", "em": "i"}
+_TAGS = {"b": "b", "i": "i", "var": "i", "sub": "sub", "sup": "super", "strong": "b", "em": "i", "s": "strike"}
 _BLANKS = re.compile(r"[ \t\r\n]+")
 
 

@@ -51,6 +51,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         "per_kelvin": number(DENSITY_ALTITUDE_PER_KELVIN / FOOT, 2),
         "airspeed": number(calibrated_airspeed(planned.airspeed, altitude) / KNOT, 3),
         "steps": list(_steps(planned)),
+        "end": f"{planned.steps[-1].start + planned.steps[-1].duration:.1f}" if planned.steps else "",
         "cued": "a_z" in planned.expected,
         "limits": limits,
         "signs": {limit["sign"] for limit in limits if limit["sign"]},

@@ -10,4 +10,5 @@ from aerosid.reporting.figures.numbered import FigureBook
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     """The effects; nothing where none was found."""
-    return {"effects": result.effects} if result.effects else None
+    confirmed = any(effect.evidence.confirmation is not None for effect in result.effects)
+    return {"effects": result.effects, "confirmed": confirmed} if result.effects else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from aerosid.loop.linear_analysis import LinearRow, StepRow
@@ -9,7 +10,7 @@ from aerosid.loop.mode_levels import Level
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
-from aerosid.notation import MISSING, number, with_deviation
+from aerosid.notation import MISSING, listed, number, with_deviation
 from aerosid.reporting.figures.numbered import Figure, FigureBook
 from aerosid.reporting.figures.step_response import step_response_chart
 from aerosid.reporting.words import Unit, shown_unit
@@ -35,6 +36,9 @@ _WORDS = {
 }
 _MODES = {"dutch_roll": "Dutch roll", "coupled_roll_spiral": "coupled roll and spiral"}
 """Names of modes that are not their key with spaces."""
+EXTRAPOLATED = " †"
+"""Behind a number of a mode that lasts longer than the recordings."""
+
 _LEVELS = {1: "1", 2: "2", 3: "3", 4: "worse than 3"}
 
 
@@ -43,6 +47,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
     if not result.linear:
         return None
     groups: dict[str, dict[str, dict[str, Parameter]]] = {}
+    marked = {(row.model, mode.name, name) for row in result.linear for mode in row.modes for name in mode.extrapolated}
     for row in result.linear:
         for name, numbers in _groups(row).items():
             for quantity, parameter in numbers.items():
@@ -53,12 +58,13 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
     return {
         "models": models,
         "groups": {
-            _mode(name): [_line(quantity, found, models) for quantity, found in numbers.items()]
+            _mode(name): [_line(name, quantity, found, models, marked) for quantity, found in numbers.items()]
             for name, numbers in groups.items()
         },
         "condition": first,
-        "levels": {_mode(mode): [_level(row.levels.get(mode)) for row in result.linear] for mode in judged},
+        "levels": {_mode(mode): [_level(row, mode) for row in result.linear] for mode in judged},
         "left_out": sorted({e.kind.replace("_", " ") for e in result.completed_aircraft.effects}),
+        "extrapolated": _said(result.linear),
         "pitches": "n_alpha" in first.qualities,
         "steps": [_step(result.linear, step, figures) for step in first.steps],
     }
@@ -85,8 +91,10 @@ def _groups(row: LinearRow) -> dict[str, Any]:
     return {"level flight": row.trim, **modes, "flying qualities": row.qualities}
 
 
-def _line(quantity: str, found: dict[str, Parameter], models: list[str]) -> dict[str, Any]:
-    """One quantity: its words and unit, and each model's number in the unit shown."""
+def _line(
+    group: str, quantity: str, found: dict[str, Parameter], models: list[str], marked: set[tuple[str, str, str]]
+) -> dict[str, Any]:
+    """One quantity: its words and unit, and each model's number in the unit shown, marked where extrapolated."""
     given = next(iter(found.values())).unit
     # A natural frequency is no rate of turn: it stays in rad/s.
     unit = Unit(given, 1.0) if quantity == "frequency" else shown_unit(given)
@@ -94,14 +102,35 @@ def _line(quantity: str, found: dict[str, Parameter], models: list[str]) -> dict
     for model in models:
         parameter = found.get(model)
         spread = None if parameter is None or parameter.std_error is None else unit.factor * parameter.std_error
-        cells.append(with_deviation(None if parameter is None else unit.factor * parameter.value, spread))
+        text = with_deviation(None if parameter is None else unit.factor * parameter.value, spread)
+        cells.append(text + (EXTRAPOLATED if (model, group, quantity) in marked else ""))
     return {"words": _WORDS.get(quantity, quantity), "unit": unit.text or "1", "cells": cells}
 
 
-def _level(found: Level | None) -> str:
+def _level(row: LinearRow, mode: str) -> str:
+    """The level of a mode, marked where the mode lasts longer than the recordings."""
+    beyond = any(each.name == mode and each.extrapolated for each in row.modes)
+    said = _level_text(row.levels.get(mode))
+    return said + (EXTRAPOLATED if beyond and said != MISSING else "")
+
+
+def _level_text(found: Level | None) -> str:
     """The level, and the levels within two deviations where there are several."""
     if found is None:
         return MISSING
     best, worst = found.span or (found.level, found.level)
     said = _LEVELS[found.level]
     return said if best == worst else f"{said} ({_LEVELS[best]} to {_LEVELS[worst]} within 2 σ)"
+
+
+def _said(rows: Sequence[LinearRow]) -> str:
+    """What the mark means, with the length of the longest recording; empty where nothing is marked."""
+    record = rows[0].record
+    names = dict.fromkeys(_mode(mode.name) for row in rows for mode in row.modes if mode.extrapolated)
+    if record is None or not names:
+        return ""
+    return (
+        f"{EXTRAPOLATED.strip()} Extrapolated: the longest identification record lasts {number(record, 3)} s, and "
+        f"these numbers of the {listed(list(names))} tell of a longer time. They follow from the derivatives and were "
+        "not watched in flight; their standard errors do not count what the model leaves out in slower motion."
+    )

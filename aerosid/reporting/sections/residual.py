@@ -9,6 +9,7 @@ import numpy as np
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.notation import number
+from aerosid.reporting.error_rows import told_of_doubt
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import model_error_chart
 
@@ -18,9 +19,12 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     times: dict[str, list[tuple[float, str]]] = {}
     for row in result.errors:
         if row.role == "identification" and row.before is not None and row.noise > 0.0:
-            times.setdefault(row.log, []).append((row.before / row.noise, row.channel))
+            known = times.setdefault(row.log, [])
+            if not row.noise_doubt:
+                known.append((row.before / row.noise, row.channel))
     return {
         "channels": {log: sorted(rows, reverse=True) for log, rows in times.items()},
+        "doubts": {log: told_of_doubt([row for row in result.errors if row.log == log]) for log in times},
         "equations": [_equation(history) for history in result.model_error],
         "figures": [_figure(log, result, figures) for log in dict.fromkeys(h.log for h in result.model_error)],
     }
