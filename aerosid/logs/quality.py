@@ -47,8 +47,8 @@ class Problem(enum.Enum):
     SATURATED = "the channel is cut at its own extreme: check the sensor's range, or leave the channel out"
     COARSE = "the resolution is coarser than the noise: small effects drown in the steps"
     NOISE_UNKNOWN = (
-        "its noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
-        "`resolution = ` for it in the channel map or the aircraft file"
+        "the noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
+        "`resolution = ` in the channel map or the aircraft file"
     )
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"

@@ -75,7 +75,8 @@ def told_of_patterns(
     asked = [row for row in rows if _known(row)]
     common = _common_factors(asked, settings)
     shared = {coefficient for coefficient, _ in common}
-    single = [sentence for row in asked if (sentence := _single(row, row.coefficient in shared, settings))]
+    lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
+    single = [sentence for row in asked if (sentence := _single(row, row.coefficient in shared | lagged, settings))]
     return (*(sentence for _, sentence in common), *single, *_worse(errors, settings))
 
 
@@ -112,8 +113,12 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
     return found
 
 
-def _single(row: DerivativeRow, shared: bool, settings: PatternSettings) -> str | None:
-    """What is odd about one derivative against its declared value."""
+def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> str | None:
+    """What is odd about one derivative against its declared value.
+
+    `rate_told`: that of q_hat is off with all of its coefficient, or shares its part with a derivative of
+    alpha_dot_hat, whose sum a flight shows: its own factor then says nothing about q c/V.
+    """
     factor, deviation = _ratio(row)
     name = f"{row.coefficient} {row.term}"
     if row.term == "1" or abs(factor) <= settings.deviations * deviation:
@@ -127,7 +132,7 @@ def _single(row: DerivativeRow, shared: bool, settings: PatternSettings) -> str 
     for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
         if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
             return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
-    if "q_hat" in row.term and not shared:
+    if "q_hat" in row.term and not rate_told:
         for unit, meant in ((2.0, "per q c/V"), (0.5, "per q c/(4 V)")):
             near = abs(factor - unit) <= max(settings.deviations * deviation, 0.05 * unit)
             if near and abs(factor - 1.0) > settings.deviations * deviation:

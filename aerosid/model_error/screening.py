@@ -44,8 +44,8 @@ class RegressorPicture:
     """The model error of one equation against one candidate term, both through the recursion, over all logs.
 
     `candidate` (N,) is the term's picture in d(t); `left` (N,), in units of the coefficient, is d(t) less what the
-    other found terms explain for a term that was `chosen`, and all of d(t) for one that was not; `slope` of `left` over
-    `candidate` about their means, and `correlation` of the same as rates of the motion.
+    other found terms explain for a term that was `chosen`, and all of d(t) for one that was not; `slope` and
+    `correlation` of `left` over `candidate` about their means.
     """
 
     coefficient: str
@@ -217,10 +217,7 @@ def regressor_pictures(
         if entry in chosen:
             others = [n for n, other in enumerate(chosen) if other != entry]
             left = left - columns[:, places[others]] @ coefficients[others]
-        column = columns[:, lacking.index(entry)]
-        # Of the rates, as everywhere else: in units of the coefficient each sample would weigh by its airspeed.
-        rho = correlation(left, column)
-        pictures.append(_regressor(entry, column / unit, left / unit, rho, chosen=entry in chosen))
+        pictures.append(_regressor(entry, columns[:, lacking.index(entry)] / unit, left / unit, entry in chosen))
     return tuple(pictures)
 
 
@@ -235,12 +232,12 @@ def closest_rivals(rows: Sequence[ScreeningRow], candidates: Sequence[Entry]) ->
 
 
 def _regressor(
-    entry: Entry, candidate: NDArray[np.float64], left: NDArray[np.float64], rho: float, *, chosen: bool
+    entry: Entry, candidate: NDArray[np.float64], left: NDArray[np.float64], chosen: bool
 ) -> RegressorPicture:
     """The picture with the slope of least squares about the means: the constant is the trim's."""
     spread = float(np.var(candidate))
     slope = float(np.mean((candidate - candidate.mean()) * (left - left.mean()))) / spread if spread > 0.0 else 0.0
-    return RegressorPicture(entry[0], str(entry[1]), candidate, left, slope, rho, chosen)
+    return RegressorPicture(entry[0], str(entry[1]), candidate, left, slope, correlation(left, candidate), chosen)
 
 
 def _seen(history: AircraftErrorHistory, fed: Fed) -> AircraftErrorHistory:

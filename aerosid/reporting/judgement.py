@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from aerosid.loop.derivative_table import derivative_name
+from aerosid.loop.effect_rows import Effect
 from aerosid.loop.error_reduction import headline_role
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
@@ -49,6 +50,11 @@ def unproven(result: ClosedLoop) -> tuple[str, ...]:
     return tuple(_unproven(result))
 
 
+def fits_better(effect: Effect) -> bool:
+    """Whether an alternative fits better than the chosen effect by more than decides nothing."""
+    return effect.worse_by is not None and effect.margin is not None and effect.worse_by < -effect.margin
+
+
 def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
     """The rows that answer whether the model got better: of the logs that are farthest from every decision."""
     role = headline_role(result.errors)
@@ -71,7 +77,15 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
                 f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
             )
     for effect in result.alternatives:
-        yield f"These manoeuvres cannot tell {effect_name(effect)} from {effect.instead_of or 'what was chosen'}."
+        chosen = effect.instead_of or "what was chosen"
+        if fits_better(effect):
+            yield (
+                f"{effect_name(effect)} in place of {chosen} fits the flights better by "
+                f"{number(-(effect.worse_by or 0.0), 2)} in -2 ln L, more than the margin of "
+                f"{number(effect.margin, 2)}: the search kept the chosen structure as a whole, and this one has to be judged by physics."
+            )
+        else:
+            yield f"These manoeuvres cannot tell {effect_name(effect)} from {chosen}."
     if result.validation and not result.hold_out and result.decided_by_validation:
         yield (
             f"The validation flights had a say in what is named ({listed(result.decided_by_validation)}): their "

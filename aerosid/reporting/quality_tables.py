@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from aerosid.compatibility import Agreement, InstrumentFinding, KinematicConsistency
-from aerosid.logs.quality import LogQuality
+from aerosid.logs.quality import Finding, LogQuality, Problem
 from aerosid.manoeuvres import FlightSegmentation
-from aerosid.notation import number, p_value, plain, with_deviation
+from aerosid.notation import MISSING, listed, number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 from aerosid.reporting.result_json import portable
 
@@ -42,16 +42,26 @@ def print_quality(quality: LogQuality, console: Console) -> None:
             str(channel.spikes or ""),
             number(channel.stuck),
             number(channel.quantum, 2) if channel.quantum else "",
-            number(channel.noise, 2),
-            number(channel.excitation),
+            MISSING if channel.doubt else number(channel.noise, 2),
+            MISSING if channel.doubt else number(channel.excitation),
         )
     console.print(table)
     span = f"from {plain(quality.start)} to {plain(quality.stop)} s"
     console.print(f"{quality.samples} samples {span}, every {plain(quality.interval, 4)} s.")
     for note in quality.notes:
         console.print(f"read: {note}", soft_wrap=True)
-    for finding in quality.findings:
+    for finding in _put_together(quality.findings):
         console.print(f"{'needed' if finding.blocking else 'note'}: {finding}", soft_wrap=True)
+
+
+def _put_together(findings: Sequence[Finding]) -> list[Finding]:
+    """The findings, with one for all channels whose noise cannot be estimated for the same reason."""
+    doubted: dict[str, list[str]] = {}
+    for finding in findings:
+        if finding.problem is Problem.NOISE_UNKNOWN:
+            doubted.setdefault(finding.detail, []).append(finding.subject)
+    others = [finding for finding in findings if finding.problem is not Problem.NOISE_UNKNOWN]
+    return [*others, *(Finding(Problem.NOISE_UNKNOWN, listed(names), detail) for detail, names in doubted.items())]
 
 
 def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
@@ -86,10 +96,13 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
     if worse := [row for row in agreement.channels if row.after > 1.02 * row.before]:
-        listed = ", ".join(f"{row.channel} of {row.log}" for row in worse)
+        places = [
+            f"{listed([row.channel for row in worse if row.log == log])} of {log}"
+            for log in dict.fromkeys(row.log for row in worse)
+        ]
         console.print(
-            f"note: {listed} fits less well corrected than as recorded: the corrections are those that all channels "
-            "together make likeliest, each weighed by its own noise and colour, and these channels pay for the others.",
+            f"note: {listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well corrected than as recorded: the "
+            "corrections are those that all channels together make likeliest, each weighed by its own noise and colour, and these channels pay for the others.",
             soft_wrap=True,
         )
     for note in agreement.notes:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from broken_inputs import GOOD
 
@@ -41,6 +42,23 @@ def test_check_takes_several_logs_and_a_map(log: Path, tmp_path: Path, capsys: p
     assert output.count("30 samples") == 2
     assert "stick" in output
     assert "needed: q (pitch rate)" in output
+
+
+def test_noise_that_cannot_be_estimated_is_one_note_and_a_dash(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # Computed histories: smoother than any sensor.
+    k = np.arange(300)
+    swing = 0.1 * np.sin(0.05 * k) * np.exp(-0.01 * k)
+    rows = [f"{0.1 * n:.1f},{100 + 5 * x:.9f},{x:.9f},{0.5 * x:.9f},{0.3 * x:.9f}" for n, x in enumerate(swing)]
+    path = tmp_path / "computed.csv"
+    path.write_text("time [s],V [m/s],alpha [rad],q [rad/s],delta_e [rad]\n" + "\n".join(rows) + "\n")
+    main(["check", str(path)])
+    output = capsys.readouterr().out
+    assert output.count("the noise cannot be estimated") == 1
+    assert "note: V, alpha and q (it is smoother than any sensor" in output
+    (row,) = [line for line in output.splitlines() if line.startswith("│ alpha ")]
+    assert [cell.strip() for cell in row.split("│")][-3:-1] == ["–", "–"]
 
 
 def test_formats_lists_every_format(capsys: pytest.CaptureFixture[str]) -> None:

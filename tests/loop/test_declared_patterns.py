@@ -78,3 +78,11 @@ def test_worse_on_its_own_data_is_said() -> None:
     assert "1.50 times in alpha" in said
     assert told_of_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
     assert told_of_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()
+
+
+def test_a_damping_that_shares_its_part_with_alphadot_is_not_asked_after_its_unit() -> None:
+    """Half of the declared C_m q_hat in q_hat and half in alpha_dot_hat: their sum is as declared."""
+    halved = rows(C_m_q_hat=0.5)
+    assert any("per q c/(4 V)" in sentence for sentence in told_of_patterns(halved, []))
+    found = DerivativeRow("C_m", "alpha_dot_hat", None, None, -8.0, 0.2, 0.2, None, None, None, shown=True)
+    assert told_of_patterns([*halved, found], []) == ()

@@ -298,3 +298,18 @@ def test_a_mode_slower_than_the_record_is_marked_with_the_record_s_length(result
     assert marked[-1].startswith("level of the phugoid")
     assert "14.1 s" in body
     assert "†" not in {s.name: text for s, text in compose(result).parts}["linear"]
+
+
+def test_an_alternative_that_fits_better_than_the_chosen_effect_is_not_called_equal(result: ClosedLoop) -> None:
+    def listed(worse_by: float) -> str:
+        (other,) = result.alternatives
+        made = dataclasses.replace(result, alternatives=(dataclasses.replace(other, worse_by=worse_by, margin=57.0),))
+        return " ".join(Page(report_html(made, interactive=False)).text.split())
+
+    near = listed(-50.0)
+    assert "These manoeuvres cannot tell" in near
+    assert "fits the flights better" not in near
+    far = listed(-1295.3)
+    assert "These manoeuvres cannot tell" not in far
+    assert "fits the flights better by 1300 in −2 ln L, more than the margin of 57" in far
+    assert "some of them better than the chosen one by more than the margin" in far

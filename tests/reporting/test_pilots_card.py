@@ -72,7 +72,7 @@ def test_the_card_is_in_pilots_quantities() -> None:
 @pytest.mark.parametrize("given", [True, False])
 def test_every_footnote_has_its_sign_and_every_sign_its_footnote(given: bool) -> None:
     text = card(flown_next(given=given))
-    assert "0.200 to 1.80 " + ("†" if given else "‡") in text
+    assert "0.20 to 1.80 " + ("†" if given else "‡") in text
     assert ("† limit given" in text) == given
     assert text.count("†") == (2 if given else 0)
     assert text.count("‡") == (2 if given else 3)
@@ -84,3 +84,16 @@ def test_every_table_stands_in_a_region_that_scrolls_on_a_phone() -> None:
     assert len(before) > 8
     for text in before:
         assert re.search(r'<div class="wide"[^>]*>\s*$', text), text[-120:]
+
+
+@pytest.mark.parametrize(
+    ("probability", "words"),
+    [(2.38e-22, "less than 0.1 %"), (0.801, "80.1 %"), (0.9999, "more than 99.9 %")],
+)
+def test_a_probability_is_a_percentage_that_a_person_reads(probability: float, words: str) -> None:
+    question = Question("alternative", "C_m alpha^2", "C_m q_hat", 3.0, 40.0, 20.0, probability, 1, "")
+    result = flown_next(given=True)
+    assert result.next_flight is not None
+    ahead = dataclasses.replace(result.next_flight, questions=(question,))
+    text = Page(report_html(dataclasses.replace(result, next_flight=ahead), interactive=False)).text
+    assert f"with a probability of {words}" in text

@@ -339,7 +339,7 @@ def initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray
     count = int(np.count_nonzero(word))
     if not count:
         return recorded
-    notes.append(f"{name}: {count} uninitialised words (below {_UNINITIALISED:g}) taken as missing")
+    notes.append(f"{name}: {count} uninitialised words (below 10⁻²⁰⁰) taken as missing")
     return np.where(word, np.nan, recorded)
 
 

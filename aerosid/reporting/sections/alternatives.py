@@ -6,6 +6,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.judgement import fits_better
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
@@ -13,4 +14,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     groups: dict[str, list[Any]] = {}
     for effect in result.alternatives:
         groups.setdefault(effect.instead_of, []).append(effect)
-    return {"groups": groups, "second": result.second_opinion}
+    better = any(fits_better(effect) for effect in result.alternatives)
+    return {"groups": groups, "second": result.second_opinion, "better": better}

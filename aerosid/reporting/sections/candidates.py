@@ -30,4 +30,5 @@ def _plots(found: Sequence[RegressorPicture], figures: FigureBook) -> Figure:
         for picture in pictures
     )
     label = f"Cross-plots of d(t) against {', '.join(f'{p.coefficient} {p.term}' for p in pictures)}"
-    return figures.add(cross_plots(pictures), f"Model error against single terms. {said}.", label)
+    what = "Model error of the recursion, not smoothed, against single terms; slope and correlation of the points"
+    return figures.add(cross_plots(pictures), f"{what}. {said}.", label)

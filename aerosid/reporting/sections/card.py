@@ -35,6 +35,9 @@ _NAMES = {
 }
 """What a pilot calls the quantities of the limits."""
 
+_PLACES = {"n_z": 2}
+"""Decimals on the card, as far as instruments can be read; 1 where it is not said."""
+
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     """The card; None where nothing is to be flown."""
@@ -96,7 +99,8 @@ def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
             return MISSING
         if peak.name == "V":
             return number(calibrated_airspeed(value, altitude) / KNOT, 3)
-        return number(shown_unit(peak.unit).factor * value, 3)
+        places = _PLACES.get(peak.name, 1)
+        return f"{shown_unit(peak.unit).factor * value + 0.0:.{places}f}".replace("-", "−")
 
     speed = peak.name == "V"
     bounded = peak.limit_low is not None and peak.limit_high is not None

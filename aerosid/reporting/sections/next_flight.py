@@ -70,12 +70,19 @@ def _answer(question: Question) -> str:
         return said + _flights(question)
     if question.expected is None or question.probability is None:
         return question.elsewhere
-    likely = "more than 99.9 %" if question.probability > 0.999 else f"{number(100 * question.probability, 3)} %"
+    likely = _per_cent(question.probability)
     said = (
         f"Expected log-likelihood difference 2Δln L {number(question.expected, 3)}, whichever is true "
         f"({number(question.needed, 3)} decide): one flight tells them apart with a probability of {likely}. "
     )
     return said + _flights(question)
+
+
+def _per_cent(probability: float) -> str:
+    """A probability as a person reads it: near 0 and 1 only that it is."""
+    if probability > 0.999:
+        return "more than 99.9 %"
+    return f"{number(100 * probability, 3)} %" if probability >= 0.001 else "less than 0.1 %"
 
 
 def _flights(question: Question) -> str:

@@ -54,6 +54,8 @@ def _figure(log: str, result: ClosedLoop, figures: FigureBook) -> Any:
         else f"{history.coefficient}: nothing found"
         for history in histories
     ]
-    caption = f"Model error d(t) of {log}. {'; '.join(found)}."
+    smoothed = any(history.deviation is not None for history in histories)
+    which = f"Model error d(t) of {log}{', smoothed over the whole record' if smoothed else ''}"
+    caption = f"{which}. {'; '.join(found)}."
     label = f"Time histories of d(t) in {', '.join(history.coefficient for history in histories)}"
     return figures.add(model_error_chart(histories), caption, label)
