@@ -24,8 +24,9 @@ def beyond_record(numbers: Mapping[str, Parameter], record: float) -> tuple[str,
     Notes
     -----
     A time is extrapolated where it is longer than the recording. Frequency and damping are where one cycle is: one
-    period, the time 2 pi/omega where both roots are real; a single root where its time constant is. They follow from derivatives that the faster motion shows,
-    and their standard errors do not count what the model leaves out in slower motion.
+    period, the time 2 pi/omega where both roots are real; a single root where its time constant is. They follow from
+    derivatives that the faster motion shows, and their standard errors do not count what the model leaves out in slower
+    motion.
     """
     names = [name for name in _TIMES if name in numbers and numbers[name].value > record]
     if "period" in numbers:

@@ -102,7 +102,8 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         ]
         console.print(
             f"note: {listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well corrected than as recorded: the "
-            "corrections are those that all channels together make likeliest, each weighed by its own noise and colour, and these channels pay for the others.",
+            "corrections are those that all channels together make likeliest, each weighed by its own noise and "
+            "colour, and these channels pay for the others.",
             soft_wrap=True,
         )
     for note in agreement.notes:
