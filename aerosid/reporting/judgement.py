@@ -79,9 +79,9 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
     for effect in result.alternatives:
         chosen = effect.instead_of or "what was chosen"
         if fits_better(effect):
-            gain, margin = number(-(effect.worse_by or 0.0), 2), number(effect.margin, 2)
+            better, margin = number(-(effect.worse_by or 0.0), 2), number(effect.margin, 2)
             yield (
-                f"{effect_name(effect)} in place of {chosen} fits the flights better by {gain} in -2 ln L, more than "
+                f"{effect_name(effect)} in place of {chosen} fits the flights better by {better} in -2 ln L, more than "
                 f"the margin of {margin}: the search kept the chosen structure as a whole, and physics must judge."
             )
         else:
