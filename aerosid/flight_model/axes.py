@@ -160,6 +160,11 @@ def fed_of(axes: Axes) -> tuple[str, ...]:
     return tuple(name for name in axes.outputs if name not in (*ACCELERATIONS, *UNCOUPLED))
 
 
+def planes_of(axes: Axes) -> tuple[Axes, ...]:
+    """The motions in the plane of symmetry and out of it whose coefficients a case models."""
+    return tuple(plane for plane in (LONGITUDINAL, LATERAL) if set(plane.coefficients) <= set(axes.coefficients))
+
+
 def state_vector(axes: Axes, motion: Mapping[str, float]) -> NDArray[np.float64]:
     """The state (n,) of a case from the motion by name, SI; what is not named is zero."""
     return np.array([motion.get(name, 0.0) for name in axes.integrated])

@@ -67,6 +67,10 @@ _FURTHEST = {"alpha": 0.6, "beta": 0.6, "phi": 0.6, "delta_e": 1.0, "delta_a": 1
 """rad; a balance beyond is none that anybody flies."""
 
 
+_NOTHING = 1e-12
+"""rad; angles of a trim below this are zero."""
+
+
 @dataclass(frozen=True)
 class Trim:
     """Straight, level flight without acceleration at an airspeed [m/s].
@@ -156,7 +160,8 @@ def trim(
         raise EstimationError(
             f"no trim was found at {airspeed:g} m/s (the search ended at {ended}); try another airspeed or density."
         )
-    return balance(solution.x)
+    # Of a symmetric aircraft the solver leaves the last digits of zero.
+    return balance(np.where(np.abs(solution.x) < _NOTHING, 0.0, solution.x))
 
 
 def trimmed_inputs(

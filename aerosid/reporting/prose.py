@@ -7,13 +7,13 @@ import re
 from markupsafe import Markup, escape
 
 from aerosid.effects import KINDS
-from aerosid.flight_model.terms import COEFFICIENTS
+from aerosid.flight_model.axes import COEFFICIENTS
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import SUPERSCRIPTS
 from aerosid.reporting.words import Symbol, symbol
 
-_VARIABLES = ("q_hat", "V_hat", "alpha_dot_hat")
-_MEASURES = ("n_z", "sigma_w", "sigma_u", "sigma", "L_w", "L_u", "I_yy")
+_VARIABLES = ("p_hat", "q_hat", "r_hat", "V_hat", "alpha_dot_hat")
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "sigma", "L_w", "L_u", "I_xx", "I_yy", "I_zz", "I_xz")
 """Names in terms and in sentences that are no channels."""
 _DERIVATIVES = [f"{c}_{name}" for c in COEFFICIENTS for name in (*CHANNELS, *_VARIABLES)]
 

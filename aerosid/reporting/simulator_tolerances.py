@@ -1,14 +1,14 @@
 """How far simulated flights may be from measured ones by 14 CFR Part 60, where a flight is a manoeuvre that it names.
 
 The tolerances are those of Appendix A to Part 60 (Qualification Performance Standards for Airplane Full Flight
-Simulators), Attachment 2, Table A2A, entries 2.c.9 and 2.c.10. They are applied as a yardstick: whether a flight meets
-the other conditions of a qualification test (cruise configuration, control states) is not known here.
+Simulators), Attachment 2, Table A2A, entries 2.c.9, 2.c.10, 2.d.2, 2.d.3 and 2.d.6. They are applied as a yardstick:
+whether a flight meets the other conditions of a qualification test (configuration, control states) is not known here.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,20 +30,58 @@ PHUGOID = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.9 (phu
 SHORT_PERIOD_TOLERANCES = {"theta": math.radians(1.5), "q": math.radians(2.0), "a_z": 0.10 * GRAVITY}
 """SI. The paragraph asks for the pitch angle or the pitch rate, and for the acceleration."""
 
+ROLL_RESPONSE = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entries 2.d.2 and 2.d.3 (roll response)"
+RUDDER_RESPONSE = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.d.6 (rudder response)"
+
+
+class BriefResponse(NamedTuple):
+    """A test of a brief movement of one control and the free response to it.
+
+    Attributes
+    ----------
+    source : str
+        The paragraph.
+    control : str
+        The channel that moves.
+    resting : tuple of str
+        Controls that must rest: when one of them moves, the test is over.
+    tolerances : mapping of str to float
+        Of each channel, SI.
+    asked : tuple of str
+        One of these must answer by more than twice its tolerance, or the response proves nothing.
+    """
+
+    source: str
+    control: str
+    resting: tuple[str, ...]
+    tolerances: Mapping[str, float]
+    asked: tuple[str, ...]
+
+
+SHORT_PERIOD_TEST = BriefResponse(SHORT_PERIOD, "delta_e", (), SHORT_PERIOD_TOLERANCES, ("theta", "q"))
+BRIEF_RESPONSES = (
+    SHORT_PERIOD_TEST,
+    BriefResponse(
+        ROLL_RESPONSE, "delta_a", ("delta_r",), {"p": math.radians(2.0), "phi": math.radians(2.0)}, ("p", "phi")
+    ),
+    BriefResponse(RUDDER_RESPONSE, "delta_r", ("delta_a",), {"r": math.radians(2.0)}, ("r",)),
+)
+"""Of roll and yaw the paragraphs allow 10 % where that is more, which is not made use of."""
+
 PERIOD, TIME_TO_HALF, DAMPING_RATIO = 0.10, 0.10, 0.02
 """Of the phugoid: shares of the measured period and time to half or double amplitude; or of the damping ratio."""
 
 _LONGEST_INPUT = 15.0
-"""s from the first to the last move of the elevator; a 3-2-1-1 for a transport takes 7 to 12 s."""
+"""s from the first to the last move of the control; a 3-2-1-1 for a transport takes 7 to 12 s."""
 
 _BEFORE, _FREE = 1.0, 5.0
-"""s before a movement and of free response after it that belong to the short period; movements closer are one."""
+"""s before a movement and of free response after it that belong to the test; movements closer are one."""
 
 _STEADY_SPEED = 0.15
-"""Share of the airspeed that it may vary by in a short-period manoeuvre."""
+"""Share of the airspeed that it may vary by in the test of a brief response."""
 
 _MOVE, _WITHIN = 0.1, 0.2
-"""The elevator moves where it changes by more than this share of its range within so many s."""
+"""A control moves where it changes by more than this share of its range within so many s."""
 
 _SWING = 0.005
 """Least standard deviation of the airspeed, share of its mean, of a phugoid that can be measured."""
@@ -65,8 +103,8 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class ShortPeriod:
-    """The stretch of a log, s, that is a short-period manoeuvre."""
+class Stretch:
+    """The part of a log, s, that is such a test."""
 
     start: float
     stop: float
@@ -80,21 +118,24 @@ class Oscillation(NamedTuple):
     time_to_half: float
 
 
-def short_periods(log: FlightLog) -> tuple[ShortPeriod, ...]:
-    """The short-period manoeuvres of a log: brief movements of the elevator, free response, nearly constant airspeed.
+def brief_responses(log: FlightLog, test: BriefResponse = SHORT_PERIOD_TEST) -> tuple[Stretch, ...]:
+    """The tests of one kind in a log: brief movements of the control, free response, nearly constant airspeed.
 
     Notes
     -----
     A response that is no larger than twice the tolerance proves nothing and is left out.
     """
-    movements = _movements(log)
+    movements = _movements(log, test.control)
+    others = [movement for name in test.resting for movement in _movements(log, name)]
     found = []
     for i, (first, last) in enumerate(movements):
         end = movements[i + 1][0] if i + 1 < len(movements) else float(log.time[-1])
+        end = min([end, *(begin for begin, _ in others if begin >= last)])
         start, stop = max(first - _BEFORE, float(log.time[0])), min(last + _FREE, end)
         inside = (log.time >= start) & (log.time <= stop)
-        if last - first <= _LONGEST_INPUT and _steady(log, inside) and _answered(log, inside):
-            found.append(ShortPeriod(start, stop))
+        alone = not any(begin < last and over > first for begin, over in others)
+        if last - first <= _LONGEST_INPUT and alone and _steady(log, inside) and _answered(log, inside, test):
+            found.append(Stretch(start, stop))
     return tuple(found)
 
 
@@ -105,11 +146,11 @@ def _steady(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
     return bool(speed.size and np.ptp(speed) <= _STEADY_SPEED * float(np.mean(speed)))
 
 
-def _answered(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
-    for channel in ("theta", "q"):
+def _answered(log: FlightLog, inside: NDArray[np.bool_], test: BriefResponse) -> bool:
+    for channel in test.asked:
         if channel in log:
             values = log[channel][inside & np.isfinite(log[channel])]
-            if values.size and np.ptp(values) > 2.0 * SHORT_PERIOD_TOLERANCES[channel]:
+            if values.size and np.ptp(values) > 2.0 * test.tolerances[channel]:
                 return True
     return False
 
@@ -121,7 +162,7 @@ def free_phugoid(log: FlightLog) -> tuple[float, float] | None:
     -----
     The period that is waited for is Lanchester's, sqrt(2) pi V / g.
     """
-    movements = _movements(log)
+    movements = _movements(log, SHORT_PERIOD_TEST.control)
     if not movements or "V" not in log:
         return None
     ends = [*(first for first, _ in movements[1:]), float(log.time[-1])]
@@ -175,40 +216,49 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
 
 def comparisons(result: ClosedLoop) -> tuple[Comparison, ...]:
     """Every tolerance that applies to a flight of the result, with how far both models are from the measurement."""
-    return tuple(row for simulated in result.simulated for row in (*_short(simulated), *_long(simulated)))
+    return tuple(row for simulated in result.simulated for row in (*_brief(simulated), *_long(simulated)))
 
 
 def within(simulated: Simulated, channel: str) -> tuple[FloatArray, FloatArray] | None:
     """Lower and upper edge of the tolerance around a measured channel, SI, NaN outside the manoeuvres."""
-    if channel not in SHORT_PERIOD_TOLERANCES or channel not in simulated.measured:
+    test = next((test for test in BRIEF_RESPONSES if channel in test.tolerances), None)
+    if test is None or channel not in simulated.measured:
         return None
-    inside = _inside(simulated.log)
+    inside = _inside(simulated.log, test)
     if not inside.any():
         return None
     measured = np.where(inside, simulated.measured[channel], np.nan)
-    tolerance = SHORT_PERIOD_TOLERANCES[channel]
+    tolerance = test.tolerances[channel]
     return measured - tolerance, measured + tolerance
 
 
-_QUANTITIES = {"theta": ("pitch angle", "rad"), "q": ("pitch rate", "rad/s"), "a_z": ("normal acceleration", "m/s^2")}
+_QUANTITIES = {
+    "theta": ("pitch angle", "rad"),
+    "q": ("pitch rate", "rad/s"),
+    "a_z": ("normal acceleration", "m/s^2"),
+    "p": ("roll rate", "rad/s"),
+    "phi": ("bank angle", "rad"),
+    "r": ("yaw rate", "rad/s"),
+}
 
 
-def _short(simulated: Simulated) -> Iterator[Comparison]:
-    inside = _inside(simulated.log)
-    if not inside.any():
-        return
-    for channel, tolerance in SHORT_PERIOD_TOLERANCES.items():
-        if channel in simulated.measured:
-            quantity, unit = _QUANTITIES[channel]
-            largest = [_largest(simulated, role, channel, inside) for role in ("before", "after")]
-            head = (simulated.log.name, simulated.role, SHORT_PERIOD, quantity, unit)
-            yield Comparison(*head, None, tolerance, *largest)
+def _brief(simulated: Simulated) -> Iterator[Comparison]:
+    for test in BRIEF_RESPONSES:
+        inside = _inside(simulated.log, test)
+        if not inside.any():
+            continue
+        for channel, tolerance in test.tolerances.items():
+            if channel in simulated.measured:
+                quantity, unit = _QUANTITIES[channel]
+                largest = [_largest(simulated, role, channel, inside) for role in ("before", "after")]
+                head = (simulated.log.name, simulated.role, test.source, quantity, unit)
+                yield Comparison(*head, None, tolerance, *largest)
 
 
-def _inside(log: FlightLog) -> NDArray[np.bool_]:
-    """Which samples belong to a short-period manoeuvre."""
+def _inside(log: FlightLog, test: BriefResponse) -> NDArray[np.bool_]:
+    """Which samples belong to a test of this kind."""
     inside = np.zeros(log.time.size, dtype=np.bool_)
-    for stretch in short_periods(log):
+    for stretch in brief_responses(log, test):
         inside |= (log.time >= stretch.start) & (log.time <= stretch.stop)
     return inside
 
@@ -259,16 +309,16 @@ def _long(simulated: Simulated) -> Iterator[Comparison]:
         )
 
 
-def _movements(log: FlightLog) -> list[tuple[float, float]]:
-    """When the elevator begins and ends to move, s, each movement apart from the next by a rest."""
-    if "delta_e" not in log:
+def _movements(log: FlightLog, control: str) -> list[tuple[float, float]]:
+    """When a control begins and ends to move, s, each movement apart from the next by a rest."""
+    if control not in log:
         return []
-    held = np.isfinite(log["delta_e"])
-    time, elevator = log.time[held], log["delta_e"][held]
-    if time.size < 10 or np.ptp(elevator) <= 0.0:
+    held = np.isfinite(log[control])
+    time, surface = log.time[held], log[control][held]
+    if time.size < 10 or np.ptp(surface) <= 0.0:
         return []
-    later = np.interp(time + _WITHIN, time, elevator)
-    moving = time[np.abs(later - elevator) > _MOVE * np.ptp(elevator)]
+    later = np.interp(time + _WITHIN, time, surface)
+    moving = time[np.abs(later - surface) > _MOVE * np.ptp(surface)]
     if not moving.size:
         return []
     breaks = np.flatnonzero(np.diff(moving) > _FREE)

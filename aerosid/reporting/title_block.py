@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, planes_of
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.provenance import Provenance, all_settings
 from aerosid.loop.result import ClosedLoop
@@ -21,10 +22,18 @@ from aerosid.reporting.result_json import portable
 from aerosid.reporting.roles import NAMES
 
 REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
-SIGN_CONVENTION = (
-    "body axes x forward, y right, z down; pitch rate and C_m nose up; elevator positive trailing edge down "
-    "(C_m_delta_e negative); accelerations as specific force, a_z = −9.81 m/s² in level flight"
-)
+SIGNS = {
+    LONGITUDINAL.name: "pitch rate and C_m nose up; elevator positive trailing edge down (C_m_delta_e negative)",
+    LATERAL.name: (
+        "roll rate and C_l right wing down; yaw rate and C_n nose right; sideslip positive with the wind from the "
+        "right; aileron positive right trailing edge down (C_l_delta_a negative); rudder positive trailing edge left "
+        "(C_n_delta_r negative)"
+    ),
+}
+"""Of each plane of the motion."""
+
+
+_ACCELERATIONS = "accelerations as specific force, a_z = −9.81 m/s² in level flight"
 
 
 @dataclass(frozen=True)
@@ -127,13 +136,18 @@ def _references(result: ClosedLoop) -> list[tuple[str, str]]:
         reference_speed = f"{plain(float(np.nanmean(first['V'])), 5)} m/s, mean of {first.name}"
     else:
         reference_speed = "not given"
+    sideways = LATERAL in planes_of(aircraft.axes)
+    span = f"span b {plain(aircraft.span)} m, " if sideways and aircraft.span is not None else ""
+    names = ("I_xx", "I_yy", "I_zz", "I_xz") if sideways else ("I_yy",)
+    inertias = ", ".join(f"{name} {plain(getattr(aircraft, name) or 0.0)}" for name in names)
     sizes = (
-        f"wing area S {plain(aircraft.wing_area)} m², mean chord c {plain(aircraft.mean_chord)} m, "
-        f"airspeed U0 {reference_speed}, moment of inertia I_yy {plain(aircraft.I_yy)} kg m²"
+        f"wing area S {plain(aircraft.wing_area)} m², {span}mean chord c {plain(aircraft.mean_chord)} m, "
+        f"airspeed U0 {reference_speed}, {'moments' if sideways else 'moment'} of inertia {inertias} kg m²"
     )
+    signs = "; ".join(SIGNS[plane.name] for plane in planes_of(aircraft.axes))
     return [
         ("References", sizes),
         ("Declared numbers from", aircraft.source or "not given"),
         ("Reference point", REFERENCE_POINT),
-        ("Signs", SIGN_CONVENTION),
+        ("Signs", f"body axes x forward, y right, z down; {signs}; {_ACCELERATIONS}"),
     ]

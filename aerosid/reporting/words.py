@@ -16,7 +16,7 @@ from aerosid.notation import MISSING, SUPERSCRIPTS, number, si_unit
 DEGREES = 180.0 / math.pi
 
 _GREEK = {"alpha": "α", "beta": "β", "theta": "θ", "phi": "φ", "psi": "ψ", "rho": "ρ", "delta": "δ", "sigma": "σ"}
-_MEASURES = ("n_z", "sigma_w", "sigma_u", "L_w", "L_u", "I_yy")
+_MEASURES = ("n_z", "sigma_w", "sigma_u", "L_w", "L_u", "I_xx", "I_yy", "I_zz", "I_xz")
 _ACCENTS = {"hat": "\u0302", "dot": "\u0307", "bar": "\u0304"}
 _SUBSCRIPTED = re.compile(r"(C|I|L|a|h|n|delta|sigma)_([A-Za-z]+)")
 _DERIVATIVE = re.compile(r"C_([A-Za-z]+)_(\w+)")

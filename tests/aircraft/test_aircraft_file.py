@@ -395,7 +395,7 @@ def test_writing_leaves_nothing_half_done(tmp_path: Path, monkeypatch: pytest.Mo
     assert Path("here.toml").stat().st_mode & 0o777 == 0o666 & ~mask
 
 
-BUNDLED = ("attas", "citation", "hfb320", "light_transport", "twin_otter")
+BUNDLED = ("attas", "citation", "hfb320", "light_transport", "navion", "twin_otter")
 
 
 @pytest.mark.parametrize("name", BUNDLED)

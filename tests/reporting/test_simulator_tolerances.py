@@ -18,12 +18,13 @@ from aerosid.loop.open_loop_errors import Simulated
 from aerosid.reporting.figures.chart import Corridor
 from aerosid.reporting.figures.strip_charts import strip_chart
 from aerosid.reporting.simulator_tolerances import (
+    BRIEF_RESPONSES,
     PHUGOID,
     SHORT_PERIOD,
+    brief_responses,
     comparisons,
     free_phugoid,
     oscillation,
-    short_periods,
     within,
 )
 
@@ -51,7 +52,7 @@ def phugoid_flight(period: float = PERIOD, damping: float = DAMPING, model_perio
 @pytest.mark.parametrize("name", ["light_transport_doublet", "light_transport_3211"])
 def test_the_sample_flights_are_short_period_manoeuvres(name: str) -> None:
     log = read_log(bundled_folder("flight_data") / f"{name}.csv")
-    (stretch,) = short_periods(log)
+    (stretch,) = brief_responses(log)
     moving = log.time[1:][np.abs(np.diff(log["delta_e"])) > 0.01]
     assert stretch.start == pytest.approx(max(moving[0] - 1.0, log.time[0]), abs=0.3)
     assert stretch.stop == pytest.approx(min(moving[-1] + 5.0, log.time[-1]), abs=0.3)
@@ -65,14 +66,14 @@ def test_a_long_sweep_a_change_of_speed_and_a_resting_elevator_are_no_short_peri
     def changed(**channels: np.ndarray) -> FlightLog:
         return dataclasses.replace(flight.log, channels={**flight.log.channels, **channels})
 
-    assert len(short_periods(flight.log)) == 1
-    assert short_periods(changed(delta_e=np.where(time > 1.0, 0.02 * np.sin(3.0 * time), 0.0))) != ()  # 13 s of it
+    assert len(brief_responses(flight.log)) == 1
+    assert brief_responses(changed(delta_e=np.where(time > 1.0, 0.02 * np.sin(3.0 * time), 0.0))) != ()  # 13 s of it
     longer = dataclasses.replace(flight.log, time=2.0 * time)
-    assert short_periods(dataclasses.replace(longer, channels=changed(delta_e=np.sin(3.0 * time)).channels)) == ()
-    assert short_periods(changed(delta_e=np.zeros(time.size))) == ()
-    assert short_periods(changed(V=100.0 + 3.0 * time)) == ()
+    assert brief_responses(dataclasses.replace(longer, channels=changed(delta_e=np.sin(3.0 * time)).channels)) == ()
+    assert brief_responses(changed(delta_e=np.zeros(time.size))) == ()
+    assert brief_responses(changed(V=100.0 + 3.0 * time)) == ()
     still = {"theta": np.zeros(time.size), "q": np.full(time.size, 0.01)}
-    assert short_periods(changed(**still)) == ()  # a response below the tolerance proves nothing
+    assert brief_responses(changed(**still)) == ()  # a response below the tolerance proves nothing
 
 
 def test_two_manoeuvres_on_one_log_and_a_phugoid_between_them_are_found() -> None:
@@ -81,7 +82,7 @@ def test_two_manoeuvres_on_one_log_and_a_phugoid_between_them_are_found() -> Non
     elevator = flight.log["delta_e"] + np.where((time > 180.0) & (time < 181.0), 0.05, 0.0)
     q = 0.1 * np.sin(time) * ((time < 8.0) | (time > 180.0))
     log = dataclasses.replace(flight.log, channels={**flight.log.channels, "delta_e": elevator, "q": q})
-    assert [(round(each.start), round(each.stop)) for each in short_periods(log)] == [(1, 9), (179, 186)]
+    assert [(round(each.start), round(each.stop)) for each in brief_responses(log)] == [(1, 9), (179, 186)]
     assert free_phugoid(log) == pytest.approx((9.2, 180.0), abs=0.3)
     twice = dataclasses.replace(
         flight, log=log, measured={"q": q}, declared={}, before={}, after={"q": q + 0.01}, trimmed={}
@@ -140,10 +141,65 @@ def test_the_short_period_is_compared_within_the_manoeuvre() -> None:
     inside = (flight.log.time >= 0.0) & (flight.log.time <= 8.0)  # pulses from 1 to 3 s, 5 s after
     assert row.after == np.max(np.abs(flight.measured["q"] - flight.after["q"])[inside])
     assert next(r.tolerance for r in rows if r.quantity == "normal acceleration") == pytest.approx(0.980665)
-    (stretch,) = short_periods(flight.log)
+    (stretch,) = brief_responses(flight.log)
     edges = within(flight, "theta")
     assert edges is not None
     held = np.isfinite(edges[0])
     np.testing.assert_allclose((edges[1] - edges[0])[held], 2.0 * math.radians(1.5))
     assert not held[flight.log.time > stretch.stop].any()
     assert within(flight, "V") is None
+
+
+def lateral_log(rudder_at: float) -> FlightLog:
+    """Aileron doublet at 2 s, rudder doublet at `rudder_at`; a roll and a yaw response to each."""
+    time = np.arange(0.0, 30.0, 0.05)
+
+    def doublet(begin: float, size: float) -> np.ndarray:
+        return size * (((time >= begin) & (time < begin + 1)) * 1.0 - ((time >= begin + 1) & (time < begin + 2)))
+
+    channels = {
+        "delta_a": doublet(2.0, 0.05),
+        "delta_r": doublet(rudder_at, 0.05),
+        "p": doublet(2.2, 0.2) + doublet(rudder_at + 0.2, 0.05),
+        "r": doublet(rudder_at + 0.2, 0.1),
+        "phi": 0.1 * np.sin(time),
+        "V": np.full(time.size, 60.0),
+    }
+    return FlightLog("side", time, channels, {}, {}, {}, (), "side.csv", "")
+
+
+def test_roll_and_rudder_responses_need_the_other_surface_at_rest() -> None:
+    roll, rudder = BRIEF_RESPONSES[1:]
+    apart = lateral_log(15.0)
+    (stretch,) = brief_responses(apart, roll)
+    assert (stretch.start, stretch.stop) == pytest.approx((1.0, 9.0), abs=0.3)
+    (stretch,) = brief_responses(apart, rudder)
+    assert (stretch.start, stretch.stop) == pytest.approx((14.0, 22.0), abs=0.3)
+    soon = lateral_log(6.0)
+    (stretch,) = brief_responses(soon, roll)
+    assert stretch.stop == pytest.approx(6.0, abs=0.3)  # the rudder ends the test
+    together = lateral_log(2.5)
+    assert brief_responses(together, roll) == ()
+    assert brief_responses(together, rudder) == ()
+
+
+def test_lateral_tolerances_are_those_of_the_table_and_leave_the_short_period_alone() -> None:
+    """2.d.2: roll rate 2 deg/s; 2.d.3: bank 2 deg; 2.d.6: yaw rate 2 deg/s."""
+    log = lateral_log(15.0)
+    measured = {name: log[name] for name in ("p", "r", "phi")}
+    wrong = {**measured, "p": measured["p"] + math.radians(2.5), "phi": measured["phi"] + math.radians(1.5)}
+    flight = Simulated(log, "validation", measured, wrong, wrong, measured, measured)
+    result = dataclasses.replace(closed_loop(), simulated=(flight,))
+    rows = {row.quantity: row for row in comparisons(result)}
+    assert {name: math.degrees(row.tolerance) for name, row in rows.items()} == pytest.approx(
+        {"roll rate": 2.0, "bank angle": 2.0, "yaw rate": 2.0}
+    )
+    assert rows["roll rate"].before == pytest.approx(math.radians(2.5))
+    assert rows["roll rate"].after == 0.0
+    assert "2.d.2 and 2.d.3" in rows["bank angle"].source
+    assert "2.d.6" in rows["yaw rate"].source
+    edges = within(flight, "r")
+    assert edges is not None
+    held = np.isfinite(edges[0])
+    assert log.time[held][[0, -1]] == pytest.approx([14.0, 22.0], abs=0.3)
+    assert within(flight, "theta") is None

@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Line, Mark, Outline, Panel, Role, Words
+from aerosid.reporting.figures.arrows import arc, arrow, head, line
+from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Mark, Outline, Panel, Role, Words
 
 _WIDTH, _HEIGHT = 540.0, 196.0
 _CENTRE = np.array([250.0, 112.0])  # of gravity
@@ -31,15 +32,15 @@ def sign_sketch() -> Chart:
     """The sketch, as large as a column of the report."""
     marks: list[Mark] = [_shape(_FUSELAGE), _shape(_WING, "muted"), _shape(_STABILISER, "muted"), *_elevator()]
     x, y = (float(place) for place in _CENTRE)
-    marks.append(_line(np.array([(x + 20.0, y), (x + 225.0, y)]), "muted", 0.7))
+    marks.append(line(np.array([(x + 20.0, y), (x + 225.0, y)]), "muted", 0.7))
     marks.append(Words(x + 228.0, y - 3.0, "horizon", "muted"))
-    marks += _arrow(_CENTRE, _PITCH, 205.0, "x, a_{x}, u")
-    marks += _arrow(_CENTRE, _PITCH - math.pi / 2.0, 92.0, "z, a_{z}, w")
-    marks += _arrow(_CENTRE, _PATH, 170.0, "V", "after")
-    marks += _arc(150.0, _PATH, _PITCH, "α", "after")
-    marks += _arc(188.0, 0.0, _PITCH, "θ")
-    marks += _arc(44.0, math.radians(118.0), math.radians(196.0), "q, C_{m}", away=20.0)
-    marks += _arrow(np.array([40.0, 60.0]), math.pi / 2.0, 60.0, "h")
+    marks += arrow(_CENTRE, _PITCH, 205.0, "x, a_{x}, u")
+    marks += arrow(_CENTRE, _PITCH - math.pi / 2.0, 92.0, "z, a_{z}, w")
+    marks += arrow(_CENTRE, _PATH, 170.0, "V", "after")
+    marks += arc(_CENTRE, 150.0, _PATH, _PITCH, "α", "after")
+    marks += arc(_CENTRE, 188.0, 0.0, _PITCH, "θ")
+    marks += arc(_CENTRE, 44.0, math.radians(118.0), math.radians(196.0), "q, C_{m}", away=20.0)
+    marks += arrow(np.array([40.0, 60.0]), math.pi / 2.0, 60.0, "h")
     bare = Axis("", (0.0, _WIDTH), bare=True)
     panel = Panel(0.0, 0.0, _WIDTH, _HEIGHT, bare, Axis("", (0.0, _HEIGHT)), tuple(marks), framed=False)
     return Chart(_WIDTH, _HEIGHT, (panel,))
@@ -56,10 +57,6 @@ def _shape(shape: FloatArray, role: Role = "surface") -> Mark:
     return Outline(places[:, 0], places[:, 1], role)
 
 
-def _line(places: FloatArray, role: Role, width: float = 1.1) -> Line:
-    return Line(places[:, 0], places[:, 1], role, width)
-
-
 def _elevator() -> list[Mark]:
     """The elevator behind its hinge, deflected, and the angle from where it rests."""
     length = 26.0
@@ -67,36 +64,10 @@ def _elevator() -> list[Mark]:
     resting = _placed(np.array([_ELEVATOR_HINGE, _ELEVATOR_HINGE - (1.4 * length, 0.0)]))
     deflected = _placed(np.array([_ELEVATOR_HINGE, _ELEVATOR_HINGE + length * turn]))
     angles = np.linspace(math.pi, math.pi - _DEFLECTION, 12)
-    arc = _placed(_ELEVATOR_HINGE + 1.25 * length * np.column_stack([np.cos(angles), np.sin(angles)]))
-    marks: list[Mark] = [_line(resting, "muted", 0.7), _line(deflected, "ink", 2.6), _line(arc, "ink")]
-    marks += _head(arc[-1], arc[-1] - arc[-2], "ink")
-    marks.append(Words(float(arc[-1, 0]) - 8.0, float(arc[-1, 1]) - 14.0, "δ_{e}, trailing edge down", "ink", "center"))
-    return marks
-
-
-def _arrow(start: FloatArray, angle: float, length: float, text: str, role: Role = "ink") -> list[Mark]:
-    direction = np.array([math.cos(angle), math.sin(angle)])
-    end = start + length * direction
-    label = end + 11.0 * direction - (0.0, 3.0)
-    beside = bool(direction[0] > 0.5)
-    words = Words(
-        float(label[0]) - (7.0 if beside else 0.0), float(label[1]), text, "ink", "left" if beside else "center"
+    turned = _placed(_ELEVATOR_HINGE + 1.25 * length * np.column_stack([np.cos(angles), np.sin(angles)]))
+    marks: list[Mark] = [line(resting, "muted", 0.7), line(deflected, "ink", 2.6), line(turned, "ink")]
+    marks += head(turned[-1], turned[-1] - turned[-2], "ink")
+    marks.append(
+        Words(float(turned[-1, 0]) - 8.0, float(turned[-1, 1]) - 14.0, "δ_{e}, trailing edge down", "ink", "center")
     )
-    return [_line(np.array([start, end]), role), *_head(end, direction, role), words]
-
-
-def _arc(radius: float, start: float, stop: float, text: str, role: Role = "ink", away: float = 9.0) -> list[Mark]:
-    """An arc about the centre of gravity with its arrow at the end, named outside its middle."""
-    angles = np.linspace(start, stop, 24)
-    arc = _CENTRE + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    middle = 0.5 * (start + stop)
-    label = _CENTRE + (radius + away) * np.array([math.cos(middle), math.sin(middle)])
-    words = Words(float(label[0]), float(label[1]) - 3.0, text, "ink", "center")
-    return [_line(arc, role), *_head(arc[-1], arc[-1] - arc[-2], role), words]
-
-
-def _head(tip: FloatArray, direction: FloatArray, role: Role) -> list[Mark]:
-    along = direction / np.linalg.norm(direction)
-    across = np.array([-along[1], along[0]])
-    corners = np.array([tip - 7.0 * along + 2.8 * across, tip, tip - 7.0 * along - 2.8 * across])
-    return [_line(corners, role)]
+    return marks

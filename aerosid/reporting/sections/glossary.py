@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, planes_of
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
+from aerosid.reporting.figures.chart import Chart
+from aerosid.reporting.figures.lateral_sign_sketch import lateral_sign_sketch
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.sign_sketch import sign_sketch
 
@@ -18,13 +22,18 @@ class Term(NamedTuple):
 
 
 VARIABLES = (
+    Term("p_hat", "normalised roll rate, p b / (2 U0), b the whole span"),
     Term("q_hat", "normalised pitch rate, q c / (2 U0)"),
+    Term("r_hat", "normalised yaw rate, r b / (2 U0), b the whole span"),
     Term("V_hat", "relative change of airspeed, V/U0 − 1"),
     Term("alpha_dot_hat", "normalised rate of the angle of attack, its derivative times c / (2 U0)"),
     Term("n_z", "load factor, −a_z/g: 1 in level flight"),
     Term("C_X", "axial force coefficient, positive forward: X / (q_bar S)"),
+    Term("C_Y", "side force coefficient, positive right: Y / (q_bar S)"),
     Term("C_Z", "normal force coefficient, positive down: Z / (q_bar S)"),
+    Term("C_l", "rolling moment coefficient about the centre of gravity, right wing down: L / (q_bar S b)"),
     Term("C_m", "pitching moment coefficient about the centre of gravity, nose up: M / (q_bar S c)"),
+    Term("C_n", "yawing moment coefficient about the centre of gravity, nose right: N / (q_bar S b)"),
     Term("C_L", "lift coefficient, across the flight path"),
     Term("C_D", "drag coefficient, along the flight path"),
 )
@@ -74,21 +83,39 @@ TERMS = (
 """Terms of the report in the order in which a reader meets them."""
 
 
+_SKETCHES: dict[str, tuple[Callable[[], Chart], str, str]] = {
+    LONGITUDINAL.name: (
+        sign_sketch,
+        "Positive senses of axes, angles, the pitch rate and the elevator.",
+        (
+            "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose "
+            "above the flight path; positive pitch angle: the nose above the horizon; positive pitch rate and moment: "
+            "nose up; positive elevator: trailing edge down."
+        ),
+    ),
+    LATERAL.name: (
+        lateral_sign_sketch,
+        "Positive senses of sideslip, roll, yaw, aileron and rudder: from above, and from behind.",
+        (
+            "Aircraft from above, nose to the right, and from behind. Body x forward, y right, z down; positive "
+            "sideslip: the wind from the right; positive yaw rate and moment: nose right; positive roll rate, bank "
+            "angle and rolling moment: right wing down; positive aileron: right trailing edge down; positive rudder: "
+            "trailing edge left."
+        ),
+    ),
+}
+"""Of each plane of the motion: the sketch, its caption and its text."""
+
+
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
-    """The channels of the logs, the variables of the model's terms, the report's terms, and the sketch of signs."""
+    """The channels of the logs, the variables of the model's terms, the report's terms, and the sketches of signs."""
     logs = (*result.identification, *result.validation)
     held = dict.fromkeys(name for log in logs for name in log.channels if name in CHANNELS)
     in_terms = {v for entry in result.completed_aircraft.derivatives for v in entry.term.variables}
     in_terms |= {row.coefficient for row in result.derivatives}
-    label = (
-        "Aircraft from the side, nose to the right. Body x forward, z down; positive angle of attack: the nose above "
-        "the flight path; positive pitch angle: the nose above the horizon; positive pitch rate and moment: nose up; "
-        "positive elevator: trailing edge down."
-    )
+    sketches = (_SKETCHES[plane.name] for plane in planes_of(result.aircraft.axes))
     return {
-        "sketch": figures.add(
-            sign_sketch(), "Positive senses of axes, angles, the pitch rate and the elevator.", label
-        ),
+        "sketches": [figures.add(draw(), caption, label) for draw, caption, label in sketches],
         "channels": [CHANNELS[name] for name in held],
         "variables": [variable for variable in VARIABLES if variable.name in in_terms],
         "terms": TERMS,
