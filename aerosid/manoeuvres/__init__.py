@@ -1,9 +1,28 @@
-"""Manoeuvres in recordings: whole flights segmented into tests, trim points and turns by flight mechanics alone."""
+"""Manoeuvres in recordings: whole flights segmented into tests, trim points and turns by flight mechanics alone.
 
-from aerosid.manoeuvres.found import CONDITIONS, KINDS
-from aerosid.manoeuvres.segmentation import FlightSegmentation, FoundManoeuvre, RejectedStretch, find_manoeuvres
-from aerosid.manoeuvres.settings import FinderSettings
-from aerosid.manoeuvres.whole_flight import longitudinal_cuts, longitudinal_manoeuvres, whole_flight_sentence
+Nothing is imported before it is used: whether a log is a whole flight at all is asked of every one, and most are not.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aerosid.manoeuvres.found import CONDITIONS, KINDS
+    from aerosid.manoeuvres.segmentation import (
+        FlightSegmentation,
+        FoundManoeuvre,
+        RejectedStretch,
+        find_manoeuvres,
+    )
+    from aerosid.manoeuvres.settings import FinderSettings
+    from aerosid.manoeuvres.whole_flight import (
+        is_whole_flight,
+        longitudinal_cuts,
+        longitudinal_manoeuvres,
+        whole_flight_sentence,
+    )
 
 __all__ = [
     "CONDITIONS",
@@ -13,7 +32,26 @@ __all__ = [
     "FoundManoeuvre",
     "RejectedStretch",
     "find_manoeuvres",
+    "is_whole_flight",
     "longitudinal_cuts",
     "longitudinal_manoeuvres",
     "whole_flight_sentence",
 ]
+
+_HOMES = {
+    "found": ("CONDITIONS", "KINDS"),
+    "segmentation": ("FlightSegmentation", "FoundManoeuvre", "RejectedStretch", "find_manoeuvres"),
+    "settings": ("FinderSettings",),
+    "whole_flight": ("is_whole_flight", "longitudinal_cuts", "longitudinal_manoeuvres", "whole_flight_sentence"),
+}
+"""Module of each public name."""
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from its module; AttributeError for any other."""
+    home = next((module for module, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{home}"), name)
+    globals()[name] = value
+    return value

@@ -131,8 +131,7 @@ def _named(
     shortest = min(lobe.last - lobe.first + 1 for lobe in lobes)
     pauses = [after.first - before.last - 1 for before, after in pairwise(lobes)]
     if len(halves) >= 2.0 * settings.sweep_cycles:
-        order = abs(float(spearmanr(np.arange(len(halves)), halves).statistic))
-        return "sweep" if order >= settings.sweep_order else "multisine"
+        return "sweep" if _order(halves) >= settings.sweep_order else "multisine"
     contiguous = alternating and max(pauses) <= settings.pause * max(shortest, 2)
     if contiguous and even and shortest <= settings.longest_unit * unit and square >= settings.square:
         misfit, name = min(
@@ -141,6 +140,12 @@ def _named(
         if misfit <= np.log(settings.width_factor):
             return name
     return "steps" if square >= settings.square else "hand"
+
+
+def _order(halves: Sequence[int]) -> float:
+    """Rank correlation of half periods with time; the first and last are cut where the input begins and ends."""
+    inner = halves[1:-1]
+    return abs(float(spearmanr(np.arange(len(inner)), inner).statistic))
 
 
 def _misfit(widths: Sequence[float], pattern: Sequence[int]) -> float:

@@ -102,7 +102,7 @@ def aileron_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[
         if reason is None and known:
             strength = excursion.answer / settings.clear_roll
             kind = shape.name if shape.name in STANDARD_SHAPES else "steps"
-            last = answer_end(record, excursion, record.roll, settings)
+            last = answer_end(record, excursion, shape, record.roll, settings)
             found.append(Stretch(kind, excursion.first, last, "delta_a", shape_detail(shape), strength))
         else:
             reason = reason or "the aileron is flown by hand: neither steps nor a known input"

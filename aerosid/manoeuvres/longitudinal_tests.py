@@ -18,6 +18,10 @@ __all__ = ["elevator_pulse_before", "elevator_tests", "stall_approaches"]
 STANDARD_SHAPES = ("doublet", "211", "3211", "sweep", "multisine")
 """Names of an `InputShape` that are kinds of manoeuvre by themselves."""
 
+_SHORT_SHAPES = ("doublet", "211", "3211")
+_PUSH_OVER_MOVEMENTS = 3
+_TO_AND_FRO = 2  # pulses of a step that is taken back beyond the trim; more are a train
+
 LONG_SHAPES = ("sweep", "multisine")
 """Those that continuous activity of a pilot or an autopilot may be taken for."""
 
@@ -41,7 +45,7 @@ def elevator_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list
 def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> Stretch | str:
     """The manoeuvre that an excursion is, or why it is none."""
     reason = not_a_test(record, excursion, shape, settings)
-    last = answer_end(record, excursion, record.pitch, settings)
+    last = answer_end(record, excursion, shape, record.pitch, settings)
     span = slice(excursion.first, last + 1)
     load = record.averaged(record.load_factor, 0.05)[span]
     change = float(np.max(np.abs(load - load[0])))
@@ -52,7 +56,9 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
         return Stretch(kind, excursion.first, end, "delta_e", detail, strength)
 
     standard = shape.name in STANDARD_SHAPES
-    if not standard and _pushes_over(record, excursion, settings):
+    # Pull-up, push-over and pull-out are three movements; more of one size are a designed train.
+    designed = len(shape.lobes) > _PUSH_OVER_MOVEMENTS and even_steps(shape, settings)
+    if not (standard or designed) and _pushes_over(record, excursion, settings):
         detail["load_factor_least"] = float(load.min())
         return found("parabola")
     if reason is not None:
@@ -75,12 +81,21 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
     if strength < 1.0:
         return f"the answer of {excursion.answer:.2f} g is too weak to tell a derivative"
     if len(shape.lobes) == 1 and flat >= settings.flat_pulse:
+        if not _released(record, excursion, settings):
+            return "the elevator is not left alone after it: a correction"
         return found("elevator_pulse", excursion.last)
     if even_steps(shape, settings):
         if (turned := _path_change(record, excursion)) > settings.path_change:
             return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
-        return found("steps")
+        return found("steps" if len(shape.lobes) > _TO_AND_FRO else "short_period")
     return "the elevator is flown by hand: neither steps nor a known input"
+
+
+def _released(record: FlightRecord, excursion: Excursion, settings: FinderSettings) -> bool:
+    """Whether the surface rests over V/g after an excursion, so that what it set off is free."""
+    first = excursion.last + record.samples(settings.lead_in, excursion.last) // 2
+    after = record.surfaces[excursion.axis.surface].deflection[first : first + record.samples(1.0, excursion.last)]
+    return after.size == 0 or float(np.ptp(after)) <= settings.comes_back * excursion.amplitude
 
 
 def not_a_test(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> str | None:
@@ -120,16 +135,21 @@ def _busy_around(record: FlightRecord, excursion: Excursion, settings: FinderSet
     return any(side.size > 2 and float(np.ptp(side)) > most for side in sides)
 
 
-def answer_end(record: FlightRecord, excursion: Excursion, answer: FloatArray, settings: FinderSettings) -> int:
+def answer_end(
+    record: FlightRecord, excursion: Excursion, shape: InputShape, answer: FloatArray, settings: FinderSettings
+) -> int:
     """Last sample of the answer: where it falls below a tenth of its peak after the input."""
-    latest = min(record.time.size - 1, excursion.last + record.samples(settings.answer_longest, excursion.last))
-    after = np.abs(record.averaged(answer, 0.03)[excursion.last : latest + 1])
+    input_last = excursion.last
+    # A design ends with its last pulse: what moves the surface after it trims the aircraft again.
+    if shape.name in _SHORT_SHAPES:
+        input_last = min(input_last, excursion.first + shape.lobes[-1].last)
+    latest = min(record.time.size - 1, input_last + record.samples(settings.answer_longest, input_last))
+    after = np.abs(record.averaged(answer, 0.03)[input_last : latest + 1])
     # In moving air an answer ends in what the air does.
     level = max(settings.decayed * excursion.answer, 0.5 * getattr(settings, excursion.axis.lively))
     lively = np.flatnonzero(after > level)
-    settle = record.samples(settings.lead_in, excursion.last) // 2
-    last = excursion.last + (int(lively[-1]) if lively.size else 0) + settle
-    return min(last, latest)
+    settle = record.samples(settings.lead_in, input_last) // 2
+    return min(input_last + (int(lively[-1]) if lively.size else 0) + settle, latest)
 
 
 def shape_detail(shape: InputShape) -> dict[str, float | str | tuple[float, ...]]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aerosid.logs.flight_log import FlightLog
-from aerosid.manoeuvres.segmentation import USUAL, FlightSegmentation, FoundManoeuvre, find_manoeuvres
 from aerosid.manoeuvres.settings import FinderSettings
+
+if TYPE_CHECKING:
+    from aerosid.manoeuvres.segmentation import FlightSegmentation, FoundManoeuvre
 
 __all__ = ["LONGITUDINAL", "is_whole_flight", "longitudinal_cuts", "longitudinal_manoeuvres", "whole_flight_sentence"]
 
@@ -16,6 +19,7 @@ LONGITUDINAL = ("doublet", "211", "3211", "steps", "sweep", "multisine", "short_
 """Kinds that identify longitudinal derivatives about one trim, if the elevator was moved."""
 
 _NAMED = 8  # spans in a sentence
+USUAL = FinderSettings()
 
 
 def is_whole_flight(log: FlightLog, settings: FinderSettings = USUAL) -> bool:
@@ -54,6 +58,8 @@ def whole_flight_sentence(log: FlightLog, settings: FinderSettings = USUAL) -> s
     """What to do with a whole flight: its length, when it flies, and spans that look useful; None for a manoeuvre."""
     if not is_whole_flight(log, settings):
         return None
+    from aerosid.manoeuvres.segmentation import find_manoeuvres  # late: most logs are no whole flight
+
     found = find_manoeuvres(log, settings=settings)
     useful = longitudinal_manoeuvres(found)
     others = [entry for entry in found.dynamic if entry not in useful]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from aerosid.effects import KINDS, ActiveEffect, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
@@ -299,7 +299,7 @@ class _Search:
     def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
         """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""
         settings = self.settings
-        least = float(stats.norm.isf(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
+        least = float(special.ndtri(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
         listed: dict[tuple[str, str, str], Score] = {}
         for score in scores:
             if self._worth(score) > settings.least_share * least and len(listed) < settings.shortlist:
@@ -379,8 +379,8 @@ class _Search:
         asked = self.asked if all(part.time is None for part in parts) else max(self.asked, self.samples)
         statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
         if len(parts) == 1:
-            return float(min(1.0, 2.0 * stats.t.sf(np.sqrt(statistic), sweep.fit.freedom) * asked))
-        return float(min(1.0, stats.f.sf(statistic / len(parts), len(parts), sweep.fit.freedom) * asked))
+            return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * asked))
+        return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * asked))
 
     def _place(self, sweep: Sweep, part: Part) -> int:
         swept = sweep.swept

@@ -25,7 +25,15 @@ from whole_flights import (
 
 import aerosid
 from aerosid.logs.flight_log import FlightLog
-from aerosid.manoeuvres import CONDITIONS, KINDS, FlightSegmentation, find_manoeuvres, whole_flight_sentence
+from aerosid.manoeuvres import (
+    CONDITIONS,
+    KINDS,
+    FinderSettings,
+    FlightSegmentation,
+    find_manoeuvres,
+    whole_flight_sentence,
+)
+from aerosid.manoeuvres.input_shape import input_shape
 
 MAPS = Path(__file__).resolve().parents[2] / "flight_data" / "channel_maps"
 TRUTH = FOLDER.parent / "recorders" / "citation_manoeuvres.json"
@@ -198,6 +206,51 @@ def test_flights_of_any_size(frame: Airframe, turbulence: float) -> None:
     missed, false = compared(find_manoeuvres(flight.log()), flight.truth)
     assert len(missed) <= 2
     assert false == []
+
+
+def _kinds_of(flight: Flight) -> list[str]:
+    return [entry.kind for entry in find_manoeuvres(flight.log()).dynamic]
+
+
+def test_a_sweep_is_one_though_the_pilot_trims_after_it() -> None:
+    """The tail of a long input, until the surface rests again, is no half cycle of it."""
+    time = np.arange(0.0, 3.0, 0.005)
+    chirp = np.sin(2.0 * np.pi * (0.8 * time + 0.5 * 1.4 * time**2))
+    tail = 0.25 * np.sign(-chirp[-1]) * np.ones(120)
+    for deviation in (chirp, np.concatenate([chirp, tail])):
+        assert input_shape(0.02 * deviation, 0.005, 1.0, FinderSettings()).name == "sweep"
+
+
+def test_a_train_of_even_steps_that_goes_light_is_no_push_over() -> None:
+    flight = Flight(JET, seed=9)
+    flight.cruise(8.0)
+    level = 0.022
+    fly_test(flight, "steps", 1.6, 0.6, delta_e=stepwise([(0.4, -level), (0.4, level), (0.4, -level), (0.4, level)]))
+    flight.cruise(8.0)
+    log = flight.log()
+    assert log["a_z"].max() > -0.5 * 9.80665
+    assert "parabola" not in _kinds_of(flight)
+
+
+def test_a_designed_input_ends_with_its_answer_and_not_with_the_next_trim() -> None:
+    flight = Flight(JET, seed=10)
+    flight.cruise(8.0)
+    fly_test(flight, "211", 0.4, 0.3, delta_e=stepwise([(0.18, 0.03), (0.09, -0.03), (0.09, 0.03)]))
+    flight.cruise(8.0)
+    kind, start, stop = flight.truth[0]
+    found = [entry for entry in find_manoeuvres(flight.log()) if entry.kind == kind]
+    assert len(found) == 1
+    assert overlap((kind, start, stop), (kind, found[0].start, found[0].stop)) >= 0.5
+
+
+def test_a_correction_of_the_autopilot_is_no_pulse() -> None:
+    """A held elevator after which nobody lets go sets off no phugoid."""
+    flight = Flight(JET, seed=12)
+    flight.cruise(8.0)
+    flight.fly(0.8, flight.hold(delta_e=stepwise([(0.8, -0.008)])))
+    flight.fly(2.0, flight.hold(delta_e=lambda t: 0.006 * np.sin(4.0 * t)))
+    flight.cruise(8.0)
+    assert "elevator_pulse" not in _kinds_of(flight)
 
 
 def test_a_push_over_and_an_approach_to_the_stall() -> None:
