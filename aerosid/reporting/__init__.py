@@ -5,10 +5,36 @@ templates/, and `figures` what it shows; `page` makes report.html of it and `pap
 in place at once.
 """
 
-from aerosid.reporting.console import print_next_flight, print_summary
-from aerosid.reporting.page import report_html
-from aerosid.reporting.result_json import result_file
-from aerosid.reporting.result_schema import ResultFile
-from aerosid.reporting.writing import write_report
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aerosid.reporting.console import print_next_flight, print_summary
+    from aerosid.reporting.page import report_html
+    from aerosid.reporting.result_json import result_file
+    from aerosid.reporting.result_schema import ResultFile
+    from aerosid.reporting.writing import write_report
+
+_HOMES = {
+    "ResultFile": "result_schema",
+    "print_next_flight": "console",
+    "print_summary": "console",
+    "report_html": "page",
+    "result_file": "result_json",
+    "write_report": "writing",
+}
+"""Where each name is defined. A process that flies JSBSim needs the export's units and none of these."""
 
 __all__ = ["ResultFile", "print_next_flight", "print_summary", "report_html", "result_file", "write_report"]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from its home; AttributeError for any other."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'aerosid.reporting' has no attribute {name!r}")
+    import importlib
+
+    value = getattr(importlib.import_module(f"aerosid.reporting.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -14,10 +14,11 @@ from problems import BOTH_SQUARES, LIGHT, SILENT, declaring
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import EstimationError
+from aerosid.flight_model.axes import SIX
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.loop.closed_loop import close_loop
 from aerosid.signals.delay_and_lag import lagged, rate_limited
-from aerosid.studies.jsbsim.control_inputs import Manoeuvre, manoeuvre
+from aerosid.studies.jsbsim.control_inputs import ControlInput, Manoeuvre, manoeuvre, sequence
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.injected import parse_effect
 from aerosid.studies.jsbsim.injection import ICED_DRAG
@@ -219,3 +220,22 @@ def test_noise_free_polynomial_flight_gives_back_its_twelve_derivatives() -> Non
     for entry in PAPER.derivatives:
         tolerance = 1e-2 if (entry.coefficient, str(entry.term)) == ("C_Z", "q_hat") else 1e-3
         assert found[entry.coefficient, str(entry.term)] == pytest.approx(entry.value, rel=tolerance), entry
+
+
+def test_lateral_derivatives_are_those_of_the_aircrafts_own_tables() -> None:
+    """The constants stand in JSBSim's file of the L410; nothing of C_Y moves with rate or surface, whatever AERORP."""
+    moves = (ControlInput("delta_a", "doublet", 0.03, 0.6), ControlInput("delta_r", "doublet", 0.03, 0.6))
+    plan = FlightPlan("L410", sequence(moves, None, 0.04), 80.0, noise=0.0, longest_frame=0.004)
+    flown = fly_jsbsim(plan)
+    rows = {(row["coefficient"], row["term"]): row for row in flown.truth["derivatives"]}
+    tables = ET.parse(stock_folder() / "L410" / "L410.xml").getroot()  # type: ignore[operator]
+    constants = {
+        str(function.get("name")).rpartition("/")[2]: [float(str(v.text)) for v in function.findall("product/value")]
+        for function in tables.iter("function")
+    }
+    assert rows["C_l", "p_hat"]["frozen"] == pytest.approx(constants["Clp"][0], rel=1e-6)
+    assert rows["C_n", "r_hat"]["frozen"] == pytest.approx(constants["Cnr"][0], rel=1e-6)
+    declared = {(d.coefficient, str(d.term)): d.value for d in flown.aircraft.derivatives}
+    assert declared["C_l", "p_hat"] == pytest.approx(-0.5, rel=1e-5)
+    assert flown.aircraft.axes is SIX
+    assert np.ptp(flown.log["p"]) > 0.03

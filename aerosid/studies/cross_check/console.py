@@ -15,4 +15,6 @@ if TYPE_CHECKING:
 def print_cross_check(result: CrossCheck, console: Console) -> None:
     """Print a line for each aircraft, and what was not named."""
     print_table(views.overview(result.aircraft), console)
+    if result.sideways:
+        print_table(views.sideways_overview(result.sideways), console)
     console.print(views.not_named(result.effects))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from aerosid import __version__
 from aerosid.reporting.templating import page_environment, page_style
 from aerosid.studies.cross_check import views
 from aerosid.studies.cross_check.run import CrossCheck
+from aerosid.studies.cross_check.sideways_check import SidewaysCheck
 from aerosid.studies.cross_check.stock_check import StockCheck
 from aerosid.studies.paper import table3, table4
 from aerosid.studies.paper.view import TableView
@@ -57,6 +59,13 @@ _TABLES = (
 )
 
 
+_LATERAL = (
+    "The same aircraft with their lateral axes: an aileron doublet and a rudder 2-1-1 are fitted, a rudder doublet and "
+    "an aileron 2-1-1 are only predicted. The declared model is linear in C_Y, C_l and C_n about the trim; airspeed, "
+    "angle of attack, pitch rate and pitch angle are measured."
+)
+
+
 def _pages(result: CrossCheck) -> list[Page]:
     paper = result.paper
     paper_tables = (views.agreement_view(paper), table3.view(paper.table3), table4.view(paper.table4))
@@ -66,8 +75,17 @@ def _pages(result: CrossCheck) -> list[Page]:
         Page("paper.html", "The paper's doublet", _PAPER, paper_tables),
         *(_aircraft_page(check) for check in result.aircraft),
         Page("tables.html", "Where a polynomial cannot follow", _TABLES, bends),
+        *_lateral_page(result.sideways),
         Page("effects.html", "Planted effects", "", (views.planted_view(result.effects),)),
     ]
+
+
+def _lateral_page(checks: Sequence[SidewaysCheck]) -> list[Page]:
+    """The lateral axes of all aircraft; none where these were not flown."""
+    if not checks:
+        return []
+    tables = [views.sideways_overview(checks), *(views.sideways_view(check) for check in checks)]
+    return [Page("lateral.html", "Lateral axes", _LATERAL, tuple(tables))]
 
 
 def _aircraft_page(check: StockCheck) -> Page:

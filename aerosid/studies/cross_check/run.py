@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from aerosid.errors import UsageError
 from aerosid.studies.cross_check.effects_check import PLANTED, EffectCheck, check_effects
 from aerosid.studies.cross_check.paper_flight import PaperFlight, check_paper
+from aerosid.studies.cross_check.sideways_check import SidewaysCheck, check_sideways
 from aerosid.studies.cross_check.stock_check import StockCheck, check_aircraft, require_condition
 from aerosid.studies.jsbsim.flight import jsbsim_version
 from aerosid.studies.jsbsim.process import require_jsbsim
@@ -34,6 +35,8 @@ class CrossCheck:
     paper : PaperFlight
     aircraft : tuple of StockCheck
     effects : tuple of EffectCheck
+    sideways : tuple of SidewaysCheck
+        The same aircraft in their lateral axes.
     """
 
     jsbsim: str
@@ -43,11 +46,12 @@ class CrossCheck:
     paper: PaperFlight
     aircraft: tuple[StockCheck, ...]
     effects: tuple[EffectCheck, ...]
+    sideways: tuple[SidewaysCheck, ...] = ()
 
 
 def steps(aircraft: Sequence[str], seeds: int) -> int:
     """How often `cross_check` ticks."""
-    return 1 + seeds * sum(snr is not None for snr in SNRS) + len(aircraft) + len(PLANTED)
+    return 1 + seeds * sum(snr is not None for snr in SNRS) + 2 * len(aircraft) + len(PLANTED)
 
 
 def cross_check(
@@ -88,4 +92,9 @@ def cross_check(
     for name in aircraft:
         checked.append(check_aircraft(name, amplitude, seed))
         tick(1)
-    return CrossCheck(jsbsim_version(), seed, seeds, amplitude, paper, tuple(checked), check_effects(seed, tick))
+    sideways = []
+    for name in aircraft:
+        sideways.append(check_sideways(name, amplitude, seed))
+        tick(1)
+    planted = check_effects(seed, tick)
+    return CrossCheck(jsbsim_version(), seed, seeds, amplitude, paper, tuple(checked), planted, tuple(sideways))

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import MISSING
 from aerosid.studies.cross_check.effects_check import EffectCheck, Outcome
 from aerosid.studies.cross_check.paper_flight import PaperFlight
+from aerosid.studies.cross_check.sideways_check import SidewaysCheck
 from aerosid.studies.cross_check.stock_check import DEVIATIONS, SHARE, StockCheck
 from aerosid.studies.cross_check.tables import TablePoint
 from aerosid.studies.paper.view import TableView, number, scientific
@@ -63,9 +66,8 @@ def overview(checks: Sequence[StockCheck]) -> TableView:
                 f"{check.altitude:g} m",
                 f"{sum(row.agrees for row in check.rows)} of {len(check.rows)}",
                 check.result.verdict.name.lower().replace("_", " "),
-                ", ".join(" ".join(filter(None, (e.kind if e.kind != "aero_term" else "", e.where, e.term)))
-                          for e in check.result.effects) or "nothing",
-                *_error_ratios(check),
+                _lacking(check.result),
+                *_error_ratios(check.errors),
                 MISSING if check.flown_again is None
                 else ", ".join(f"{100.0 * check.flown_again[name]:.2f} %" for name in ("w", "q")),
             )
@@ -189,10 +191,62 @@ def not_named(checks: Sequence[EffectCheck]) -> str:
     return f"Not named by the loop: {', '.join(missed)}." if missed else "Every planted effect was named."
 
 
-def _error_ratios(check: StockCheck) -> tuple[str, str]:
+def sideways_overview(checks: Sequence[SidewaysCheck]) -> TableView:
+    """One line for each aircraft in its lateral axes."""
+    return TableView(
+        "Lateral axes of the aircraft of JSBSim",
+        (
+            "aircraft", "derivatives that agree", "verdict", "missing in the linear model",
+            "unseen flight: before / noise", "after / noise",
+        ),
+        tuple(
+            (
+                check.name,
+                f"{sum(row.agrees for row in check.rows)} of {len(check.rows)}",
+                check.result.verdict.name.lower().replace("_", " "),
+                _lacking(check.result),
+                *_error_ratios(check.errors),
+            )
+            for check in checks
+        ),
+        (f"{_AGREES} Or within 0.001 of it.", "Errors: root-mean-square over the noise, the median of the channels."),
+    )  # fmt: skip
+
+
+def sideways_view(check: SidewaysCheck) -> TableView:
+    """The lateral derivatives of one aircraft beside the truth."""
+    beta, aileron, rudder = (
+        " to ".join(f"{math.degrees(end):.1f}°" for end in check.flown[name]) for name in ("beta", "delta_a", "delta_r")
+    )
+    return TableView(
+        f"{check.name}: lateral derivatives",
+        ("derivative", "estimate", "deviation", "local", "chord", "deviations off", "agrees"),
+        tuple(
+            (
+                f"{row.coefficient} {row.term}",
+                number(row.estimate, 4),
+                number(row.std_error, 4),
+                number(row.self_consistent, 4),
+                number(row.chord, 4),
+                number((row.estimate - row.truth) / row.std_error, 1) if row.std_error else MISSING,
+                ("yes" if row.agrees else "no") + ("" if row.shown else ", not shown"),
+            )
+            for row in check.rows
+        ),
+        (f"beta {beta}, aileron {aileron}, rudder {rudder}. {check.result.summary}",),
+    )
+
+
+def _lacking(result: ClosedLoop) -> str:
+    """What the loop found to be missing, by name."""
+    named = (filter(None, (e.kind if e.kind != "aero_term" else "", e.where, e.term)) for e in result.effects)
+    return ", ".join(" ".join(words) for words in named) or "nothing"
+
+
+def _error_ratios(errors: Sequence[ErrorRow]) -> tuple[str, str]:
     ratios = []
     for variant in ("before", "after"):
-        values = [getattr(row, variant) / row.noise for row in check.errors if getattr(row, variant) is not None]
+        values = [getattr(row, variant) / row.noise for row in errors if getattr(row, variant) is not None]
         values.sort()
         ratios.append(f"{values[len(values) // 2]:.2f}" if values else MISSING)
     return ratios[0], ratios[1]

@@ -11,6 +11,7 @@ from typing import Any
 from aerosid.file_set import text, write_files
 from aerosid.studies.cross_check.page import pages
 from aerosid.studies.cross_check.run import CrossCheck
+from aerosid.studies.cross_check.sideways_check import SidewaysCheck
 from aerosid.studies.cross_check.stock_check import StockCheck
 from aerosid.studies.paper import table3, table4
 
@@ -27,6 +28,7 @@ def numbers(result: CrossCheck) -> dict[str, Any]:
             "table4": table4.json_rows(result.paper.table4),
         },
         "aircraft": [_aircraft(check) for check in result.aircraft],
+        "lateral": [_sideways(check) for check in result.sideways],
         "effects": [
             {
                 "effect": check.planted.effect,
@@ -53,6 +55,19 @@ def _aircraft(check: StockCheck) -> dict[str, Any]:
         "error": [asdict(row) for row in check.errors],
         "flown_again": check.flown_again,
         "tables": [asdict(point) for point in check.tables],
+    }
+
+
+def _sideways(check: SidewaysCheck) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "airspeed": check.airspeed,
+        "altitude": check.altitude,
+        "flown": check.flown,
+        "verdict": check.result.verdict.name.lower(),
+        "summary": check.result.summary,
+        "derivatives": [asdict(row) | {"truth": row.truth} for row in check.rows],
+        "error": [asdict(row) for row in check.errors],
     }
 
 

@@ -16,6 +16,7 @@ from aerosid.studies.jsbsim.flight import jsbsim_version
 from aerosid.studies.jsbsim.injected import parse_effect
 from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
 from aerosid.studies.jsbsim.polynomial import driven_by
+from aerosid.studies.jsbsim.properties import SURFACES
 from aerosid.studies.jsbsim.stock import CONDITIONS, stock_aircraft
 
 _UNITS = {"doublet": 1.0, "3211": 0.6, "sweep": 0.5, "multisine": 0.5, "211": 0.8}
@@ -105,12 +106,14 @@ def control_inputs(
     LogError
         Where the input's file cannot be used.
     """
+    stock = isinstance(aircraft, str)
     controls = (ELEVATOR,) if isinstance(aircraft, str) else driven_by(aircraft) or (ELEVATOR,)
+    there = tuple(SURFACES) if stock else controls
     if len(words) == 1 and words[0] not in SHAPES and (Path(words[0]).exists() or words[0].endswith(".csv")):
         return recorded(Path(words[0]), interval, controls)
     inputs: list[ControlInput] = []
     for word in words:
-        inputs.extend(_inputs(word, controls, amplitude, unit))
+        inputs.extend(_inputs(word, controls, there, amplitude, unit))
     if duration is None and len(inputs) == 1 and inputs[0].start is None:
         duration = _DURATION
     return sequence(inputs, duration, interval)
@@ -120,8 +123,10 @@ _DURATION = 14.0
 """s, of one input."""
 
 
-def _inputs(word: str, controls: Sequence[str], amplitude: float, unit: float | None) -> list[ControlInput]:
-    """What one word asks for: an input of its control, or one of each in turn."""
+def _inputs(
+    word: str, controls: Sequence[str], there: Sequence[str], amplitude: float, unit: float | None
+) -> list[ControlInput]:
+    """What one word asks for: an input of its control, which is one of `there`, or one of each of `controls`."""
     text, _, began = word.partition("@")
     parts = text.split(":")
     named = [parts.pop(0)] if parts[0].startswith("delta_") else list(controls)
@@ -134,8 +139,8 @@ def _inputs(word: str, controls: Sequence[str], amplitude: float, unit: float | 
             f"--input {word!r} cannot be read; write [CONTROL:]SHAPE[:AMPLITUDE[:UNIT]][@START], as in "
             "delta_a:doublet:0.05:0.8@2."
         ) from None
-    if unknown := [name for name in named if name not in controls]:
-        raise UsageError(f"--input {word!r} moves {unknown[0]}, but this aircraft is flown by {', '.join(controls)}.")
+    if unknown := [name for name in named if name not in there]:
+        raise UsageError(f"--input {word!r} moves {unknown[0]}, but this aircraft is flown by {', '.join(there)}.")
     own = _UNITS.get(shape, 1.0) if unit is None else unit
     made = [
         ControlInput(name, shape, amplitude if size is None else size, own if width is None else width)

@@ -36,7 +36,11 @@ def planet_xml() -> str:
 
 
 def driven_controls(
-    elevator_limit: float, flap_limit: float, further: Iterable[str], actuators: Mapping[str, ET.Element] = NO_ACTUATORS
+    elevator_limit: float,
+    flap_limit: float,
+    further: Iterable[str],
+    actuators: Mapping[str, ET.Element] = NO_ACTUATORS,
+    side_limits: tuple[float, float] = (1.0, 1.0),
 ) -> ET.Element:
     """The `<flight_control>` that moves elevator, aileron, rudder, flap and gear as our properties say.
 
@@ -48,6 +52,8 @@ def driven_controls(
         Properties that the aerodynamics read and nothing else defines: they stay at zero.
     actuators : mapping of str to Element, optional
         By control, what stands between the commanded deviation from trim and the surface.
+    side_limits : (float, float), optional
+        Travel [rad] of aileron and rudder that the normalised positions refer to.
     """
     control = ET.Element("flight_control", name="aerosid")
     # Gear up, flap in: what flies.
@@ -66,6 +72,9 @@ def driven_controls(
             ET.SubElement(summer, "output").text = written
     for name, read, gain, written in (
         ("elevator-norm", "fcs/aerosid/delta_e-0", 1.0 / elevator_limit, "fcs/elevator-pos-norm"),
+        ("right-aileron-norm", "fcs/aerosid/delta_a-0", 1.0 / side_limits[0], "fcs/right-aileron-pos-norm"),
+        ("left-aileron-norm", "fcs/aerosid/delta_a-1", 1.0 / side_limits[0], "fcs/left-aileron-pos-norm"),
+        ("rudder-norm", "fcs/aerosid/delta_r-0", 1.0 / side_limits[1], "fcs/rudder-pos-norm"),
         ("flap", FLAP, flap_limit, "fcs/flap-pos-deg"),
         ("flap-norm", FLAP, 1.0, "fcs/flap-pos-norm"),
         ("gear", GEAR, 1.0, "gear/gear-pos-norm"),

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.flight_model.axes import LATERAL
 from aerosid.studies.jsbsim.executive import Executive, State
 
 Array = NDArray[np.float64]
@@ -22,6 +23,11 @@ COEFFICIENTS = ("C_X", "C_Z", "C_m")
 VARIABLES = ("alpha", "q_hat", "delta_e", "V_hat")
 _CLIMB = 0.6  # rad: a path angle that changes alphadot and nothing else
 _STEPS = {"alpha": 0.0026, "q": 0.005, "delta_e": 0.0026, "airspeed": 0.5}
+
+
+LATERAL_COEFFICIENTS = LATERAL.coefficients
+LATERAL_VARIABLES = ("beta", "p_hat", "r_hat", "delta_a", "delta_r")
+_LATERAL_STEPS = {"beta": 0.0026, "p": 0.01, "r": 0.005, "delta_a": 0.0026, "delta_r": 0.0026}
 
 
 @dataclass(frozen=True)
@@ -84,3 +90,35 @@ def differentiate(executive: Executive, trimmed: State, flown: Mapping[str, tupl
         bottom, _ = settled(replace(trimmed, **{name: low}))
         chord[:, column] = (top - bottom) / ((high - low) * to_variable[name])
     return Slopes(at, consistent, frozen, chord, alpha_dot_hat)
+
+
+def differentiate_sideways(
+    executive: Executive, trimmed: State, flown: Mapping[str, tuple[float, float]]
+) -> dict[str, list[list[float]]]:
+    """Derivatives (3, 5) of `LATERAL_COEFFICIENTS` with respect to `LATERAL_VARIABLES`: local, and over a range.
+
+    Parameters
+    ----------
+    executive : Executive
+        The aircraft.
+    trimmed : State
+        About which.
+    flown : mapping of str to (float, float)
+        Least and greatest beta, delta_a and delta_r [rad], p and r [rad/s] of the manoeuvre.
+    """
+    half = executive.span / (2.0 * trimmed.airspeed)
+
+    def settled(**changed: float) -> Array:
+        executive.freeze(replace(trimmed, **changed))
+        return executive.lateral_coefficients()
+
+    local, chord = np.zeros((3, 5)), np.zeros((3, 5))
+    for column, (name, step) in enumerate(_LATERAL_STEPS.items()):
+        here, scale = getattr(trimmed, name), half if name in ("p", "r") else 1.0
+        rise = settled(**{name: here + step}) - settled(**{name: here - step})
+        local[:, column] = rise / (2.0 * step * scale)
+        low, high = flown[name]
+        chord[:, column] = local[:, column]
+        if high - low >= step:
+            chord[:, column] = (settled(**{name: high}) - settled(**{name: low})) / ((high - low) * scale)
+    return {"at": [settled().tolist()], "local": local.tolist(), "chord": chord.tolist()}

@@ -124,6 +124,9 @@ class Executive:
         self.freeze(State(100.0, 0.0, 0.0, 0.0, 0.0))  # which computes the centre of gravity
         self.centre = tuple(self[f"inertia/cg-{axis}-in"] * INCH for axis in "xyz")
         self.mass, self.I_yy = self["inertia/mass-slugs"] * SLUG, self["inertia/iyy-slugs_ft2"] * SLUG * FOOT**2
+        self.I_xx, self.I_zz = (self[f"inertia/{name}-slugs_ft2"] * SLUG * FOOT**2 for name in ("ixx", "izz"))
+        self.I_xz = -self["inertia/ixz-slugs_ft2"] * SLUG * FOOT**2  # as it stands in the tensor
+        self.span = self["metrics/bw-ft"] * FOOT
         self.wing_area, self.mean_chord = self["metrics/Sw-sqft"] * FOOT**2, self["metrics/cbarw-ft"] * FOOT
         self.place(THRUST_PLACE, 0.0, thrust_below)
 

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError, UsageError
-from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX
+from aerosid.flight_model.axes import LONGITUDINAL, SIX
 from aerosid.flight_model.standard_atmosphere import GAS_CONSTANT, pressure, temperature
 from aerosid.reporting.export.jsbsim_functions import References
 from aerosid.reporting.export.jsbsim_units import FOOT, SLUG
 from aerosid.studies.jsbsim.configuration import driven_controls, thrust_force
 from aerosid.studies.jsbsim.control_inputs import ELEVATOR
 from aerosid.studies.jsbsim.declared import declared_aircraft
-from aerosid.studies.jsbsim.derivatives import COEFFICIENTS, VARIABLES
+from aerosid.studies.jsbsim.derivatives import COEFFICIENTS, LATERAL_COEFFICIENTS, LATERAL_VARIABLES, VARIABLES
 from aerosid.studies.jsbsim.injected import InjectedEffect
 from aerosid.studies.jsbsim.injection import Body, Injection, inject, needs_slopes
 from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
@@ -35,7 +35,7 @@ from aerosid.studies.jsbsim.polynomial import (
     thrust_line,
 )
 from aerosid.studies.jsbsim.process import require_jsbsim, run_job
-from aerosid.studies.jsbsim.properties import DEVIATIONS, THRUST
+from aerosid.studies.jsbsim.properties import DEVIATIONS, SURFACES, THRUST
 from aerosid.studies.jsbsim.recorder import recorded_flight
 from aerosid.studies.jsbsim.stock import stock_parts
 
@@ -66,6 +66,7 @@ class Parts:
     body: Body
     controls: tuple[str, ...]
     sideways: bool
+    side_limits: tuple[float, float] = (1.0, 1.0)
 
 
 def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
@@ -125,7 +126,8 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     log = recorded_flight(plan, moving, effects, frames, count, histories, float(answer["trim"]["thrust"]))
     aircraft = plan.aircraft
     if isinstance(aircraft, str):
-        aircraft = declared_aircraft(stock_parts(aircraft).title, aircraft, answer, jsbsim_version())
+        title = stock_parts(aircraft).title
+        aircraft = declared_aircraft(title, aircraft, answer, jsbsim_version(), plan.planes)
     truth = _truth(plan, parts, answer, frames)
     return JsbsimFlight(log, aircraft, truth, {name: values[::count] for name, values in histories.items()})
 
@@ -222,14 +224,16 @@ def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
     """The parts of an aircraft, anew for each configuration: elements are not shared."""
     aircraft = plan.aircraft
     if isinstance(aircraft, str):
-        stock = stock_parts(aircraft)
+        sideways = bool({"delta_a", "delta_r"} & plan.manoeuvre.deviations.keys())
+        stock = stock_parts(aircraft, sideways)
         metrics = stock.elements[0]
         references = References(
             _area(metrics), _length(metrics, "chord"), None, plan.airspeed, where=f"JSBSim's {aircraft}"
         )
         return Parts(
             stock.elements, stock.aerodynamics, stock.reads, (), stock.elevator_limit, stock.flap_limit,
-            ((1.0, 0.0), 0.0), {}, Body(references, True, stock.point_masses, slopes), (ELEVATOR,), False,
+            ((1.0, 0.0), 0.0), {}, Body(references, True, stock.point_masses, slopes),
+            tuple(SURFACES) if sideways else (ELEVATOR,), sideways, (stock.aileron_limit, stock.rudder_limit),
         )  # fmt: skip
     aircraft = _with_lift(plan, aircraft)
     # Its effects are flown by this package's own actuator and recorder.
@@ -283,7 +287,13 @@ def _configuration(parts: Parts, injection: Injection | None) -> ET.Element:
     ET.SubElement(config, "ground_reactions")
     further = [*parts.channels, *(injection.properties if injection else ())]
     config.append(
-        driven_controls(parts.elevator_limit, parts.flap_limit, further, injection.actuators if injection else {})
+        driven_controls(
+            parts.elevator_limit,
+            parts.flap_limit,
+            further,
+            injection.actuators if injection else {},
+            parts.side_limits,
+        )
     )
     config.append(deepcopy(parts.aerodynamics))
     reactions = ET.SubElement(config, "external_reactions")
@@ -321,6 +331,19 @@ def _job(plan: FlightPlan, parts: Parts, task: str, frame: float) -> dict[str, A
     }
 
 
+def lateral_rows(slopes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The lateral derivatives as the truth file holds them, of the worker's tables."""
+    return [
+        {"coefficient": coefficient, "term": term, **{kind: slopes[key][i][j] for kind, key in _KINDS.items()}}
+        for i, coefficient in enumerate(LATERAL_COEFFICIENTS)
+        for j, term in enumerate(LATERAL_VARIABLES)
+    ]
+
+
+_KINDS = {"frozen": "local", "self_consistent": "local", "chord": "chord"}
+"""No lateral force depends on a rate of sideslip: the local slopes are one."""
+
+
 def _truth(plan: FlightPlan, parts: Parts, answer: Mapping[str, Any], frames: Array) -> dict[str, Any]:
     """What the truth file holds."""
     slopes, trim = answer["slopes"], answer["trim"]
@@ -336,12 +359,8 @@ def _truth(plan: FlightPlan, parts: Parts, answer: Mapping[str, Any], frames: Ar
                 }
             )
         rows.append({"coefficient": coefficient, "term": "alpha_dot_hat", "frozen": slopes["alpha_dot_hat"][0][i]})
-    if isinstance(plan.aircraft, Aircraft):
-        rows += [
-            {"coefficient": declared.coefficient, "term": str(declared.term), "frozen": declared.value}
-            for declared in plan.aircraft.derivatives
-            if declared.coefficient in LATERAL.coefficients
-        ]
+    if parts.sideways:
+        rows += lateral_rows(answer["sideways"])
     return {
         "schema": 1,
         "flown_by": f"JSBSim {jsbsim_version()}",
@@ -353,7 +372,7 @@ def _truth(plan: FlightPlan, parts: Parts, answer: Mapping[str, Any], frames: Ar
         "trim": {key: trim[key] for key in ("airspeed", "alpha", "delta_e", "thrust", *aside)},
         "coefficients_at_trim": dict(zip(COEFFICIENTS, slopes["at"][0], strict=True)),
         "derivatives": rows,
-        "flown": {name: list(answer["flown"][name]) for name in ("alpha", "q", "delta_e", "airspeed")},
+        "flown": {name: list(ends) for name, ends in answer["flown"].items()},
         "mass": answer["mass"],
         "I_yy": answer["I_yy"],
         "effects": [

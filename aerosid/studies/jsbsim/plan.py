@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.jsbsim.control_inputs import Manoeuvre
 from aerosid.studies.jsbsim.injected import InjectedEffect
@@ -60,6 +61,8 @@ class FlightPlan:
         Factor on `USUAL_NOISE`; 0: none.
     seed : int
         Of noise and turbulence.
+    planes : tuple of str
+        Names of the planes of motion that the declared file of an aircraft of JSBSim holds, as far as it flies in them.
     longest_frame : float
         s; the frames of JSBSim divide the manoeuvre's interval and are at most so long.
     """
@@ -71,6 +74,7 @@ class FlightPlan:
     effects: tuple[InjectedEffect, ...] = ()
     noise: float = 1.0
     seed: int = 0
+    planes: tuple[str, ...] = (LONGITUDINAL.name, LATERAL.name)
     longest_frame: float = 0.001
 
 

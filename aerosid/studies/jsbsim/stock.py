@@ -43,11 +43,11 @@ class StockParts:
     elements : tuple of Element
         `<metrics>`, `<mass_balance>` and, where there are tanks, `<propulsion>` without engines.
     aerodynamics : Element
-        Without lateral axes.
+        Without lateral axes, unless these were asked for.
     reads : tuple of str
         The properties that the aerodynamics read.
-    elevator_limit, flap_limit : float
-        Greatest deflections, rad and deg.
+    elevator_limit, flap_limit, aileron_limit, rudder_limit : float
+        Greatest deflections, rad and, of the flap, deg.
     point_masses : int
         How many point masses the mass balance holds.
     """
@@ -59,6 +59,8 @@ class StockParts:
     reads: tuple[str, ...]
     elevator_limit: float
     flap_limit: float
+    aileron_limit: float
+    rudder_limit: float
     point_masses: int
 
 
@@ -79,8 +81,8 @@ def stock_aircraft() -> tuple[str, ...]:
     return tuple(sorted(entry.name for entry in folder.iterdir() if (entry / f"{entry.name}.xml").is_file()))
 
 
-def stock_parts(name: str) -> StockParts:
-    """The parts of the aircraft in a folder of that name.
+def stock_parts(name: str, sideways: bool = False) -> StockParts:
+    """The parts of the aircraft in a folder of that name; with its lateral axes where it is to fly in all of them.
 
     Raises
     ------
@@ -102,7 +104,7 @@ def stock_parts(name: str) -> StockParts:
     if aerodynamics is None or metrics is None or balance is None or aerodynamics.find("axis") is None:
         raise UsageError(f"JSBSim's aircraft {name} holds no mass or no aerodynamics that could be flown; try another.")
     for axis in aerodynamics.findall("axis"):
-        if axis.get("name", "").upper() in _LATERAL_AXES:
+        if axis.get("name", "").upper() in _LATERAL_AXES and not sideways:
             aerodynamics.remove(axis)
     elements = [metrics, balance]
     propulsion = root.find("propulsion")
@@ -122,6 +124,8 @@ def stock_parts(name: str) -> StockParts:
         reads=_reads(aerodynamics),
         elevator_limit=_travel(root, "fcs/elevator-pos-rad", math.radians(25.0)),
         flap_limit=_travel(root, "fcs/flap-pos-deg", 30.0),
+        aileron_limit=_travel(root, "fcs/left-aileron-pos-rad", math.radians(20.0)),
+        rudder_limit=_travel(root, "fcs/rudder-pos-rad", math.radians(20.0)),
         point_masses=len(balance.findall("pointmass")),
     )
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from aerosid.errors import EstimationError
 from aerosid.reporting.export.jsbsim_units import POUND_FORCE
-from aerosid.studies.jsbsim.derivatives import differentiate
+from aerosid.studies.jsbsim.derivatives import differentiate, differentiate_sideways
 from aerosid.studies.jsbsim.executive import RECORDED, Executive, State
 from aerosid.studies.jsbsim.properties import ANSWER, DEVIATIONS, DRIVES, HISTORIES, JOB, THRUST
 
@@ -68,9 +68,16 @@ def _fly(folder: Path, job: dict[str, Any]) -> dict[str, Any]:
         for name, channel in (("alpha", "alpha"), ("q", "q"), ("delta_e", "surface"), ("airspeed", "V"))
     }
     answer["slopes"] = differentiate(clean, trimmed, flown).as_lists()
+    if job.get("sideways", False):
+        sides = {"beta": "beta", "p": "p", "r": "r", "delta_a": "aileron", "delta_r": "rudder"}
+        flown |= {name: (float(histories[key].min()), float(histories[key].max())) for name, key in sides.items()}
+        answer["sideways"] = differentiate_sideways(clean, trimmed, flown)
     answer["flown"] = flown
-    answer |= {name: getattr(clean, name) for name in ("mass", "I_yy", "wing_area", "mean_chord")}
+    answer |= {name: getattr(clean, name) for name in _BODY}
     return answer
+
+
+_BODY = ("mass", "I_xx", "I_yy", "I_zz", "I_xz", "wing_area", "mean_chord", "span")
 
 
 def _trim(folder: Path, job: dict[str, Any]) -> dict[str, Any]:
