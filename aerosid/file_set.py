@@ -35,6 +35,22 @@ def require_folder(directory: Path) -> None:
         raise _unwritable(directory, error) from None
 
 
+def require_writable(directory: Path) -> None:
+    """Nothing, where the folder, or the nearest one above it that exists, can be written; makes none.
+
+    Raises
+    ------
+    UsageError
+        Where it cannot.
+    """
+    standing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    try:
+        with tempfile.TemporaryFile(dir=standing):
+            pass
+    except OSError as error:
+        raise _unwritable(directory, error) from None
+
+
 def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, ...]:
     """The paths of the files written.
 

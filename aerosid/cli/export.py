@@ -101,8 +101,8 @@ def export_command(
     loaded = load_aircraft(aircraft)
     options = ExportOptions(
         into=into,
-        aero_reference=_pair("--aerorp", aerorp, "m"),
-        alpha_range=_in_radians(_pair("--alpha-range", alpha_range, "deg")),
+        aero_reference=_pair("--aerorp", aerorp, "m", "0.5,0.3"),
+        alpha_range=_in_radians(_pair("--alpha-range", alpha_range, "deg", "-2,12")),
         airspeed=_airspeed(airspeed),
         folded_thrust=folded_thrust,
         properties=dict(_property(words) for words in properties or ()),
@@ -121,7 +121,7 @@ def export_command(
         sys.stderr.write(f"aerosid: {note}\n")
 
 
-def _pair(option: str, words: str | None, unit: str) -> tuple[float, float] | None:
+def _pair(option: str, words: str | None, unit: str, example: str) -> tuple[float, float] | None:
     """Two numbers, each in the unit of the option or with one of its own."""
     from aerosid.logs.formats.quantity import read_quantity
     from aerosid.logs.formats.units import UnitProblem
@@ -135,7 +135,7 @@ def _pair(option: str, words: str | None, unit: str) -> tuple[float, float] | No
     if len(numbers) != 2 or max(map(abs, numbers)) >= 1e12:
         raise UsageError(
             f"{option} is {words!r}, expected two numbers in {unit}, or with units, with a comma between; write "
-            f"{option} 0.5,0.3"
+            f"{option} {example}"
         )
     return numbers[0], numbers[1]
 
@@ -177,7 +177,10 @@ def _date(aircraft: Aircraft, words: str | None) -> str:
     from aerosid.aircraft import bundled_aircraft
 
     if words is not None:
-        return words
+        try:
+            return dt.date.fromisoformat(words).isoformat()
+        except ValueError:
+            raise UsageError(f"--date is {words!r}, expected a day as YYYY-MM-DD; correct it.") from None
     if aircraft.completion is not None and aircraft.completion.date:
         return aircraft.completion.date
     file = Path(aircraft.path)

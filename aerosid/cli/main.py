@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
         if hasattr(error, "format_message"):
-            return _failed(f"{error.format_message()} See `{_verb_of(error)} --help`.", 2, debug)
+            return _failed(f"{error.format_message().rstrip('.')}. See `{_verb_of(error)} --help`.", 2, debug)
         detail = " ".join(str(error).split())[:200] or type(error).__name__
         return _failed(
             f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
@@ -225,6 +225,10 @@ def close_loop_command(
 
     declared = load_aircraft(aircraft)
     refuse_unusable(roled)
+    from aerosid.file_set import require_writable
+
+    directory = out or Path("reports") / roled.identification[0].name
+    require_writable(directory)
     settings = loop_settings(
         prefilter,
         error_density,
@@ -241,7 +245,6 @@ def close_loop_command(
     from aerosid.reporting import print_next_flight, print_summary, write_report
     from aerosid.reporting.result_json import result_text
 
-    directory = out or Path("reports") / roled.identification[0].name
     output = console()
     result = with_progress(
         roled.identification,

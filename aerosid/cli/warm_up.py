@@ -11,6 +11,7 @@ import typer
 
 from aerosid.cli.options import WorkersOption
 from aerosid.cli.output import headed
+from aerosid.errors import UsageError
 
 
 def warm_up_command(
@@ -21,6 +22,9 @@ def warm_up_command(
     """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
     from aerosid.compiled.kernel_cache import user_folder
     from aerosid.loop.warm_up import TASKS, prepare_kernels
+
+    if workers is not None and workers < 1:
+        raise UsageError(f"--workers is {workers}; at least 1 is needed.")
 
     def say(text: str) -> None:
         if not quiet:

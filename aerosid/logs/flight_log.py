@@ -172,9 +172,12 @@ class FlightLog:
         keep = (self.time >= low - 5e-10) & (self.time <= high + 5e-10)
         count = int(np.count_nonzero(keep))
         if count < 2:
+            span = " and ".join(
+                f"{side} {edge:g} s" for side, edge in (("after", start), ("before", stop)) if edge is not None
+            )
             raise LogError(
-                f"{self.path or self.name}: {count} samples lie between {low:g} and {high:g} s, but the log runs from "
-                f"{self.time[0]:g} to {self.time[-1]:g} s; choose a span inside it."
+                f"{self.path or self.name}: {count or 'no'} sample{'' if count == 1 else 's'} lie{'s' * (count == 1)} "
+                f"{span}, but the log runs from {self.time[0]:g} to {self.time[-1]:g} s; choose a span inside it."
             )
         if count == self.samples:
             return self

@@ -49,15 +49,18 @@ SHOWN = 1.0 / AttributionSettings().final_deviations
 standard errors, as are asked of what is named, so that nothing is named and not shown."""
 
 
+SHOWN_CONSTANT = 1.0
+"""The same of a constant. At more than its size it lies within two standard errors of the declared value, so that
+holding it there does not pull the derivatives that trim the flight with it."""
+
+
 def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
     """Whether a record holds enough information on a derivative to put it into a table unflagged.
 
-    A constant may well be near zero, and then no record shows it against its size: what lies as many standard errors
-    from the declared value as are asked of a size is shown too, for the declared value would contradict the flight.
+    A constant holds the trim, which any flight shows and which may well be near zero: less is asked of it.
     """
-    if constant and declared is not None and std_error <= SHOWN * abs(value - declared):
-        return True
-    return bool(std_error <= SHOWN * max(abs(value), abs(declared or 0.0)))
+    asked = SHOWN_CONSTANT if constant else SHOWN
+    return bool(std_error <= asked * max(abs(value), abs(declared or 0.0)))
 
 
 def derivative_name(coefficient: str, term: str) -> str:

@@ -12,6 +12,7 @@ import pytest
 from broken_inputs import GOOD
 
 import aerosid
+from aerosid.aircraft.bundled import bundled_folder
 from aerosid.cli.main import app, main
 from aerosid.logs.formats import FORMATS
 
@@ -115,6 +116,59 @@ def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_read
         f"aerosid: the environment variable SOURCE_DATE_EPOCH is {given!r}, expected whole seconds"
     )
     assert ran.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        ("check LOG --from 1000", 3, "no samples lie after 1000 s, but the log runs from 0 to 2.9 s"),
+        ("check LOG --from 2 --to 1", 3, "no samples lie after 2 s and before 1 s"),
+        ("check LOG --from 2.9", 3, "1 sample lies after 2.9 s"),
+        ("check LOG --from abc", 2, "unable to parse string as a number. See `aerosid check --help`."),
+        (
+            "study --aircraft light_transport --samples 99999999999",
+            2,
+            "--samples is 99999999999; a manoeuvre needs at least 50",
+        ),
+        ("study --aircraft light_transport --airspeed 0", 2, "--airspeed is 0; give a positive number."),
+        ("study --aircraft light_transport --density -1", 2, "--density is -1; give a positive number."),
+        ("fly L410 --out f.csv --seed -1", 2, "Invalid value for '--seed'"),
+        (
+            "fly L410 --out f.csv --effect control_lag=-5",
+            2,
+            "control_lag was given -5; give time constant [s] of at least 0",
+        ),
+        ("close-loop FLIGHT --aircraft light_transport --out LOG", 2, "cannot be written"),
+        ("warm-up --workers -2", 2, "--workers is -2; at least 1 is needed."),
+        (
+            "export light_transport --format davem --date 2026-13-45",
+            2,
+            "--date is '2026-13-45', expected a day as YYYY-MM-DD",
+        ),
+        ("export light_transport --format davem --alpha-range 5,1", 2, "--alpha-range runs from 5 to 1 deg"),
+        ("export light_transport --format davem --alpha-range a,b", 2, "write --alpha-range -2,12"),
+    ],
+)
+def test_wrong_numbers_are_told_as_they_were_given(
+    words: str, code: int, told: str, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flight = str(bundled_folder("flight_data") / "light_transport_doublet.csv")
+    assert main(words.replace("LOG", str(log)).replace("FLIGHT", flight).split()) == code
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("verb", ["check", "find"])
+def test_a_number_that_no_sensor_reads_is_refused_by_its_place(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "huge.csv"
+    path.write_text(GOOD.replace(",101,", ",1e308,", 1))
+    assert main([verb, str(path)]) == 3
+    error = capsys.readouterr().err
+    assert "channel V holds 1e+308 at 0.1 s (sample 2)" in error
+    assert error.count("\n") == 1
 
 
 class FaultyOutput(io.StringIO):

@@ -119,7 +119,31 @@ def _read_whole(path: Path, channels: Channels | None, recording: Recording | No
         channel_map_sha256="" if used is None else hashlib.sha256(_read_bytes(used)).hexdigest(),
         holes=tuple((float(a.time[-1]), float(b.time[0])) for a, b in pairwise(parts)),
     )
+    _require_measurable(log)
     return with_fuel_used(log)
+
+
+LARGEST = 1e30
+"""In SI or the file's unit: no sensor reads more, and squares of what does leave the range of doubles."""
+
+
+def _require_measurable(log: FlightLog) -> None:
+    """Nothing, where every number can be one of a sensor.
+
+    Raises
+    ------
+    LogError
+        Where a channel, or the time, holds a number beyond `LARGEST`.
+    """
+    for name, values in {"time": log.time, **log.channels}.items():
+        beyond = np.flatnonzero(np.abs(values) > LARGEST)
+        if beyond.size:
+            k = int(beyond[0])
+            place = f"{values[k]:.3g} at {log.time[k]:g} s (sample {k + 1})"
+            raise LogError(
+                f"{log.path}: channel {name} holds {place}, which no sensor reads (at most {LARGEST:g}); check its "
+                "column and unit, or leave the field empty for a missing sample."
+            )
 
 
 def _used_map(path: Path, channels: Channels | None) -> Path | None:

@@ -14,7 +14,7 @@ from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL
 from aerosid.flight_model.input_shapes import Multisine
-from aerosid.loop.derivative_table import SHOWN, DerivativeRow, derivative_name
+from aerosid.loop.derivative_table import SHOWN, SHOWN_CONSTANT, DerivativeRow, derivative_name
 from aerosid.loop.next_flight.expected_information import (
     CERTAIN,
     Prospect,
@@ -101,7 +101,7 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
         corrected, white = float(spread.corrected[place]), float(spread.white[place])
         known = np.isfinite(corrected) and np.isfinite(white) and white > 0.0
         estimate = row.value if row.estimate is None else row.estimate
-        needed = SHOWN * max(abs(estimate), abs(row.declared or 0.0))
+        needed = (SHOWN_CONSTANT if row.term == "1" else SHOWN) * max(abs(estimate), abs(row.declared or 0.0))
         if needed > 0.0:
             unknowns.append(
                 Unknown(

@@ -10,6 +10,7 @@ ANSI/AIAA S-119-2011, Flight Dynamics Model Exchange Standard; DAVE-ML 2.0 refer
 
 from __future__ import annotations
 
+import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
@@ -125,7 +126,9 @@ def _check(aircraft: Aircraft, options: ExportOptions) -> None:
         raise UsageError(f"--date is {options.date!r}, expected YYYY-MM-DD; correct it.")
     if options.alpha_range is not None and not options.alpha_range[0] < options.alpha_range[1]:
         low, high = options.alpha_range
-        raise UsageError(f"--alpha-range runs from {low:g} to {high:g} rad; give the lower end first.")
+        raise UsageError(
+            f"--alpha-range runs from {math.degrees(low):g} to {math.degrees(high):g} deg; give the lower end first."
+        )
     names = {name for entry in aircraft.derivatives for name in entry.term.variables}
     if clash := sorted(names & _RESERVED):
         raise AircraftError(

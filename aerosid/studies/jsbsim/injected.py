@@ -34,6 +34,8 @@ class InjectedKind:
         Whether it may begin at a time of the log, s; without one it acts from the start.
     help : str
         One line for people.
+    least : float
+        What no number may be below.
     """
 
     numbers: tuple[str, ...]
@@ -41,6 +43,7 @@ class InjectedKind:
     where: tuple[str, ...]
     timed: bool
     help: str
+    least: float = -math.inf
 
 
 _COEFFICIENTS = SIX.coefficients
@@ -53,14 +56,18 @@ KINDS: Mapping[str, InjectedKind] = MappingProxyType(
     {
         "aero_term": InjectedKind(("value",), 1, _COEFFICIENTS, True, "a term, as in C_m:alpha^2=-1.7"),
         "step_change": InjectedKind(("jump",), 1, _COEFFICIENTS, True, "a coefficient jumps"),
-        "control_lag": InjectedKind(("time constant [s]",), 1, _CONTROLS, False, "first-order actuator"),
-        "control_delay": InjectedKind(("delay [s]",), 1, _CONTROLS, False, "the surface follows late"),
-        "control_rate_limit": InjectedKind(("limit [rad/s]",), 1, _CONTROLS, False, "the surface moves no faster"),
-        "control_deadband": InjectedKind(("width [rad]",), 1, _CONTROLS, False, "free play to either side of trim"),
+        "control_lag": InjectedKind(("time constant [s]",), 1, _CONTROLS, False, "first-order actuator", least=0.0),
+        "control_delay": InjectedKind(("delay [s]",), 1, _CONTROLS, False, "the surface follows late", least=0.0),
+        "control_rate_limit": InjectedKind(
+            ("limit [rad/s]",), 1, _CONTROLS, False, "the surface moves no faster", least=0.0
+        ),
+        "control_deadband": InjectedKind(
+            ("width [rad]",), 1, _CONTROLS, False, "free play to either side of trim", least=0.0
+        ),
         "sensor_bias": InjectedKind(("bias",), 1, _SENSORS, False, "measured = true + bias"),
         "sensor_scale": InjectedKind(("scale",), 1, _SENSORS, False, "measured = scale * true"),
-        "sensor_delay": InjectedKind(("delay [s]",), 1, _SENSORS, False, "recorded late"),
-        "sensor_lag": InjectedKind(("time constant [s]",), 1, _SENSORS, False, "first-order sensor"),
+        "sensor_delay": InjectedKind(("delay [s]",), 1, _SENSORS, False, "recorded late", least=0.0),
+        "sensor_lag": InjectedKind(("time constant [s]",), 1, _SENSORS, False, "first-order sensor", least=0.0),
         "sensor_position": InjectedKind(
             ("forward [m]", "right [m]", "below [m]"), 1, _PLACED, False, "from the centre of gravity, undeclared"
         ),
@@ -117,6 +124,11 @@ class InjectedEffect:
             raise UsageError(
                 f"the effect {self.kind} takes {', '.join(kind.numbers)} and was given "
                 f"{', '.join(f'{value:g}' for value in self.values) or 'nothing'}; give finite numbers with commas."
+            )
+        lowest = min(self.values)
+        if lowest < kind.least:
+            raise UsageError(
+                f"the effect {self.kind} was given {lowest:g}; give {kind.numbers[0]} of at least {kind.least:g}."
             )
         where = self.where or (kind.where[0] if kind.where[:1] == _CONTROLS[:1] else "")
         if where not in (kind.where or ("",)):

@@ -22,6 +22,10 @@ CATALOGUES: tuple[Catalogue, ...] = ("known", "terms", "all")
 Snr = float | None | Literal["recorded"]
 
 
+MOST_SAMPLES = 1_000_000
+"""Of one simulated manoeuvre: nearly three hours at 100 Hz; more is a slip of the finger."""
+
+
 @dataclass(frozen=True)
 class FlownInput:
     """A simulated manoeuvre from trim.
@@ -50,8 +54,11 @@ class FlownInput:
     samples: int = 470
 
     def __post_init__(self) -> None:
-        if self.samples < 50:
-            raise UsageError(f"--samples is {self.samples}; a manoeuvre needs at least 50.")
+        if not 50 <= self.samples <= MOST_SAMPLES:
+            raise UsageError(f"--samples is {self.samples}; a manoeuvre needs at least 50, and at most {MOST_SAMPLES}.")
+        for option, value in (("--airspeed", self.airspeed), ("--density", self.density)):
+            if value is not None and not value > 0.0:
+                raise UsageError(f"{option} is {value:g}; give a positive number.")
         if not 0.0 < self.interval <= 1.0:
             raise UsageError(f"--interval is {self.interval:g} s; give one above 0 and up to 1 s.")
         if not 0.0 < abs(self.amplitude) <= 0.6:
