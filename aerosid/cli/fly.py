@@ -66,7 +66,7 @@ def fly_command(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of noise and turbulence.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.")] = 0,
 ) -> None:
     """Flies an aircraft with JSBSim: a log, the declared aircraft file, and the truth to compare with."""
     from aerosid.studies.jsbsim.command import companions, control_inputs, find_aircraft, flight_plan, write_flight

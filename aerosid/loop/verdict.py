@@ -95,10 +95,18 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
 def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
     """One sentence for each effect (kind, where, term) that the validation flights refuted."""
     return [
-        f"{named(label)} would explain the identification flights better, and predicts the validation flights worse: "
+        f"{_begun(*label)} would explain the identification flights better, and predicts the validation flights worse: "
         "it is not what is missing, and is not named."
         for label in refuted
     ]
+
+
+def _begun(kind: str, where: str, term: str) -> str:
+    """An effect at the beginning of a sentence: `C_m alpha^2`, `A sensor scale of theta`."""
+    if kind == "aero_term":
+        return f"{where} {term}"
+    words = KINDS[kind].words if kind in KINDS else f"a {kind.replace('_', ' ')}"
+    return f"{words[:1].upper()}{words[1:]}{f' of {where}' if where else ''}"
 
 
 def told_of_decisions(found: Attribution) -> tuple[str, ...]:

@@ -105,11 +105,14 @@ def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
     if diverged:
         yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
     shifted = [row for row in rows if row.after and row.trimmed is not None and row.after > _ABOVE_NOISE * row.trimmed]
+    grown = [row for row in rows if row.after and row.trimmed is not None and row.trimmed > _ABOVE_NOISE * row.after]
     if shifted:
+        fallen = listed([_change(row, row.after, row.trimmed) for row in shifted])
+        price = listed([_change(row, row.after, row.trimmed, "grows") for row in grown])
         yield (
-            f"On {log} the error of {listed([_change(row, row.after, row.trimmed) for row in shifted])} when the "
-            "constants of the coefficients are re-estimated on it: its trim, centre of gravity or instrument zeros "
-            "differ from those of the fitted flights."
+            f"On {log} the error of {fallen} when the constants of the coefficients are re-estimated on it: its trim, "
+            "centre of gravity or instrument zeros differ from those of the fitted flights"
+            f"{f', or more is missing: that of {price}' if price else ''}."
         )
     known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
     above = [row for row in known if (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
@@ -122,7 +125,7 @@ def _rest(row: ErrorRow) -> float | None:
     return row.after if row.trimmed is None else row.trimmed
 
 
-def _change(row: ErrorRow, start: float | None, end: float | None) -> str:
+def _change(row: ErrorRow, start: float | None, end: float | None, verb: str = "falls") -> str:
     unit = shown_unit(row.unit)
     first, last = (number(None if value is None else value * unit.factor, 2) for value in (start, end))
-    return f"{row.channel} falls from {first} to {last} {unit.text}".rstrip()
+    return f"{row.channel} {verb} from {first} to {last} {unit.text}".rstrip()

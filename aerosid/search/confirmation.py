@@ -114,7 +114,7 @@ def told_of_confirmed(
         size = f" The two numbers are {number(apart)} standard errors apart." if apart > APART else ""
         sentences.append(
             f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
-            f"is not proven by what was fitted ({reason(each.suggested)}), but what was not "
+            f"is not proven by what was fitted ({reason(each.suggested, named)}), but what was not "
             f"({' and '.join(flights)}) shows it by itself too, with the same sign: "
             f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it.{size}"
         )

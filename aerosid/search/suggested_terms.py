@@ -73,10 +73,9 @@ def told_of_unproven(unproven: Sequence[Unproven]) -> list[str]:
     ]
 
 
-def reason(each: Unproven) -> str:
-    """Why it is not proven."""
-    if each.ratio < each.asked:
-        return (
-            f"{each.ratio:.1f} standard errors from zero, where {each.asked:.1f} are asked for among so many candidates"
-        )
-    return f"{each.ratio:.1f} standard errors from zero, but unknown forces would leave as much, and more is missing"
+def reason(each: Unproven, told: Finding | None = None) -> str:
+    """Why it is not proven; beside the number that is `told` where that is a later estimate."""
+    ratio = each.ratio if told is None or told.std_error <= 0.0 else abs(told.value) / told.std_error
+    if ratio < each.asked:
+        return f"{ratio:.1f} standard errors from zero, where {each.asked:.1f} are asked for among so many candidates"
+    return f"{ratio:.1f} standard errors from zero, but unknown forces would leave as much, and more is missing"

@@ -132,7 +132,7 @@ def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_read
         ),
         ("study --aircraft light_transport --airspeed 0", 2, "--airspeed is 0; give a positive number."),
         ("study --aircraft light_transport --density -1", 2, "--density is -1; give a positive number."),
-        ("fly L410 --out f.csv --seed -1", 2, "Invalid value for '--seed'"),
+        ("fly L410 --out f.csv --seed -1", 2, "--seed is -1; give a number that is not negative."),
         (
             "fly L410 --out f.csv --effect control_lag=-5",
             2,

@@ -313,3 +313,25 @@ def test_an_alternative_that_fits_better_than_the_chosen_effect_is_not_called_eq
     assert "These manoeuvres cannot tell" not in far
     assert "fits the flights better by 1300 in −2 ln L, more than the margin of 57" in far
     assert "some of them better than the chosen one by more than the margin" in far
+
+
+def test_an_error_that_trimming_makes_worse_is_told_with_those_that_it_mends(result: ClosedLoop) -> None:
+    def trimmed(row: ErrorRow) -> ErrorRow:
+        if row.role != "validation" or row.after is None or row.channel not in ("V", "alpha"):
+            return row
+        return dataclasses.replace(row, trimmed=row.after * (0.4 if row.channel == "V" else 2.5))
+
+    made = dataclasses.replace(result, errors=tuple(map(trimmed, result.errors)))
+    text = " ".join(Page(report_html(made, interactive=False)).text.split())
+    assert "or more is missing: that of α grows from" in text
+    assert "grows from" not in " ".join(Page(report_html(result, interactive=False)).text.split())
+
+
+def test_a_residual_strip_has_two_round_numbers_whatever_the_browser_would_choose(result: ClosedLoop) -> None:
+    figures = json.loads(Page(report_html(result)).data["figure-data"])["figures"]
+    axes = [axis for figure in figures for name, axis in figure["layout"].items() if name.startswith("yaxis")]
+    quiet = [axis for axis in axes if axis["title"]["text"].startswith("Δ") and axis["title"]["font"]["size"] == 10]
+    assert quiet
+    for axis in quiet:
+        low, high = axis["range"]
+        assert 2 <= sum(low <= value <= high for value in axis["tickvals"]) <= 4

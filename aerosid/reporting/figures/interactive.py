@@ -86,7 +86,7 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
     for i, panel in enumerate(chart.panels):
         y = "y" if i == 0 else f"y{i + 1}"
         edges = [round(edge / chart.height, 5) for edge in (panel.bottom, panel.bottom + panel.height)]
-        layout[y.replace("y", "yaxis")] = _axis(panel.y, edges, "x", 3 if panel.quiet else 5, quiet=panel.quiet)
+        layout[y.replace("y", "yaxis")] = _axis(panel.y, edges, "x", 5, quiet=panel.quiet)
         if not panel.x.bare:
             layout["xaxis"] = _axis(panel.x, [0, 1], y, 10)
         for mark in panel.marks:
@@ -100,13 +100,15 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
 
 def _axis(axis: Axis, domain: Sequence[float], anchor: str, most: int, *, quiet: bool = False) -> dict[str, Any]:
     title, small = (10, 9) if quiet else (12, 11)
+    # Of a low strip the round numbers of the still figure: those of the browser's choice are one, or touch each other.
+    fixed = {"tickmode": "array", "tickvals": list(axis.ticks)} if quiet else {"nticks": most}
     return {
         "title": {"text": label_html(axis.label), "font": {"size": title}},
         "tickfont": {"size": small},
         "domain": list(domain),
         "range": list(axis.limits),
         "anchor": anchor,
-        "nticks": most,
+        **fixed,
     }
 
 

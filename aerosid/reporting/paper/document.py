@@ -143,10 +143,12 @@ class _Numbered(Canvas):
 
 def _head(result: ClosedLoop, report: Report) -> list[Any]:
     """What the page's head says: the flights and the aircraft file, then the title block."""
-    facts = (
+    facts = [
         ("Fitted on", ", ".join(log.name for log in result.identification)),
         ("Validated on", ", ".join(log.name for log in result.validation) or "no flight"),
-    )
+    ]
+    if result.hold_out:
+        facts.append(("Held out", ", ".join(log.name for log in result.hold_out)))
     lines = [Paragraph(f"<b>{name}:</b> {_text(words)}", style(8.5)) for name, words in facts]
     return [*lines, *blocks(parsed(report.title), {}, A4[0] - 2.0 * _SIDE)]
 

@@ -58,6 +58,8 @@ def table(element: Element, width: float) -> Table:
         ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
     ]
     for i, (row, cells) in enumerate(rows):
+        if "group" in row.classes and i + 1 < len(rows):
+            rules.append(("NOSPLIT", (0, i), (-1, i + 1)))  # a group's name stays with its first row
         if "chosen" in row.classes:
             rules.append(("BACKGROUND", (0, i), (-1, i), colours()["chosen"]))
         for cell in cells:

@@ -49,6 +49,8 @@ def flight_plan(
         )
     if altitude is None:
         altitude = cruise[1] if cruise else 1500.0
+    if seed < 0:
+        raise UsageError(f"--seed is {seed}; give a number that is not negative.")
     injected = tuple(map(parse_effect, effects))
     return FlightPlan(found, flown, airspeed, altitude, injected, noise, seed)
 
