@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit, njit_inline, njit_inline_vector
+from aerosid.compiled import njit, njit_inline
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
@@ -275,7 +275,7 @@ def _within(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> b
     return inside
 
 
-@njit_inline_vector
+@njit_inline
 def _apply(
     n: int, A: NDArray[np.float64], B: NDArray[np.float64], out: NDArray[np.float64], keep: float, sign: float = 1.0
 ) -> None:
