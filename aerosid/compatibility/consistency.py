@@ -22,9 +22,6 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number, with_deviation
 from aerosid.signals.fit_statistics import whiteness
 
-COLOURED = 1e-4
-"""Probability of white noise from which a residual is called coloured."""
-
 
 class Agreement(Enum):
     """Whether the channels agree; each value is a sentence for a person."""
@@ -158,7 +155,7 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
         for r in recordings
         if r.log.samples > MOST_SAMPLES
     )
-    opposed = contradictions(recordings)
+    opposed = contradictions(recordings, settings=settings.contradiction)
     if opposed:
         names = tuple(recording.log.name for recording in recordings)
         sentence = " ".join(each.sentence for each in opposed)
@@ -178,10 +175,10 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
         findings,
         groups,
         air,
-        _channels(recordings, found),
+        _channels(recordings, found, settings),
         _sentence(findings, groups, air),
         notes,
-        is_gusty=_is_gusty(recordings, air),
+        is_gusty=_is_gusty(recordings, air, settings),
     )
 
 
@@ -204,24 +201,18 @@ def _air(at: Fit) -> tuple[MovingAir, ...]:
     return tuple(MovingAir(*pair) for pair in pairs if pair[1] > 0.0)
 
 
-ABOVE_THE_VANE = 1.5
-"""Times the vane's noise that gusts must be."""
-
-GUSTS_LAST = 0.5
-"""s; a vane whose noise keeps 0.8 of each sample looks, sampled at 40 Hz, like gusts of 0.4 s."""
-
-
-def _is_gusty(recordings: Sequence[Recording], air: Sequence[MovingAir]) -> bool:
+def _is_gusty(recordings: Sequence[Recording], air: Sequence[MovingAir], settings: SearchSettings) -> bool:
     speed = max(recording.airspeed for recording in recordings)
     vane = max(recording.noise["alpha"] * recording.airspeed for recording in recordings)
-    return any(
-        gust.axis == "w" and gust.sigma > ABOVE_THE_VANE * vane and gust.length > GUSTS_LAST * speed for gust in air
-    )
+    least, length = settings.above_the_vane * vane, settings.gusts_last * speed
+    return any(gust.axis == "w" and gust.sigma > least and gust.length > length for gust in air)
 
 
-def _channels(recordings: Sequence[Recording], found: Searched) -> tuple[ChannelAgreement, ...]:
+def _channels(
+    recordings: Sequence[Recording], found: Searched, settings: SearchSettings
+) -> tuple[ChannelAgreement, ...]:
     raw = [_raw(recordings, at) for at in (found.null, found.final)]
-    white = _whiteness(recordings, found.final)
+    white = _whiteness(recordings, found.final, settings)
     rows = []
     for n, recording in enumerate(recordings):
         for name in recording.outputs:
@@ -242,7 +233,7 @@ def _raw(recordings: Sequence[Recording], at: Fit) -> list[np.ndarray[tuple[int,
     return [np.concatenate(part) for part in parts]
 
 
-def _whiteness(recordings: Sequence[Recording], at: Fit) -> dict[tuple[int, str], bool]:
+def _whiteness(recordings: Sequence[Recording], at: Fit, settings: SearchSettings) -> dict[tuple[int, str], bool]:
     """Whether each channel's whitened residual is white in every stretch of each recording."""
     white = {(n, name): True for n, recording in enumerate(recordings) for name in recording.outputs}
     stretches = simulate(recordings, at.structure, at.states)
@@ -250,7 +241,7 @@ def _whiteness(recordings: Sequence[Recording], at: Fit) -> dict[tuple[int, str]
         for name in recordings[part.recording].outputs:
             residual = part.residual[:, LONGITUDINAL.outputs.index(name)]
             said = whiteness(residual[np.isfinite(residual)])
-            if said is not None and said.p_value < COLOURED:
+            if said is not None and said.p_value < settings.coloured:
                 white[part.recording, name] = False
     return white
 

@@ -24,11 +24,73 @@ from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
 
-WINDOW = 8.0
-"""s; a bias of 0.005 rad/s, which is large, moves theta by 0.02 rad about its mean within it."""
 
-MOST_WINDOWS = 12
-"""The liveliest so many are looked at."""
+@dataclass(frozen=True)
+class ContradictionSettings:
+    """Limits of what counts as a contradiction; found on recorded flights where not chosen.
+
+    Those are the HFB-320, Twin Otter and Citation recordings, which are no evidence for them.
+
+    Attributes
+    ----------
+    window : float
+        s; length of the windows in which the shape of the motion is compared: a bias of 0.005 rad/s, which is large,
+        moves theta by 0.02 rad about its mean within it. Chosen.
+    most_windows : int
+        The liveliest so many are looked at. Chosen for time.
+    least_theta, least_h : float
+        rad, m; a misfit below this contradicts nothing.
+    air_alpha, air_V : float
+        m/s; so much may be gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V sees that of some seconds only.
+    misfit : float
+        Share, 1, of a channel's variation that is not explained, from which it contradicts.
+    misfit_h : float
+        The same of altitude: pressure altitude is slow.
+    small_bias : float
+        rad; so much may theta and alpha be biased: more would turn any climb into a descent.
+    agrees : float
+        Share, 1, below which a channel agrees.
+    doubtful, vanishes : float
+        Share, 1, from which a channel is wrong if one of the remedies brings it below the other.
+    above_noise : float
+        Times its noise, 1, that a misfit must be.
+    doubtful_air, doubtful_noise : float
+        Shares, 1, of what gusts may do and of `above_noise` that the misfit of a doubtful channel must be.
+    """
+
+    window: float = 8.0
+    most_windows: int = 12
+    least_theta: float = 0.02
+    least_h: float = 10.0
+    air_alpha: float = 3.0
+    air_V: float = 2.0
+    misfit: float = 0.5
+    misfit_h: float = 1.0
+    small_bias: float = 0.03
+    agrees: float = 0.3
+    doubtful: float = 0.4
+    vanishes: float = 0.12
+    above_noise: float = 8.0
+    doubtful_air: float = 0.3
+    doubtful_noise: float = 0.5
+
+    def worst_share(self, output: str) -> float:
+        """Share of an output's variation that is not explained, from which it contradicts."""
+        return self.misfit_h if output == "h" else self.misfit
+
+    def least(self, output: str, airspeed: float) -> float:
+        """What gusts and drift may do to an output, SI, at an airspeed, m/s."""
+        limits = {
+            "alpha": self.air_alpha / max(airspeed, 1.0),
+            "V": self.air_V,
+            "theta": self.least_theta,
+            "h": self.least_h,
+        }
+        return limits[output]
+
+
+USUAL = ContradictionSettings()
+"""The limits unless told otherwise."""
 
 SIGN = (-1.0, "with its sign changed")
 _ANGLE = (
@@ -68,26 +130,6 @@ SHIFTS = tuple(sign * seconds for seconds in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0) for 
 DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
 """The input that an output answers to first: where the output is wrong, it may be that one's fault."""
 
-LEAST = {"theta": 0.02, "h": 10.0}
-"""A misfit below this contradicts nothing: rad, m."""
-
-AIR = {"alpha": 3.0, "V": 2.0}
-"""m/s; so much may be gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V sees that of some seconds only."""
-
-MISFIT = {"V": 0.5, "alpha": 0.5, "theta": 0.5, "h": 1.0}
-"""Share of a channel's variation that is not explained, from which it contradicts; pressure altitude is slow."""
-
-SMALL_BIAS = 0.03
-"""rad; so much may theta and alpha be biased: more would turn any climb into a descent."""
-
-AGREES = 0.3
-"""Share below which it agrees."""
-
-DOUBTFUL, VANISHES = 0.4, 0.12
-"""Share from which a channel is wrong if one of the remedies brings it below the other."""
-
-ABOVE_NOISE = 8.0
-"""Times its noise that a misfit must be."""
 
 _QUICK = FitSettings(steps=6, rounds=3, cost_tolerance=1.0, variance_tolerance=0.2)
 
@@ -131,45 +173,52 @@ class Contradiction:
 
 
 def contradictions(
-    recordings: Sequence[Recording], faults: Sequence[Fault] = (), values: Sequence[float] = ()
+    recordings: Sequence[Recording],
+    faults: Sequence[Fault] = (),
+    values: Sequence[float] = (),
+    settings: ContradictionSettings = USUAL,
 ) -> tuple[Contradiction, ...]:
     """What no instrument fault, gust or noise reconciles; `faults` with their numbers are taken as known."""
     found = []
     for recording in recordings:
-        windows = _windows(recording)
+        windows = _windows(recording, settings)
         if windows is None:
             continue
-        misfits = _misfits(windows, faults, values)
-        wrong, doubtful = _wrong(windows, misfits), _doubtful(windows, misfits)
+        misfits = _misfits(windows, settings, faults, values)
+        wrong, doubtful = _wrong(windows, settings, misfits), _doubtful(windows, settings, misfits)
         if wrong or doubtful:
             # An instrument may be late or wrongly scaled without being another one.
-            tolerant = _tolerant(windows, faults, values, wrong or doubtful)
-            wrong, doubtful = _wrong(windows, tolerant), _doubtful(windows, tolerant)
+            tolerant = _tolerant(windows, settings, faults, values, wrong or doubtful)
+            wrong, doubtful = _wrong(windows, settings, tolerant), _doubtful(windows, settings, tolerant)
         if wrong or doubtful:
-            explained = _explained(windows, faults, values, misfits, wrong, doubtful)
+            explained = _explained(windows, settings, faults, values, misfits, wrong, doubtful)
             if explained is not None:
                 found.append(explained)
     return tuple(found)
 
 
-def _windows(recording: Recording) -> Recording | None:
+def _windows(recording: Recording, settings: ContradictionSettings) -> Recording | None:
     """The recording in short stretches, the liveliest of them."""
     pieces: list[slice] = []
     interval = float(np.median(np.diff(recording.time)))
-    length = max(20, round(WINDOW / interval))
+    length = max(20, round(settings.window / interval))
     for stretch in recording.stretches:
         size = stretch.stop - stretch.start
         count = max(1, size // length)
         edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int)
         pieces += [slice(int(a), int(b)) for a, b in itertools.pairwise(edges)]
     pieces = [piece for piece in pieces if np.isfinite(recording.measured[piece, :2]).sum(axis=0).min() >= 10]
-    lively = sorted(pieces, key=lambda piece: -float(np.std(recording.inputs[piece, 2])))[:MOST_WINDOWS]
+    lively = sorted(pieces, key=lambda piece: -float(np.std(recording.inputs[piece, 2])))[: settings.most_windows]
     chosen = tuple(sorted(lively, key=lambda piece: piece.start))
     return compacted(replace(recording, stretches=chosen)) if lively else None
 
 
 def _misfits(
-    windows: Recording, faults: Sequence[Fault], values: Sequence[float], outputs: Sequence[str] = SEEN
+    windows: Recording,
+    settings: ContradictionSettings,
+    faults: Sequence[Fault],
+    values: Sequence[float],
+    outputs: Sequence[str] = SEEN,
 ) -> dict[str, tuple[float, float]]:
     """Share of each output's variation that the motion leaves, and the misfit itself (SI), biases being free."""
     compared = windows.compared.copy()
@@ -180,7 +229,7 @@ def _misfits(
     # Biases of what drives the path; those of what sees it go into the initial states but for their difference.
     held = {(fault.kind, fault.channel) for fault in faults}
     biases = [
-        fault if fault.drives else replace(fault, lowest=-SMALL_BIAS, highest=SMALL_BIAS)
+        fault if fault.drives else replace(fault, lowest=-settings.small_bias, highest=settings.small_bias)
         for fault in catalogue([windows])
         if fault.kind == "sensor_bias" and fault.channel in (*DRIVING, "theta", "alpha")
         and (fault.kind, fault.channel) not in held
@@ -208,47 +257,54 @@ def _misfits(
 
 
 def _tolerant(
-    windows: Recording, faults: Sequence[Fault], values: Sequence[float], suspects: Sequence[str]
+    windows: Recording,
+    settings: ContradictionSettings,
+    faults: Sequence[Fault],
+    values: Sequence[float],
+    suspects: Sequence[str],
 ) -> dict[str, tuple[float, float]]:
     """The misfits that are left where the suspects and what drives them may be late and wrongly scaled, at best."""
     channels = {*suspects, *(DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY)}
     asked = [fault for fault in catalogue([windows]) if fault.channel in channels and fault not in faults]
-    best = _misfits(windows, faults, values)
+    best = _misfits(windows, settings, faults, values)
     for kind, start in (("sensor_delay", 0.1), ("sensor_delay", 0.4), ("sensor_lag", 0.2)):
         for drives in (False, True):
             more = [fault for fault in asked if fault.kind in (kind, "sensor_scale") and fault.drives == drives]
             begin = [start if fault.kind == kind else 1.0 for fault in more]
-            found = _misfits(windows, (*faults, *more), (*values, *begin))
+            found = _misfits(windows, settings, (*faults, *more), (*values, *begin))
             if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
                 best = found
     return best
 
 
-def _wrong(windows: Recording, misfits: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+def _wrong(
+    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
+) -> tuple[str, ...]:
     """The outputs whose misfit is more than noise, gusts and drift."""
     wrong = []
     for name, (share, misfit) in misfits.items():
-        if share > MISFIT[name] and misfit > max(_least(windows, name), ABOVE_NOISE * windows.noise[name]):
+        least = max(settings.least(name, windows.airspeed), settings.above_noise * windows.noise[name])
+        if share > settings.worst_share(name) and misfit > least:
             wrong.append(name)
     return tuple(wrong)
 
 
-def _least(windows: Recording, name: str) -> float:
-    """What gusts and drift may do to an output, SI."""
-    return AIR["alpha"] / max(windows.airspeed, 1.0) if name == "alpha" else AIR.get(name) or LEAST[name]
-
-
-def _doubtful(windows: Recording, misfits: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+def _doubtful(
+    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
+) -> tuple[str, ...]:
     """The outputs that are wrong if a change of sign, unit or clock makes their misfit vanish."""
-    return tuple(
-        name
-        for name, (share, misfit) in misfits.items()
-        if share > DOUBTFUL and misfit > max(0.3 * _least(windows, name), 0.5 * ABOVE_NOISE * windows.noise[name])
-    )
+    doubtful = []
+    for name, (share, misfit) in misfits.items():
+        air = settings.doubtful_air * settings.least(name, windows.airspeed)
+        noise = settings.doubtful_noise * settings.above_noise * windows.noise[name]
+        if share > settings.doubtful and misfit > max(air, noise):
+            doubtful.append(name)
+    return tuple(doubtful)
 
 
 def _explained(
     windows: Recording,
+    settings: ContradictionSettings,
     faults: Sequence[Fault],
     values: Sequence[float],
     misfits: dict[str, tuple[float, float]],
@@ -258,17 +314,17 @@ def _explained(
     """The contradiction with the channel that is to blame and what mends it, where that can be told."""
     suspects = wrong or doubtful
     misfit = max(misfits[name][0] for name in suspects)
-    blamed = _without_which_the_others_agree(windows, faults, values)
+    blamed = _without_which_the_others_agree(windows, settings, faults, values)
     if blamed is None:
         channels: tuple[str, ...] = DRIVING
     else:
         channels = (blamed, DRIVEN_BY[blamed]) if blamed in DRIVEN_BY else (blamed,)
-    enough = AGREES if wrong else VANISHES
+    enough = settings.agrees if wrong else settings.vanishes
     best: tuple[float, str, str] | None = None
     for channel, remedy, changed in _remedies(windows, channels):
-        after = _misfits(changed, faults, values)
+        after = _misfits(changed, settings, faults, values)
         left = max(after[name][0] for name in {*suspects, blamed} if name in after)
-        if left < enough and not _wrong(changed, after) and (best is None or left < best[0]):
+        if left < enough and not _wrong(changed, settings, after) and (best is None or left < best[0]):
             best = (left, channel, remedy)
     if best is not None:
         return Contradiction(windows.log.name, (best[1],), best[2], misfit)
@@ -277,16 +333,18 @@ def _explained(
     return Contradiction(windows.log.name, wrong if blamed is None else (blamed,), "", misfit)
 
 
-def _without_which_the_others_agree(windows: Recording, faults: Sequence[Fault], values: Sequence[float]) -> str | None:
+def _without_which_the_others_agree(
+    windows: Recording, settings: ContradictionSettings, faults: Sequence[Fault], values: Sequence[float]
+) -> str | None:
     """The output without which the others agree best; None where they do not without any."""
     best: tuple[float, str] | None = None
     for name in windows.outputs:
         others = [other for other in windows.outputs if other != name]
         if len(others) < 2:
             continue
-        after = _misfits(windows, faults, values, others)
+        after = _misfits(windows, settings, faults, values, others)
         left = max(share for share, _ in after.values())
-        if not _wrong(windows, after) and (best is None or left < best[0]):
+        if not _wrong(windows, settings, after) and (best is None or left < best[0]):
             best = (left, name)
     return None if best is None else best[1]
 

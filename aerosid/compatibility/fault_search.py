@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtri, ndtr, ndtri
 
+from aerosid.compatibility.contradiction import ContradictionSettings
 from aerosid.compatibility.estimate import STEP, TRIAL, Fit, deviations, fit, normal_equations, score
 from aerosid.compatibility.faults import Fault, catalogue
 from aerosid.compatibility.likelihood import Structure
@@ -33,6 +34,18 @@ class SearchSettings:
     collinear : float
         Squared cosine between the effects of two faults from which they count as not told apart, other instruments'
         biases being unknown: a model that is not exact can then favour the wrong one.
+    first_sigma : float
+        m/s; standard deviation of the air's velocity at which the search of gusts begins. Chosen.
+    coloured : float
+        Probability of white noise, 1, from which a residual is called coloured. Chosen.
+    above_the_vane : float
+        Times the vane's noise, 1, that gusts must be for other effects to be sought beside them. Found on the Twin
+        Otter and Citation recordings.
+    gusts_last : float
+        s; how long such gusts last at least: a vane whose noise keeps 0.8 of each sample looks, sampled at 40 Hz, like
+        gusts of 0.4 s. Found on the same.
+    contradiction : ContradictionSettings
+        Limits of what counts as a contradiction.
     """
 
     false_alarm: float = 0.002
@@ -41,15 +54,17 @@ class SearchSettings:
     price: float = 8.0
     reach: float = 6.0
     collinear: float = 0.75
+    first_sigma: float = 0.3
+    coloured: float = 1e-4
+    above_the_vane: float = 1.5
+    gusts_last: float = 0.5
+    contradiction: ContradictionSettings = field(default_factory=ContradictionSettings)
 
 
 DEFAULT = SearchSettings()
 
 AXES = ("w", "u")
 """Body axes along which air may move, and where a search of its standard deviation begins."""
-
-FIRST_SIGMA = 0.3
-"""m/s."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +114,8 @@ def search(recordings: Sequence[Recording], settings: SearchSettings = DEFAULT) 
     # What entered early for want of the right explanation leaves in between; then only what is certain may enter.
     for doubt in (0.0, certain):
         for _ in range(settings.rounds):
-            trials = [*_with_faults(recordings, current, asked, worth, settings), *_with_gusts(recordings, current)]
+            trials = [*_with_faults(recordings, current, asked, worth, settings)]
+            trials += _with_gusts(recordings, current, settings)
             trials = [trial for trial in trials if current.cost - trial.cost > worth]
             if doubt > 0.0:
                 trials = [trial for trial in trials if _moves_air(trial, current) or _ratio(recordings, trial) > doubt]
@@ -124,11 +140,11 @@ def _numbers(at: Fit) -> int:
     return len(at.structure.faults) + 2 * (gust.sigma_w > 0.0) + 2 * (gust.sigma_u > 0.0)
 
 
-def _with_gusts(recordings: Sequence[Recording], current: Fit) -> Iterator[Fit]:
+def _with_gusts(recordings: Sequence[Recording], current: Fit, settings: SearchSettings) -> Iterator[Fit]:
     """The present structure with moving air along each axis along which it rests."""
     for axis in AXES:
         if getattr(current.structure.gust, f"sigma_{axis}") == 0.0:
-            gust = replace(current.structure.gust, **{f"sigma_{axis}": FIRST_SIGMA})
+            gust = replace(current.structure.gust, **{f"sigma_{axis}": settings.first_sigma})
             yield fit(recordings, replace(current.structure, gust=gust), current, TRIAL)
 
 

@@ -13,9 +13,6 @@ from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
 FILTERS = frozenset(name for name in UNLIKE_THEIR_SCORE if KINDS[name].place == "input")
 """Kinds unlike their score that take noise out of a control's record."""
 
-CALM_LEFT = 0.5
-"""Of what averaging a noisy record brings, the share that a better average could still bring."""
-
 
 def with_plain_noise(active: ActiveEffect) -> ActiveEffect:
     """The effect on a control without what it does to the noise of its record."""
@@ -39,4 +36,4 @@ def is_no_filter(search: StructureSearch, trial: Refinement, current: Refinement
         refine_on(each, calm, TRIAL, [with_plain_noise(active) for active in each.effects]) for each in (trial, current)
     )
     averaging = max(current.cost - without.cost, 0.0)
-    return without.cost - with_it.cost > search.critical**2 + CALM_LEFT * averaging
+    return without.cost - with_it.cost > search.critical**2 + search.settings.trials.calm_left * averaging

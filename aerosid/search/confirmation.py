@@ -20,17 +20,16 @@ from aerosid.model_error.coefficient_match import explained_shares
 from aerosid.notation import number, with_deviation
 from aerosid.search.disturbance_search import in_forces
 from aerosid.search.findings import Finding
+from aerosid.search.settings import SuggestionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import Unproven, reason
 
 OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """Where the search among forces begins: a tenth of a deviation moves nothing."""
 
-LESS = 0.95
-"""Share of a coefficient's variance unexplained without a term that may be left with it: less is worth no name."""
 
-APART = 3.0
-"""Standard errors of their difference from which two numbers of one term are told to differ."""
+USUAL = SuggestionSettings()
+"""The settings of a loop unless told otherwise."""
 
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
 """Where a coefficient along the wind shows most in those that are measured."""
@@ -95,7 +94,10 @@ def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequ
 
 
 def told_of_confirmed(
-    confirmed: Sequence[Confirmed], flights: Sequence[str], findings: Sequence[Finding] = ()
+    confirmed: Sequence[Confirmed],
+    flights: Sequence[str],
+    findings: Sequence[Finding] = (),
+    settings: SuggestionSettings = USUAL,
 ) -> list[str]:
     """A sentence for each, for the notes: the number that is named, and the other flights' own.
 
@@ -105,13 +107,15 @@ def told_of_confirmed(
         Names of the flights that were asked.
     findings : sequence of Finding
         What is named, with its final numbers.
+    settings : SuggestionSettings
+        From how many standard errors on two numbers are told to differ.
     """
     final = {finding.entry: finding for finding in findings}
     sentences = []
     for each in confirmed:
         named = final.get(each.entry, each.suggested.finding)
         apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
-        size = f" The two numbers are {number(apart)} standard errors apart." if apart > APART else ""
+        size = f" The two numbers are {number(apart)} standard errors apart." if apart > settings.apart else ""
         sentences.append(
             f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
             f"is not proven by what was fitted ({reason(each.suggested, named)}), but what was not "
@@ -154,4 +158,4 @@ def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, va
         rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == place]
         left += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
     without, beside = np.sum(left, axis=0) if left else (0.0, 0.0)
-    return bool(beside < LESS * without)
+    return bool(beside < search.settings.suggestion.less * without)

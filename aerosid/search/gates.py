@@ -1,9 +1,10 @@
-"""Gates on the selected structure: unmodelled forces, validation flights, single-sensor explanations."""
+"""Gates on the selected structure: critical t-ratio, unmodelled forces, validation flights, lone sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from aerosid.search.backward_elimination import certain, pruned
 from aerosid.search.disturbance_search import Searched, in_forces
 from aerosid.search.findings import Part
 from aerosid.search.refutation import without_refuted
-from aerosid.search.separation_search import PATCHES, separation_at_first
+from aerosid.search.separation_search import separation_at_first
 from aerosid.search.starts import Searches, gusts_say_better, separated
 from aerosid.search.structure_search import StructureSearch
 
@@ -40,7 +41,7 @@ class Standing:
     searched: Searched
     completed: Refinement
     spread: Deviations
-    refuted: tuple[Part, ...]
+    refuted: tuple[Part, ...] = ()
 
     @property
     def forces(self) -> ActiveEffect | None:
@@ -48,53 +49,29 @@ class Standing:
         return forces_of(self.searched.estimate)
 
 
+class Selected(NamedTuple):
+    """What the gates judge: the declared structure re-estimated, the searches made, flights that were not fitted."""
+
+    before: Refinement
+    made: Searches
+    validation: tuple[Manoeuvre, ...]
+
+
+class Gate(NamedTuple):
+    """What a finding must be to be named, and how the structure is left without what is not."""
+
+    asks: str
+    passed: Callable[[StructureSearch, Selected, Standing], Standing]
+
+
 def standing(search: StructureSearch, before: Refinement, made: Searches, validation: Sequence[Manoeuvre]) -> Standing:
     """What stands of the searches that were made; `validation`: flights that were not fitted."""
-    manoeuvres, searched = search.manoeuvres, made.reached
-    completed, spread = certain(search, refine_on(_unforced(searched.estimate, before), manoeuvres))
-    if forces_of(searched.estimate) and (kept := _no_imitation(search, before, completed, made, validation)):
-        searched = kept
-        completed, spread = certain(search, refine_on(kept.estimate, manoeuvres))
-    held, refuted = without_refuted(completed, search, validation)
-    if refuted:
-        completed, spread = certain(search, refine_on(held, manoeuvres))
-        gain = search.price(before) - search.price(completed)
-        if search.settings.disturbances and search.is_doubtful(completed) and gain < NO_IMITATION * search.samples:
-            # What is left of a sum that was refuted was not found as such.
-            rest = pruned(search, in_forces(search, completed))
-            completed, spread = certain(search, refine_on(_unforced(rest, before), manoeuvres))
-    if (reduced := _without_odd_sensors(search, completed)) is not completed:
-        # A gust that was found beside such a fault may have been its work.
-        completed, spread = certain(search, refine_on(_calmed(search, reduced), manoeuvres))
-    return Standing(searched, completed, spread, refuted)
-
-
-NO_IMITATION = 1.8
-"""Rise of -2 ln L a sample, residuals 2.5 times as large, that no wrong name makes good.
-
-Forces of any shape can follow a stall, a trim change and thrust too, and leave none of them standing. What brings the
-whole residual in open loop down so far is kept, although something is left.
-"""
-
-
-def _no_imitation(
-    search: StructureSearch,
-    before: Refinement,
-    completed: Refinement,
-    made: Searches,
-    validation: Sequence[Manoeuvre],
-) -> Searched | None:
-    """What was found without disturbances, if it says so much more than what forces of any shape left standing."""
-    plain = made.plain
-    if search.price(completed) - search.price(plain.estimate) <= NO_IMITATION * search.samples:
-        return None
-    found = [plain]
-    if gusts_say_better(search, plain, made.gusty):
-        found.append(separated(search, plain, validation))
-    if search.separating and len(search.parts(plain.estimate, None)) >= PATCHES:
-        estimate, others = separation_at_first(search, before)
-        found.append(replace(plain, estimate=estimate, others=others))
-    return min(found, key=lambda each: search.price(each.estimate))
+    selected, searched = Selected(before, made, tuple(validation)), made.reached
+    completed, spread = certain(search, refine_on(_unforced(searched.estimate, before), search.manoeuvres))
+    held = Standing(searched, completed, spread)
+    for gate in GATES:
+        held = gate.passed(search, selected, held)
+    return held
 
 
 def forces_of(current: Refinement) -> ActiveEffect | None:
@@ -108,15 +85,61 @@ def _unforced(current: Refinement, before: Refinement) -> Refinement:
     return replace(current, effects=effects, variance=np.maximum(current.variance, before.variance))
 
 
-ODD = 2.0
-"""Times its noise that the one channel with anything left must be for the fault named of its sensor to be no such."""
+def _beyond_imitation(search: StructureSearch, selected: Selected, held: Standing) -> Standing:
+    """With what was found without disturbances, if it says so much more than forces of any shape left standing."""
+    plain, limits = selected.made.plain, search.settings
+    least = limits.gusts.no_imitation * search.samples
+    if held.forces is None or search.price(held.completed) - search.price(plain.estimate) <= least:
+        return held
+    found = [plain]
+    if gusts_say_better(search, plain, selected.made.gusty):
+        found.append(separated(search, plain, selected.validation))
+    if search.separating and len(search.parts(plain.estimate, None)) >= limits.separation.patches:
+        estimate, others = separation_at_first(search, selected.before)
+        found.append(replace(plain, estimate=estimate, others=others))
+    kept = min(found, key=lambda each: search.price(each.estimate))
+    return Standing(kept, *certain(search, refine_on(kept.estimate, search.manoeuvres)))
 
-MOSTLY = 3.0
-"""Times what is left that the channel must be off without the fault for it to be named all the same: it says most."""
+
+def _not_refuted(search: StructureSearch, selected: Selected, held: Standing) -> Standing:
+    """Without what makes the prediction of the validation flights worse."""
+    left, refuted = without_refuted(held.completed, search, selected.validation)
+    if not refuted:
+        return held
+    completed, spread = certain(search, refine_on(left, search.manoeuvres))
+    gain = search.price(selected.before) - search.price(completed)
+    least = search.settings.gusts.no_imitation * search.samples
+    if search.settings.disturbances and search.is_doubtful(completed) and gain < least:
+        # What is left of a sum that was refuted was not found as such.
+        rest = pruned(search, in_forces(search, completed))
+        completed, spread = certain(search, refine_on(_unforced(rest, selected.before), search.manoeuvres))
+    return replace(held, completed=completed, spread=spread, refuted=refuted)
+
+
+def _not_one_odd_sensor(search: StructureSearch, selected: Selected, held: Standing) -> Standing:  # noqa: ARG001
+    """Without faults of the one sensor whose channel alone is left wrong: it errs as they do not."""
+    reduced = _without_odd_sensors(search, held.completed)
+    if reduced is held.completed:
+        return held
+    # A gust that was found beside such a fault may have been its work.
+    completed, spread = certain(search, refine_on(_calmed(search, reduced), search.manoeuvres))
+    return replace(held, completed=completed, spread=spread)
+
+
+GATES = (
+    Gate("says more than forces of any shape imitate", _beyond_imitation),
+    Gate("predicts no validation flight worse", _not_refuted),
+    Gate("is not one sensor's fault that leaves its channel alone wrong", _not_one_odd_sensor),
+)
+"""What each structure must pass in turn.
+
+Before the first, and after each that takes something out, backward elimination by corrected t-ratios keeps what is
+certain among so many candidates (`backward_elimination.certain`).
+"""
 
 
 def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refinement:
-    """The estimate without faults of the one sensor whose channel alone is left wrong: it errs as they do not."""
+    """The estimate without faults of the one sensor whose channel alone is left wrong."""
     wrong = unexplained_channels(completed, search.manoeuvres)
     if len(wrong) != 1:
         return completed
@@ -128,10 +151,11 @@ def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refi
         for part in search.parts(completed, None)
         if part.active is not None and isinstance(part.active.effect, OutputEffect) and part.label[1] == wrong[0]
     ]
-    if left < ODD * noise or not odd:
+    limits = search.settings.odd_sensor
+    if left < limits.odd * noise or not odd:
         return completed
     reduced = search.without(completed, odd)
-    return reduced if np.sqrt(reduced.variance[place]) < MOSTLY * left else completed
+    return reduced if np.sqrt(reduced.variance[place]) < limits.mostly * left else completed
 
 
 def _calmed(search: StructureSearch, completed: Refinement) -> Refinement:

@@ -23,18 +23,14 @@ from aerosid.model_error.paper_chain import ChainSettings, feed
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, Part, found_among, labels, named
+from aerosid.search.settings import CoefficientRivalSettings
+
+USUAL = CoefficientRivalSettings()
+"""The settings of a loop unless told otherwise."""
 
 RECORDED_RATE = "recorded_alpha_dot_hat"
 """Column of the derivative of the recorded alpha, made dimensionless: what a fit to one coefficient would use."""
 
-MATERIAL = 0.5
-"""Share of a coefficient's unexplained variance that an effect must take away before rivals there are of interest."""
-
-AS_GOOD = 0.9
-"""Share of that which a term in the effect's place must take away too, to look the same."""
-
-MORE = 0.1
-"""Share that a term takes away beside the effect, from which it is about something else."""
 
 FIT = RefinementSettings(steps=30, cost_tolerance=0.5, disturbances=False)
 """A rival stands beside the chosen one with its numbers, not in its table."""
@@ -60,7 +56,10 @@ class CoefficientRival:
 
 
 def coefficient_rivals(
-    found: Attribution, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
+    found: Attribution,
+    manoeuvres: Sequence[Manoeuvre],
+    hypotheses: Sequence[Hypothesis],
+    settings: CoefficientRivalSettings = USUAL,
 ) -> list[CoefficientRival]:
     """For each sensor or control effect that was found, the term that looks most like it in a coefficient alone.
 
@@ -79,7 +78,7 @@ def coefficient_rivals(
     terms = tuple(entry for entry in terms if entry not in found.completed.free)
     rivals: dict[tuple[str, Entry], CoefficientRival] = {}
     for active in sought:
-        for coefficient, entry, share in _alike(found, active, manoeuvres, terms):
+        for coefficient, entry, share in _alike(found, active, manoeuvres, terms, settings):
             if (named((*active.name, "")), entry) not in rivals:
                 finding = _in_its_place(found, active, entry, manoeuvres, len(hypotheses))
                 if finding is not None:
@@ -104,7 +103,11 @@ def _says(gain: float) -> str:
 
 
 def _alike(
-    found: Attribution, active: ActiveEffect, manoeuvres: Sequence[Manoeuvre], terms: Sequence[Entry]
+    found: Attribution,
+    active: ActiveEffect,
+    manoeuvres: Sequence[Manoeuvre],
+    terms: Sequence[Entry],
+    settings: CoefficientRivalSettings,
 ) -> Iterator[tuple[str, Entry, float]]:
     """Coefficient, term and share of the best term in each coefficient that looks like an effect."""
     own = found.completed.free
@@ -114,20 +117,20 @@ def _alike(
     candidates: list[_Regression] = []
     for i, coefficient in enumerate(found.completed.model.axes.coefficients):
         rows = held[:, i]
-        if rows.sum() < 10 * len(own):
+        if rows.sum() < settings.rows_each * len(own):
             continue
         moved = np.sum((acting.measured - without.measured)[rows, i] ** 2)
         before, after = (_Residual.of(each, rows, i) for each in (without, acting))
-        if moved > 0.01 * before.squares or after.squares > (1.0 - MATERIAL) * before.squares:
+        if moved > settings.corrected * before.squares or after.squares > (1.0 - settings.material) * before.squares:
             continue
         if not candidates:
             candidates = [_regression(found, out, manoeuvres, terms) for out in (active, None)]
         won = before.squares - after.squares
         shares = before.taken(candidates[0], rows, i) / won
         more = after.taken(candidates[1], rows, i) / won
-        shares[~(more < MORE)] = 0.0
+        shares[~(more < settings.more)] = 0.0
         best = int(np.argmax(shares)) if shares.size else 0
-        if shares.size and shares[best] > AS_GOOD:
+        if shares.size and shares[best] > settings.as_good:
             yield coefficient, terms[best], float(shares[best])
 
 

@@ -65,10 +65,6 @@ class Selection:
     unseen: tuple[str, ...]
 
 
-NOTICED = 30.0
-"""Times the least spread of d(t) from which it is there at all: 3e-5 of a coefficient."""
-
-
 def select(
     start: SweptModel,
     manoeuvres: Sequence[Manoeuvre],
@@ -159,7 +155,9 @@ class _Search:
         labels = {part.label for part in self.parts(current)}
         labels |= {(*active.name, "") for active in self.declared.effects}
         return [
-            h for h in self.seen if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres)
+            h
+            for h in self.seen
+            if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres, self.settings)
         ]
 
     def parts(self, current: Sweep) -> list[Part]:
@@ -258,7 +256,7 @@ class _Search:
         Of a sensor only the second is asked: what it shows wrongly need not be in d.
         """
         before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
-        noticed = NOTICED * self.settings.sweeps.least_spread
+        noticed = self.settings.noticed * self.settings.sweeps.least_spread
         if np.any((after > self.settings.most_increase * before) & (after > noticed)):
             return False
         there = before > noticed
@@ -294,7 +292,7 @@ class _Search:
 
     def _is_left(self, current: Sweep) -> bool:
         """Whether d(t) is more than rounding in some coefficient."""
-        return max(current.swept.statistics.spread) > NOTICED * self.settings.sweeps.least_spread
+        return max(current.swept.statistics.spread) > self.settings.noticed * self.settings.sweeps.least_spread
 
     def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
         """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""

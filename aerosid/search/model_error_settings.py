@@ -39,6 +39,11 @@ class ModelErrorSearchSettings:
     outlying : float
         Squared innovations of a sample beyond their mean, in deviations of chi-square, from which it is one: 8 is met
         by chance in one flight of a thousand samples out of a million.
+    jump_spacing : float
+        Steps of the grid of moments within which two sudden changes are one: the second would only mend the edge of the
+        first (as the likelihood's search).
+    noticed : float
+        Times the least spread of d(t), 1, from which it is there at all: 3e-5 of a coefficient. Chosen.
     least_reduction : float
         Share of its spread to which d(t) of some coefficient must fall for a term, control or jump to have explained
         it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and stalls.
@@ -67,6 +72,8 @@ class ModelErrorSearchSettings:
     unlike_share: float = 0.1
     outliers: int = 3
     outlying: float = 8.0
+    jump_spacing: float = 3.0
+    noticed: float = 30.0
     least_reduction: float = 0.8
     most_increase: float = 1.5
     apparent_mass: float = 0.3

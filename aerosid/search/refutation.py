@@ -15,15 +15,6 @@ from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
 
-CERTAIN = 25.0
-"""Squared errors in units of the noise by which a prediction must be worse: five deviations of one sample."""
-
-SHARE = 0.03
-"""And by which share of the whole: a model that is wrong elsewhere predicts a little better or worse by chance."""
-
-SHARE_IN_GUSTS = 0.25
-"""The same where a disturbance is among what was found: no open-loop simulation can follow it, and chance is more."""
-
 ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """A few units of -2 ln L do not decide whether a residual is noise."""
 
@@ -47,7 +38,8 @@ def without_refuted(
     """
     if not validation:
         return completed, ()
-    share = SHARE_IN_GUSTS if completed.is_disturbed else SHARE
+    limits = search.settings.refutation
+    share = limits.share_in_gusts if completed.is_disturbed else limits.share
     error = misfit(completed, validation)
     held = current = completed
     refuted: tuple[Part, ...] = ()
@@ -57,7 +49,7 @@ def without_refuted(
         errors = [misfit(trial, validation) for trial, _ in tries]
         least = int(np.argmin(errors))
         current, gone = tries[least][0], (*gone, tries[least][1])
-        if error > errors[least] + CERTAIN + share * errors[least]:
+        if error > errors[least] + limits.certain + share * errors[least]:
             error, held, refuted = errors[least], current, gone
     return held, refuted
 

@@ -19,23 +19,8 @@ from aerosid.search.findings import Finding, Part, named
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import lightened, shortlisted, start_with, tried
 
-NEARLY_ALL = 0.02
-"""Share of the loss that a rival may leave and still be fitted: second order errs by less where it wins back most."""
-
-STAND_IN_SHARE = 0.5
-"""Share of the loss, linear in the number of an effect that is not, from which a stand-in is worth a fit."""
-
-RIVAL_SHARE = 0.75
-"""Share of the chosen one's score from which another hypothesis is worth a fit in its place."""
-
-OTHERWISE_GOOD = 0.5
-"""Share of what a hypothesis brings in the place of a part, from which, brought beside it, it says something else."""
-
 RAREST = max(kind.rarity for kind in KINDS.values())
 """What a rival may lose by its rareness alone and still be listed."""
-
-SURELY_APART = 20.0
-"""Times the difference in price that decides nothing, within which a rival of a small effect is fitted."""
 
 
 def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
@@ -91,7 +76,8 @@ def in_its_place(
         rivals = {
             label: score
             for label, score in rivals.items()
-            if beside.get(id(score.hypothesis), 0.0) < OTHERWISE_GOOD * alone.get(id(score.hypothesis), np.inf)
+            if beside.get(id(score.hypothesis), 0.0)
+            < search.settings.replacement.otherwise_good * alone.get(id(score.hypothesis), np.inf)
         }
     # What does the same to the motion is found from where that motion is, not from the fit without it.
     struck = search.struck_out(current, group)
@@ -117,7 +103,9 @@ def has_rivals(search: StructureSearch, current: Refinement, group: Sequence[Par
         return True
     loss, scores = search.about(current).in_place_of(entries)
     # A spline follows any curve closely; it counts where it does so to the last.
-    near = SURELY_APART * margin, NEARLY_ALL * loss + SURELY_APART * margin
+    limits = search.settings.replacement
+    close = limits.surely_apart * margin
+    near = close, limits.nearly_all * loss + close
     return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
 
 
@@ -132,7 +120,9 @@ def stand_ins_for(search: StructureSearch, current: Refinement, group: Sequence[
         return []
     entries = [part.entry for part in group if part.entry is not None]
     loss, scores = search.about(current).in_place_of(entries, effects)
-    return shortlisted(search, [score for score in scores if score.gain > STAND_IN_SHARE * loss])
+    return shortlisted(
+        search, [score for score in scores if score.gain > search.settings.replacement.stand_in_share * loss]
+    )
 
 
 def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
@@ -145,7 +135,8 @@ def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[
 
     own = [s.gain for s in scores if is_own(s.hypothesis)]
     others = [s for s in scores if not is_own(s.hypothesis)]
-    return shortlisted(search, [score for score in others if score.gain > RIVAL_SHARE * max(own, default=0.0)])
+    least = search.settings.replacement.rival_share * max(own, default=0.0)
+    return shortlisted(search, [score for score in others if score.gain > least])
 
 
 def jumps_alike(search: StructureSearch, group: Sequence[Part]) -> list[Score]:

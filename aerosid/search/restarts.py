@@ -16,12 +16,6 @@ from aerosid.search.command_filters import FILTERS
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import start_with
 
-PROFILE = 10
-"""Values of an effect of a control at which everything else is estimated: neighbours differ by less than twice."""
-
-REACH_OF_PROFILE = 3.0
-"""Times the largest trial value up to which they go."""
-
 
 def afresh(search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float) -> list[Start]:
     """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
@@ -58,12 +52,13 @@ def profiled(
     A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
     lag near the true one does the likelihood lead there.
     """
+    settings = search.settings.trials
     starts, owners = [], []
     for hypothesis in hypotheses:
         (active,) = hypothesis.effects
         parameter = active.effect.parameters[0]
-        last = min(REACH_OF_PROFILE * parameter.trials[-1], 0.99 * parameter.highest)
-        for value in np.geomspace(parameter.trials[0], last, PROFILE):
+        last = min(settings.profile_reach * parameter.trials[-1], 0.99 * parameter.highest)
+        for value in np.geomspace(parameter.trials[0], last, settings.profile):
             tried = replace(active, values=(float(value),))
             effects = (*untouched.effects, frozen(tried))
             starts.append(Start(untouched.model, untouched.free, effects, None, untouched.variance))

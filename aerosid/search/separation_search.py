@@ -16,18 +16,6 @@ from aerosid.search.forward_selection import forward
 from aerosid.search.replacement import exchange
 from aerosid.search.structure_search import StructureSearch
 
-BESIDE_SEPARATION = 1
-"""How many may enter beside flow separation: each is searched for among as many rivals as all that entered before."""
-
-AFTER_SEPARATION = 2
-"""How many may enter where separation came first, as few as beside gusts that kinematics show."""
-
-PATCHES = 3
-"""Names that together may be a likeness of something else: the lift of a stall alone bends as two of them."""
-
-LIKENESS = 0.9
-"""Share of what its likeness brings that separation brings too, from which others are looked for beside it."""
-
 
 def with_separation(search: StructureSearch, found: Refinement) -> Refinement:
     """The search with flow separation in place of what was found of its likeness.
@@ -43,8 +31,9 @@ def with_separation(search: StructureSearch, found: Refinement) -> Refinement:
         bases.append(search.without(found, [part for part in alike if part not in jump]))
     best = _separated(search, bases)
     won, asked = search.price(base) - search.price(best), search.price(base) - search.price(found)
-    if won > max(LIKENESS * asked, 0.0) and search.is_doubtful(best):
-        best, _ = forward(search, pruned(search, best), BESIDE_SEPARATION)
+    limits = search.settings.separation
+    if won > max(limits.likeness * asked, 0.0) and search.is_doubtful(best):
+        best, _ = forward(search, pruned(search, best), limits.beside)
     return best
 
 
@@ -53,7 +42,8 @@ def separation_at_first(search: StructureSearch, before: Refinement) -> tuple[Re
 
     Where a stall is most of what is missing, what enters before it is drawn to it and then stands in its way.
     """
-    current, _ = forward(search, pruned(search, _separated(search, [before])), AFTER_SEPARATION)
+    first = pruned(search, _separated(search, [before]))
+    current, _ = forward(search, first, search.settings.separation.after)
     return exchange(search, current)
 
 
@@ -91,7 +81,7 @@ def greatest_jump(search: StructureSearch, found: Refinement) -> list[Part]:
 def is_patchwork(search: StructureSearch, current: Refinement) -> bool:
     """Whether terms are so many, bent in alpha some of them, that one cause with a memory may say them all."""
     terms = [part for part in search.parts(current, None) if part.entry is not None]
-    return len(terms) >= PATCHES and any(map(is_curve, terms))
+    return len(terms) >= search.settings.separation.patches and any(map(is_curve, terms))
 
 
 def is_curve(part: Part) -> bool:

@@ -1,9 +1,10 @@
-"""Starts of the structure search: plain, in gusts, among unmodelled forces, with separation."""
+"""Starts of the structure search: in gusts, plain, with flow separation, among unmodelled forces."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from aerosid.effects import StateEffect
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -14,9 +15,6 @@ from aerosid.search.refutation import cannot_follow
 from aerosid.search.replacement import exchange
 from aerosid.search.separation_search import is_patchwork, with_separation
 from aerosid.search.structure_search import StructureSearch
-
-BESIDE_GUSTS = 2
-"""How many may enter beside gusts that kinematics show, before flow separation is asked and all else without them."""
 
 
 @dataclass(frozen=True)
@@ -31,55 +29,115 @@ class Searches:
         The likeliest of all.
     gusty : Searched or None
         Beside gusts that the instruments show by kinematics alone.
+    explained : bool
+        Whether those gusts, with what was found beside them, leave nothing wrong and are more than forces of any shape.
     """
 
     plain: Searched
     reached: Searched
     gusty: Searched | None = None
+    explained: bool = False
+
+
+class Asked(NamedTuple):
+    """What the searches begin with: the declared structure as estimated, flights that are not fitted, moving air."""
+
+    before: Refinement
+    validation: tuple[Manoeuvre, ...]
+    moving_air: bool
+
+
+class SearchStart(NamedTuple):
+    """A beginning for the same forward selection, backward elimination and replacement, and when it is called for."""
+
+    begins: str
+    is_called_for: Callable[[StructureSearch, Asked, Searches], bool]
+    searched: Callable[[StructureSearch, Asked, Searches], Searches]
 
 
 def searches(
     search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], *, moving_air: bool
 ) -> Searches:
     """Every search that what is left calls for; `moving_air`: kinematics show gusts, and they are asked first."""
-    disturbances = search.settings.disturbances
-    gusty = None
-    if moving_air and search.stepping and disturbances and search.is_doubtful(before):
-        gusty = _beside_gusts(search, before, validation)
-        if _is_explained_by_gusts(search, gusty.estimate):
-            return Searches(gusty, gusty, gusty)
-    plain = _plainly(search, before, validation, gusty)
-    reached = _against_disturbances(search, before, plain, gusty) if disturbances else plain
-    return Searches(plain, reached, gusty)
+    asked, made = Asked(before, tuple(validation), moving_air), Searches(Searched(before), Searched(before))
+    for start in STARTS:
+        if start.is_called_for(search, asked, made):
+            made = start.searched(search, asked, made)
+    return made
 
 
-def _beside_gusts(search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre]) -> Searched:
+def _gusts_are_shown(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
+    """Whether the instruments show gusts, and something is left that they may say."""
+    shown = asked.moving_air and bool(search.stepping) and search.settings.disturbances
+    return shown and search.is_doubtful(asked.before)
+
+
+def _in_gusts(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
     """The search beside a gust, with flow separation where something is left."""
-    gusty = through_air(search, in_moving_air(search, before), BESIDE_GUSTS)
-    if not search.separating:
-        return gusty
-    if search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, validation):
-        separated = settled(search, with_separation(search, gusty.estimate))
-        if search.price(separated) < search.price(gusty.estimate):
-            gusty = replace(gusty, estimate=separated, others=())
-    return gusty
+    gusty = through_air(search, in_moving_air(search, asked.before), search.settings.gusts.beside_gusts)
+    left = search.separating and (
+        search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, asked.validation)
+    )
+    if left:
+        beside = settled(search, with_separation(search, gusty.estimate))
+        if search.price(beside) < search.price(gusty.estimate):
+            gusty = replace(gusty, estimate=beside, others=())
+    if not search.is_doubtful(gusty.estimate) and is_gust(search, gusty.estimate):
+        return Searches(gusty, gusty, gusty, explained=True)
+    return replace(made, gusty=gusty)
 
 
-def _is_explained_by_gusts(search: StructureSearch, gusty: Refinement) -> bool:
-    """Whether a gust, with what was found beside it, leaves nothing wrong, and is more than forces of any shape."""
-    return not search.is_doubtful(gusty) and is_gust(search, gusty)
+def _gusts_leave_something(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
+    """Whether gusts are not all that is missing."""
+    return not made.explained
 
 
-def _plainly(
-    search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], gusty: Searched | None
-) -> Searched:
-    """The search without disturbances, and flow separation where something is left that gusts do not say better."""
-    current, rounds = forward(search, before)
+def _plain(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
+    """The search from the declared structure, with nothing beside it."""
+    current, rounds = forward(search, asked.before)
     current, others = exchange(search, current)
     plain = Searched(current, others, tuple(rounds))
-    if gusts_say_better(search, plain, gusty):
-        return plain
-    return separated(search, plain, validation)
+    return replace(made, plain=plain, reached=plain)
+
+
+def _separation_may_say_it(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
+    """Whether flow separation is to be asked: not where gusts came further, for it was asked beside them."""
+    return not made.explained and not gusts_say_better(search, made.plain, made.gusty)
+
+
+def _with_separation(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
+    """The search with flow separation in place of what looks like it."""
+    plain = separated(search, made.plain, asked.validation)
+    return replace(made, plain=plain, reached=plain)
+
+
+def _something_is_left(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
+    """Whether what was found leaves the model wrong."""
+    return not made.explained and search.settings.disturbances and search.is_doubtful(made.plain.estimate)
+
+
+def _among_disturbances(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
+    """The search among gusts or forces of any shape, where they say it better."""
+    found, best = made.plain.estimate, made.plain
+    # What was found so far may be the disturbance's work, or be real beside it.
+    held_still = not search.parts(found, None) or any(isinstance(a.effect, StateEffect) for a in found.effects)
+    held_still |= gusts_say_better(search, made.plain, made.gusty)
+    disturbed = [beside_disturbances(search, asked.before, made.gusty)]
+    if not held_still:
+        disturbed.append(beside_disturbances(search, found))
+    for each in disturbed:
+        if search.price(each.estimate) < search.price(best.estimate):
+            best = each
+    return replace(made, reached=best)
+
+
+STARTS = (
+    SearchStart("in gusts that the instruments show", _gusts_are_shown, _in_gusts),
+    SearchStart("plain", _gusts_leave_something, _plain),
+    SearchStart("with flow separation", _separation_may_say_it, _with_separation),
+    SearchStart("among gusts or forces of any shape", _something_is_left, _among_disturbances),
+)
+"""The beginnings of the search, in this order; the likeliest for its price is judged by `gates.GATES`."""
 
 
 def separated(search: StructureSearch, plain: Searched, validation: Sequence[Manoeuvre]) -> Searched:
@@ -102,21 +160,3 @@ def gusts_say_better(search: StructureSearch, plain: Searched, gusty: Searched |
 def _fails_elsewhere(search: StructureSearch, current: Refinement, validation: Sequence[Manoeuvre]) -> bool:
     """Whether what was found cannot follow another flight: what separates there may look like a term here."""
     return bool(search.parts(current, None)) and any(cannot_follow(current, other) for other in validation)
-
-
-def _against_disturbances(
-    search: StructureSearch, before: Refinement, plain: Searched, gusty: Searched | None
-) -> Searched:
-    """The search against gusts or forces of any shape where something is left and they say it better."""
-    found = plain.estimate
-    if not search.is_doubtful(found):
-        return plain
-    best = plain
-    # What was found so far may be the disturbance's work, or be real beside it.
-    held_still = found is before or any(isinstance(active.effect, StateEffect) for active in found.effects)
-    held_still |= gusts_say_better(search, plain, gusty)
-    for base in (before,) if held_still else (before, found):
-        disturbed = beside_disturbances(search, base, gusty if base is before else None)
-        if search.price(disturbed.estimate) < search.price(best.estimate):
-            best = disturbed
-    return best

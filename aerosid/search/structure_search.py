@@ -34,9 +34,6 @@ from aerosid.search.settings import AttributionSettings
 UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
 """Kinds whose effect is far from linear in their number."""
 
-GROSS = 3.0
-"""Times a channel's noise from which what the model leaves may have drawn every estimate far off."""
-
 
 class StructureSearch:
     """One set of hypotheses on one set of manoeuvres, the price of an estimate, and what the last ones told."""
@@ -82,7 +79,9 @@ class StructureSearch:
 
     def is_gross(self, current: Refinement) -> bool:
         """Whether some channel's residual is many times its noise."""
-        return bool(np.any(np.sqrt(current.variance) > GROSS * np.nan_to_num(self.noise, nan=np.inf)))
+        return bool(
+            np.any(np.sqrt(current.variance) > self.settings.trials.gross * np.nan_to_num(self.noise, nan=np.inf))
+        )
 
     def is_doubtful(self, current: Refinement) -> bool:
         """Whether flow separation or disturbances may say it better: the model is still wrong, or is a staircase.
@@ -178,7 +177,7 @@ class StructureSearch:
         if hypothesis.time is None:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
-        reach = 3.0 * float(np.ptp(manoeuvre.flight.time)) / GRID
+        reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / GRID
         jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
         return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
 

@@ -14,16 +14,18 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.swept_model import Sweep
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 
-APART = 3.0
-"""Steps of the grid within which two sudden changes are one: the second would only mend the edge of the first."""
 
-
-def near_a_jump(hypothesis: Hypothesis, effects: Sequence[ActiveEffect], manoeuvres: Sequence[Manoeuvre]) -> bool:
+def near_a_jump(
+    hypothesis: Hypothesis,
+    effects: Sequence[ActiveEffect],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: ModelErrorSearchSettings,
+) -> bool:
     """Whether a sudden change is so close to one among `effects` that it would only mend its edge."""
     if hypothesis.time is None:
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
-    reach = APART * float(np.ptp(log.flight.time)) / GRID
+    reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / GRID
     return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
 
 
@@ -44,7 +46,7 @@ def at_outliers(
                 count += held
         excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
         interval = float(np.median(np.diff(log.flight.time)))
-        reach = max(1, round(APART * float(np.ptp(log.flight.time)) / GRID / interval))
+        reach = max(1, round(settings.jump_spacing * float(np.ptp(log.flight.time)) / GRID / interval))
         kinds = {
             h.kind: h
             for h in hypotheses
@@ -56,7 +58,7 @@ def at_outliers(
                 break
             found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
             excess[max(k - reach, 0) : k + reach] = -np.inf
-    return [h for h in found if not near_a_jump(h, current.swept.effects, manoeuvres)]
+    return [h for h in found if not near_a_jump(h, current.swept.effects, manoeuvres, settings)]
 
 
 def moving(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:

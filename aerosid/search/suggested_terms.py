@@ -16,12 +16,6 @@ from aerosid.search.findings import Finding
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import tried
 
-SUGGESTED = 3.0
-"""Corrected deviations from zero from which one candidate, asked for alone, would be believed."""
-
-TRIED = 2
-"""How many are fitted in each coefficient; the best is told, as powers of one variable say much the same."""
-
 
 @dataclass(frozen=True)
 class Unproven:
@@ -47,16 +41,17 @@ def unproven_terms(
     """
     if not search.is_doubtful(completed):
         return ()
+    settings = search.settings.suggestion
     by_coefficient: dict[str, list[Score]] = {}
     for score in search.scores(completed):
         if score.hypothesis.is_plain_term and score.hypothesis.label not in refuted:
             by_coefficient.setdefault(score.hypothesis.where, []).append(score)
-    best = [score for ranked in by_coefficient.values() for score in ranked[:TRIED]]
+    best = [score for ranked in by_coefficient.values() for score in ranked[: settings.tried]]
     found: dict[str, Unproven] = {}
     level = search.price(completed)
     for trial in tried(search, completed, best, level, margin=np.inf):
         part = next(p for p in search.parts(trial, search.rough_deviations(trial)) if p.entry not in completed.free)
-        if part.ratio > SUGGESTED:
+        if part.ratio > settings.suggested:
             row = finding_of(search, part, completed.cost - trial.cost)
             if row.where not in found or part.ratio > found[row.where].ratio:
                 found[row.where] = Unproven(row, part.ratio, search.critical)

@@ -16,18 +16,13 @@ from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
 
-LEAST_SHARE = 0.1
-"""Share of the best score from which a kind that is unlike its score is worth a fit."""
-
-SPLINE_SHARE = 0.9
-"""Share of the best score from which a spline is worth a fit."""
-
 
 def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]:
     """The hypotheses worth a fit: the best few whose score could pass, one a label, and the best of some kinds.
 
     The score of a large effect that is not linear, as of a rate limit, can rank below terms that only follow it.
     """
+    settings = search.settings.trials
     able = [score for score in scores if _left(search, score) > search.critical**2]
     worth: dict[tuple[str, str, str], Score] = {}
     for score in able:
@@ -39,11 +34,11 @@ def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]
     ranked = [score for score in worth.values() if not score.hypothesis.searched]
     chosen = ranked[: search.settings.shortlist]
     # One spline follows another closely: the best stands for all, where it is about as good as a simpler term.
-    chosen += [score for score in splines[:1] if not chosen or score.gain > SPLINE_SHARE * chosen[0].gain]
+    chosen += [score for score in splines[:1] if not chosen or score.gain > settings.spline_share * chosen[0].gain]
     kinds = {score.hypothesis.kind for score in chosen}
     for score in ranked[search.settings.shortlist :]:
         kind = score.hypothesis.kind
-        if kind not in kinds and kind in UNLIKE_THEIR_SCORE and score.gain > LEAST_SHARE * ranked[0].gain:
+        if kind not in kinds and kind in UNLIKE_THEIR_SCORE and score.gain > settings.unlike_share * ranked[0].gain:
             kinds.add(kind)
             chosen.append(score)
     return chosen
