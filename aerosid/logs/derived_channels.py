@@ -8,13 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from aerosid.logs.standard_atmosphere import density, true_airspeed
 
-# International Standard Atmosphere, ISO 2533: sea level, the troposphere's lapse rate, and the tropopause.
-_PRESSURE, _TEMPERATURE, _LAPSE = 101_325.0, 288.15, 0.0065
-_GAS_CONSTANT, _GRAVITY, _HEAT_RATIO = 287.05287, 9.80665, 1.4
-_TROPOPAUSE = 11_000.0
-_SPEED_OF_SOUND = (_HEAT_RATIO * _GAS_CONSTANT * _TEMPERATURE) ** 0.5
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -37,41 +33,6 @@ class Law:
     inputs: tuple[tuple[str, str], ...]
     unit: str
     constants: tuple[str, ...] = ()
-
-
-def static_pressure(pressure_altitude: FloatArray) -> FloatArray:
-    """Static pressure, Pa, at a pressure altitude, m; shape (N,).
-
-    Notes
-    -----
-    By definition of pressure altitude, whatever the temperature is; ISO 2533, up to 20 km.
-    """
-    below = _PRESSURE * np.power(
-        1.0 - _LAPSE * np.minimum(pressure_altitude, _TROPOPAUSE) / _TEMPERATURE, _GRAVITY / (_LAPSE * _GAS_CONSTANT)
-    )
-    cold = _TEMPERATURE - _LAPSE * _TROPOPAUSE
-    above = np.maximum(pressure_altitude - _TROPOPAUSE, 0.0)
-    return np.asarray(below * np.exp(-_GRAVITY * above / (_GAS_CONSTANT * cold)))
-
-
-def density(pressure_altitude: FloatArray, temperature: FloatArray) -> FloatArray:
-    """Air density, kg/m^3, from pressure altitude, m, and static temperature, K; shape (N,)."""
-    return np.asarray(static_pressure(pressure_altitude) / (_GAS_CONSTANT * temperature))
-
-
-def true_airspeed(calibrated: FloatArray, pressure_altitude: FloatArray, temperature: FloatArray) -> FloatArray:
-    """True airspeed, m/s, from calibrated airspeed, m/s, pressure altitude, m, and static temperature, K; shape (N,).
-
-    Notes
-    -----
-    The impact pressure by which calibrated airspeed is defined at sea level, then the Mach number that has it at the
-    static pressure; subsonic, W. Gracey, NASA RP-1046 (1980), eqs. (3.16) and (3.19).
-    """
-    power = _HEAT_RATIO / (_HEAT_RATIO - 1.0)
-    half = 0.5 * (_HEAT_RATIO - 1.0)
-    impact = _PRESSURE * (np.power(1.0 + half * np.square(calibrated / _SPEED_OF_SOUND), power) - 1.0)
-    mach = np.sqrt((np.power(impact / static_pressure(pressure_altitude) + 1.0, 1.0 / power) - 1.0) / half)
-    return np.asarray(mach * np.sqrt(_HEAT_RATIO * _GAS_CONSTANT * temperature))
 
 
 def alpha_at_centre_of_gravity(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.aircraft import Aircraft
-from aerosid.flight_model.standard_atmosphere import calibrated_airspeed, density_altitude, mach_number
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.standard_atmosphere import calibrated_airspeed, density_altitude, mach_number
 from aerosid.notation import number
 from aerosid.reporting.words import shown_unit
 

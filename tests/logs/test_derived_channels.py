@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from aerosid.errors import ChannelMapError
 from aerosid.logs import derived_channels as laws
+from aerosid.logs import standard_atmosphere as atmosphere
 from aerosid.logs.formats import read_log
 
 # U.S. Standard Atmosphere 1976, table I, and ISO 2533: altitude m, temperature K, pressure Pa, density kg/m^3.
@@ -28,8 +29,8 @@ ATMOSPHERE = [
 
 @pytest.mark.parametrize(("altitude", "temperature", "pressure", "density"), ATMOSPHERE)
 def test_the_standard_atmosphere(altitude: float, temperature: float, pressure: float, density: float) -> None:
-    assert laws.static_pressure(np.array(altitude)) == pytest.approx(pressure, rel=2e-5)
-    assert laws.density(np.array(altitude), np.array(temperature)) == pytest.approx(density, rel=2e-5)
+    assert atmosphere.pressure(np.array(altitude)) == pytest.approx(pressure, rel=2e-5)
+    assert atmosphere.density(np.array(altitude), np.array(temperature)) == pytest.approx(density, rel=2e-5)
 
 
 @pytest.mark.parametrize("row", ATMOSPHERE)
@@ -44,14 +45,14 @@ def test_true_airspeed_has_the_impact_pressure_of_calibrated(row: tuple[float, .
 
     wanted = impact(101325.0, calibrated / 340.294)
     mach = brentq(lambda m: impact(pressure, m) - wanted, 1e-6, 2.0)
-    found = laws.true_airspeed(np.array(calibrated), np.array(altitude), np.array(temperature))
+    found = atmosphere.true_airspeed(np.array(calibrated), np.array(altitude), np.array(temperature))
     assert found == pytest.approx(mach * sound, rel=3e-5)
 
 
 def test_true_airspeed_at_low_speed_is_the_root_of_the_density_ratio() -> None:
     altitude, temperature = np.array(3000.0), np.array(280.0)
-    ratio = np.sqrt(1.225 / laws.density(altitude, temperature))
-    assert laws.true_airspeed(np.array(20.0), altitude, temperature) == pytest.approx(20.0 * ratio, rel=1e-3)
+    ratio = np.sqrt(1.225 / atmosphere.density(altitude, temperature))
+    assert atmosphere.true_airspeed(np.array(20.0), altitude, temperature) == pytest.approx(20.0 * ratio, rel=1e-3)
 
 
 angles = st.floats(-1.2, 1.2)

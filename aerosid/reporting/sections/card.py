@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from aerosid.flight_model.standard_atmosphere import (
+from aerosid.logs.standard_atmosphere import (
     DENSITY_ALTITUDE_PER_KELVIN,
     GRAVITY,
     calibrated_airspeed,

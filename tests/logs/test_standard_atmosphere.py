@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerosid.flight_model.standard_atmosphere import (
+from aerosid.logs.standard_atmosphere import (
     SEA_LEVEL_DENSITY,
     calibrated_airspeed,
     density_altitude,
