@@ -14,19 +14,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
-from aerosid.estimation.effect_parameters import direction_places, parameters_of
+from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
+from aerosid.estimation.effect_parameters import direction_places
+from aerosid.estimation.effect_responses import input_directions, sense
 from aerosid.estimation.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
     acting_model,
     recording_sensors,
-    simulated_states,
-    transformed,
 )
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.motion_loop import MotionLoop, added_along, motion_loop
+from aerosid.estimation.motion_loop import MotionLoop, motion_loop
 from aerosid.estimation.prediction import no_directions, predict_stretch, start_carry
 from aerosid.estimation.simulated_slopes import slopes_by_simulation
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -65,6 +64,20 @@ class Whitened:
     columns: NDArray[np.float64]
     predicted: NDArray[np.float64]
     log_sum: float
+
+
+class Trial(NamedTuple):
+    """Numbers at which a likelihood is asked.
+
+    `values` (T,) of all terms; `states` the initial state (n,) of each manoeuvre; `effects` that act; `variance` (m,)
+    of the outputs' noise, SI squared; `tested` effects do not act: only their columns are wanted.
+    """
+
+    values: NDArray[np.float64]
+    states: Sequence[NDArray[np.float64]]
+    effects: Sequence[ActiveEffect]
+    variance: NDArray[np.float64]
+    tested: Sequence[ActiveEffect] = ()
 
 
 class _Block(NamedTuple):
@@ -172,46 +185,32 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
-        for part in self._whitened(values, states, effects, variance, tested):
+        for part in self._whitened(Trial(values, states, effects, variance, tested)):
             residual = np.where(part.held, part.block[:, :, 0], np.nan)
-            columns = self._spread(part.block[:, :, 1:], part.log)
+            columns = self._in_joint_places(part.block[:, :, 1:], part.log)
             yield Whitened(part.log, residual, columns, part.predicted, part.log_sum)
 
-    def _whitened(
-        self,
-        values: NDArray[np.float64],
-        states: Sequence[NDArray[np.float64]],
-        effects: Sequence[ActiveEffect],
-        variance: NDArray[np.float64],
-        tested: Sequence[ActiveEffect],
-    ) -> Iterator[_Block]:
+    def _whitened(self, trial: Trial) -> Iterator[_Block]:
         """As `stretches`, of each manoeuvre its own columns alone."""
-        values = np.array(values)  # a model's own values may not be written, and kernels would compile anew for them
-        if values.size != self.model.values.size:
-            raise ValueError(f"{values.size} values were given for {self.model.values.size} terms")
+        # A model's own values may not be written, and kernels would compile anew for them.
+        trial = trial._replace(values=np.array(trial.values))
+        if trial.values.size != self.model.values.size:
+            raise ValueError(f"{trial.values.size} values were given for {self.model.values.size} terms")
         for log in range(len(self.manoeuvres)):
             if self.held_to_data > 0.0:
-                yield from self._predicted(log, values, states[log], effects, variance, tested)
+                yield from self._predicted(log, trial)
             else:
-                yield from self._simulated(log, values, states[log], effects, variance, tested)
+                yield from self._simulated(log, trial)
 
-    def _simulated(
-        self,
-        log: int,
-        values: NDArray[np.float64],
-        state: NDArray[np.float64],
-        effects: Sequence[ActiveEffect],
-        variance: NDArray[np.float64],
-        tested: Sequence[ActiveEffect],
-    ) -> Iterator[_Block]:
+    def _simulated(self, log: int, trial: Trial) -> Iterator[_Block]:
         """Open loop, whitened."""
         whitening: WhiteningCarry | None = None
-        for part in self.traced(log, values, state, effects, tested):
+        for part in self.traced(log, trial.values, trial.states[log], trial.effects, trial.tested):
             block = part.block
             noise, trace = noisy_inputs_alone(part.noise, part.trace)
             if whitening is None:
                 whitening = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
-            log_sum = whiten_stretch(part.held, block, trace, variance, noise, part.sensors, whitening)
+            log_sum = whiten_stretch(part.held, block, trace, trial.variance, noise, part.sensors, whitening)
             yield _Block(log, part.held, block, part.trace.outputs, float(log_sum))
 
     def traced(
@@ -244,7 +243,7 @@ class Likelihood:
             ground = manoeuvre.ground
             loop = motion_loop(model, flight, values, state, effects, ground, self.free, width - 1)
             flight = loop.flight
-        moves = self._directions(manoeuvre, values, state, effects, flight, tested)
+        moves = input_directions(self.model, manoeuvre, values, state, effects, flight, tested)
         directions = Directions(moves, direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
@@ -265,116 +264,28 @@ class Likelihood:
             block = trace.block
             for place, slope in sides.items():
                 block[:, :, 1 + own + place] = slope[begin:stop]
-            self._sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested)
+            sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
             here = held[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
 
-    def _directions(
-        self,
-        manoeuvre: Manoeuvre,
-        values: NDArray[np.float64],
-        state: NDArray[np.float64],
-        effects: Sequence[ActiveEffect],
-        flight: Flight,
-        tested: Sequence[ActiveEffect],
-    ) -> NDArray[np.float64]:
-        """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
-        time, extra = manoeuvre.flight.time, len(self.model.extra_columns)
-        moves = []
-        for active, n in parameters_of(effects, InputEffect):
-            move = np.zeros((time.size, extra))
-            if active.acts_on(manoeuvre.name):
-                sides = (
-                    active.beside(n, active.effect.parameters[n].step),
-                    active.beside(n, -active.effect.parameters[n].step),
-                )
-                upper, lower = (
-                    acting_flight(self.model, manoeuvre, [side if other is active else other for other in effects])[0]
-                    for side in sides
-                )
-                move = (upper.inputs - lower.inputs)[:, upper.inputs.shape[1] - extra :] / (
-                    sides[0].values[n] - sides[1].values[n]
-                )
-            moves.append(move)
-        states: NDArray[np.float64] | None = None
-        if any(isinstance(active.effect, StateEffect) for active in tested):
-            states = simulated_states(self.model, flight, values, state)
-        for active, n in parameters_of(tested, InputEffect, StateEffect):
-            move = np.zeros((time.size, extra))
-            effect = active.effect
-            step = effect.parameters[n].step
-            sides = active.beside(n, step), active.beside(n, -step)
-            width = sides[0].values[n] - sides[1].values[n]
-            if isinstance(effect, StateEffect) and states is not None:
-                # At no strength the effect moves the motion that it sees only through the inputs that it fills.
-                more, less = (added_along(side, self.model, flight, values, states, manoeuvre.ground) for side in sides)
-                for column in effect.columns:
-                    move[:, self.model.extra_place(column)] = (more[column] - less[column]) / width
-            elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
-                upper_side, lower_side = (
-                    transformed(effect, self.model, time, flight.inputs, side.values) for side in sides
-                )
-                move[:, self.model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
-            moves.append(move)
-        return np.stack(moves, axis=2) if moves else np.zeros((time.size, extra, 0))
-
-    def _sense(
-        self,
-        block: NDArray[np.float64],
-        outputs: NDArray[np.float64],
-        time: NDArray[np.float64],
-        manoeuvre: Manoeuvre,
-        effects: Sequence[ActiveEffect],
-        tested: Sequence[ActiveEffect],
-    ) -> None:
-        """Let acting output effects change outputs and columns in place, and put their own columns into `block`."""
-        places = [1 + self.free.size + self.state_count]
-        for active in (*effects, *tested):
-            places.append(places[-1] + active.slopes)
-        for n, active in enumerate((*effects, *tested)):
-            effect = active.effect
-            if not isinstance(effect, OutputEffect) or not active.acts_on(manoeuvre.name):
-                continue
-            i = manoeuvre.row(effect.where)
-            given = outputs[:, i : i + 1]
-            slopes = []
-            for parameter in range(len(effect.parameters)):
-                step = effect.parameters[parameter].step
-                sides = active.beside(parameter, step), active.beside(parameter, -step)
-                upper, lower = (effect.output(time, given, side.values)[:, 0] for side in sides)
-                slopes.append((upper - lower) / (sides[0].values[parameter] - sides[1].values[parameter]))
-            if n < len(effects):
-                block[:, i, 1:] = effect.transform(time, np.ascontiguousarray(block[:, i, 1:]), active.values)
-                outputs[:, i] = effect.output(time, given, active.values)[:, 0]
-            for parameter, slope in enumerate(slopes):
-                block[:, i, places[n] + parameter] = slope
-
-    def _predicted(
-        self,
-        log: int,
-        values: NDArray[np.float64],
-        state: NDArray[np.float64],
-        effects: Sequence[ActiveEffect],
-        variance: NDArray[np.float64],
-        tested: Sequence[ActiveEffect],
-    ) -> Iterator[_Block]:
+    def _predicted(self, log: int, trial: Trial) -> Iterator[_Block]:
         """One step ahead, the filter's gain holding the prediction to the data; no effect is free, tested or not."""
-        model = acting_model(self.model, effects)
-        flight, _ = acting_flight(model, self.manoeuvres[log], effects)
+        model = acting_model(self.model, trial.effects)
+        flight, _ = acting_flight(model, self.manoeuvres[log], trial.effects)
         if self.filtering:
             flight = flight._replace(input_variance=flight.input_variance * self.held_to_data)
         else:
             flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
         samples, free = flight.time.size, self.free.size
         directions = no_directions(flight)
-        carry = start_carry(state, flight, free, directions)
-        parameters = sum(active.slopes for active in (*effects, *tested))
+        carry = start_carry(trial.states[log], flight, free, directions)
+        parameters = sum(active.slopes for active in (*trial.effects, *trial.tested))
         for begin in range(0, samples, STRETCH):
             stop = min(begin + STRETCH, samples)
             predicted, white = (np.empty((stop - begin, self.output_count)) for _ in range(2))
             columns = np.zeros((stop - begin, self.output_count, free + self.state_count))
-            arguments = (values, self.free, model.table, model.constants, variance, directions)
+            arguments = (trial.values, self.free, model.table, model.constants, trial.variance, directions)
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError
@@ -382,7 +293,7 @@ class Likelihood:
             block = np.concatenate([np.nan_to_num(white)[:, :, None], columns, still], axis=2)
             yield _Block(log, np.isfinite(white), block, predicted, float(log_sum))
 
-    def _spread(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
+    def _in_joint_places(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
         """The columns of one manoeuvre in the places of the joint parameter vector."""
         logs = len(self.manoeuvres)
         if logs == 1:
@@ -419,7 +330,7 @@ class Likelihood:
         squares, counts = np.zeros(outputs), np.zeros(outputs)
         cost = 0.0
         try:
-            for part in self._whitened(values, states, effects, variance, tested):
+            for part in self._whitened(Trial(values, states, effects, variance, tested)):
                 held = np.count_nonzero(part.held, axis=0)
                 places = self._places(part.log, count)
                 columns = np.full(count, -1)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from aerosid.effects import KINDS, ActiveEffect, OutputEffect
+from aerosid.effects import KINDS, OutputEffect
 from aerosid.effects.aerodynamic_terms import rarity
 from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
@@ -28,6 +28,7 @@ from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, found_among, named
+from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, plain_t_ratios, wald_p_value
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
 
@@ -162,30 +163,10 @@ class _Search:
 
     def parts(self, current: Sweep) -> list[Part]:
         """What the structure holds beyond the declared one, with corrected deviations."""
-        deviation = np.sqrt(np.diag(current.fit.covariance))
-        swept = current.swept
-        found = []
-        if swept.statistics.gust is not None:
-            sigma, length = swept.statistics.gust
-            flown = sum(self.sweeps.flights.distances)
-            # That many scale lengths were flown through: as many samples of its size.
-            error = sigma / np.sqrt(2.0 * max(flown / length, 1.0))
-            found.append(
-                Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan))
-            )
-        found += [
-            Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
-            for n, entry in enumerate(swept.free)
-            if entry not in self.declared.free
-        ]
-        place = len(swept.free)
-        for active in swept.effects:
-            if active.slopes and active not in self.declared.effects:
-                errors = tuple(float(value) for value in deviation[place : place + active.slopes])
-                null = active.effect.parameters[0].null
-                found.append(Part(None, active, active.values[0], null, errors[0], errors))
-            place += active.slopes
-        return found
+        return parts_of(current, self.declared, sum(self.sweeps.flights.distances))
+
+    def _p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
+        return wald_p_value(sweep, parts, self.asked, self.samples)
 
     def scores(self, current: Sweep) -> tuple[Score, ...]:
         """Every open candidate with what its correlation with d(t) is worth, greatest first."""
@@ -198,7 +179,7 @@ class _Search:
         effects = [active for _, chord, _ in asked for active in chord.effects]
         rows = self.sweeps.asked(current, entries, effects)
         single = partial_correlations(current.fit, rows.asked, asked=self.asked)
-        plain = _plain(rows.target, rows.asked)
+        plain = plain_t_ratios(rows.target, rows.asked)
         place = {entry: n for n, entry in enumerate(entries)}
         column = len(entries)
         best: dict[int, Score] = {}
@@ -237,7 +218,7 @@ class _Search:
                 continue
             if any(part.is_disturbance for part in new):
                 return self.sweeps.estimate(trial.sweep.swept), []
-            if self.p_value(trial.sweep, new) > self.settings.false_alarm or _at_a_limit(new):
+            if self._p_value(trial.sweep, new) > self.settings.false_alarm or is_at_a_limit(new):
                 continue
             others = [
                 self._rival(current, other, trial)
@@ -245,7 +226,7 @@ class _Search:
                 if other is not trial and other.price - trial.price < self.settings.reach
             ]
             whole = self.sweeps.estimate(trial.sweep.swept)
-            if self._apparent_mass(whole) >= self.settings.apparent_mass:
+            if apparent_mass(whole, self.manoeuvres[0]) >= self.settings.apparent_mass:
                 continue
             return whole, [other for other in others if other is not None]
         return None
@@ -326,24 +307,11 @@ class _Search:
         if len(starts) > 1 and sweeps:
             best = min(sweeps, key=lambda sweep: sweep.cost)
             sweeps = [self.sweeps.estimate(best.swept, sweeps=settings.trial_sweeps)]
-        sweeps = [sweep for sweep in sweeps if self._apparent_mass(sweep) < self.settings.apparent_mass]
+        sweeps = [sweep for sweep in sweeps if apparent_mass(sweep, self.manoeuvres[0]) < self.settings.apparent_mass]
         if not sweeps:
             return None
         best = min(sweeps, key=lambda sweep: sweep.cost)
         return _Trial(hypothesis, best, best.cost + score.gain - self._worth(score))
-
-    def _apparent_mass(self, sweep: Sweep) -> float:
-        """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution."""
-        model, heave = sweep.swept.model, ("C_Z", "C_L")
-        chord = model.constants.mean_chord
-        total = 0.0
-        for (coefficient, term), value in zip(model.entries, model.values, strict=True):
-            if coefficient in heave and term.variables == {"alpha_dot_hat"}:
-                first = self.manoeuvres[0]
-                inputs = dict(zip(first.columns, first.flight.inputs.T, strict=True))
-                density, mass = float(np.median(inputs["rho"])), float(np.median(inputs["mass"]))
-                total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
-        return total
 
     def _starts(self, score: Score) -> list[Score]:
         """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""
@@ -363,33 +331,6 @@ class _Search:
     def _new_parts(self, current: Sweep, trial: Sweep) -> list[Part]:
         held = {(part.label, part.time) for part in self.parts(current)}
         return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
-
-    def p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
-        """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise."""
-        if any(part.is_disturbance for part in parts):
-            return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
-        places = [self._place(sweep, part) for part in parts]
-        away = np.array([part.value - part.null for part in parts])
-        covariance = sweep.fit.covariance[np.ix_(places, places)]
-        if not np.isfinite(covariance).all():
-            return 1.0
-        # The moment of a sudden change was chosen among all samples.
-        asked = self.asked if all(part.time is None for part in parts) else max(self.asked, self.samples)
-        statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
-        if len(parts) == 1:
-            return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * asked))
-        return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * asked))
-
-    def _place(self, sweep: Sweep, part: Part) -> int:
-        swept = sweep.swept
-        if part.entry is not None:
-            return swept.free.index(part.entry)
-        place = len(swept.free)
-        for active in swept.effects:
-            if active is part.active:
-                break
-            place += active.slopes
-        return place
 
     def _with(self, current: Sweep, score: Score) -> SweptModel:
         """Where the fit of one more candidate begins."""
@@ -422,7 +363,7 @@ class _Search:
         """The structure without what later parts have made doubtful."""
         while True:
             parts = self.parts(current)
-            doubts = [(self.p_value(current, [part]), part) for part in parts]
+            doubts = [(self._p_value(current, [part]), part) for part in parts]
             worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
             if worst is None or worst[0] <= self.settings.false_alarm:
                 return self._stilled(current)
@@ -444,23 +385,5 @@ class _Search:
                 struck = self.sweeps.estimate(self._without(current, part), sweeps=self.settings.trial_sweeps).cost
             except EstimationError:
                 struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
-            rows.append((part, struck - current.cost, self.p_value(current, [part])))
+            rows.append((part, struck - current.cost, self._p_value(current, [part])))
         return rows
-
-
-def _at_a_limit(parts: Sequence[Part]) -> bool:
-    """Whether a number of an effect has run to its limit: it then means something else."""
-    return any(
-        value in (parameter.lowest, parameter.highest)
-        for part in parts
-        if part.active is not None
-        for value, parameter in zip(part.active.values, part.active.effect.parameters, strict=True)
-    )
-
-
-def _plain(target: Array, columns: Array) -> Array:
-    """t-ratios of plain correlations about the means."""
-    y, x = target - target.mean(), columns - columns.mean(axis=0)
-    size = np.linalg.norm(y) * np.linalg.norm(x, axis=0)
-    rho = np.divide(x.T @ y, size, out=np.zeros_like(size), where=size > 0.0)
-    return np.asarray(rho * np.sqrt((y.size - 2) / np.maximum(1.0 - rho**2, 1e-12)))

@@ -1,0 +1,120 @@
+"""Parts of a structure found by d(t): deviations, joint Wald statistics, limits of what is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.disturbance import gust
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.model_error.swept_model import Sweep, SweptModel
+from aerosid.search.findings import Part
+
+Array = NDArray[np.float64]
+
+
+def parts_of(current: Sweep, declared: SweptModel, distance: float) -> list[Part]:
+    """What a structure holds beyond the declared one, with corrected deviations.
+
+    Parameters
+    ----------
+    current : Sweep
+        The structure's estimate.
+    declared : SweptModel
+        What is not counted.
+    distance : float
+        How far the flights went through the air, m: a gust's size is known from as many scale lengths.
+    """
+    deviation = np.sqrt(np.diag(current.fit.covariance))
+    swept = current.swept
+    found = []
+    if swept.statistics.gust is not None:
+        sigma, length = swept.statistics.gust
+        # That many scale lengths were flown through: as many samples of its size.
+        error = sigma / np.sqrt(2.0 * max(distance / length, 1.0))
+        found.append(
+            Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan))
+        )
+    found += [
+        Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
+        for n, entry in enumerate(swept.free)
+        if entry not in declared.free
+    ]
+    place = len(swept.free)
+    for active in swept.effects:
+        if active.slopes and active not in declared.effects:
+            errors = tuple(float(value) for value in deviation[place : place + active.slopes])
+            null = active.effect.parameters[0].null
+            found.append(Part(None, active, active.values[0], null, errors[0], errors))
+        place += active.slopes
+    return found
+
+
+def wald_p_value(sweep: Sweep, parts: Sequence[Part], asked: int, samples: int) -> float:
+    """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise.
+
+    `asked` how many candidates; `samples` how many moments a sudden change may have.
+    """
+    if any(part.is_disturbance for part in parts):
+        return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
+    places = [_place(sweep, part) for part in parts]
+    away = np.array([part.value - part.null for part in parts])
+    covariance = sweep.fit.covariance[np.ix_(places, places)]
+    if not np.isfinite(covariance).all():
+        return 1.0
+    # The moment of a sudden change was chosen among all samples.
+    looked_at = asked if all(part.time is None for part in parts) else max(asked, samples)
+    statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+    if len(parts) == 1:
+        return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * looked_at))
+    return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * looked_at))
+
+
+def _place(sweep: Sweep, part: Part) -> int:
+    swept = sweep.swept
+    if part.entry is not None:
+        return swept.free.index(part.entry)
+    place = len(swept.free)
+    for active in swept.effects:
+        if active is part.active:
+            break
+        place += active.slopes
+    return place
+
+
+def apparent_mass(sweep: Sweep, first: Manoeuvre) -> float:
+    """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution.
+
+    `first`: a flight, for the density of the air and the mass.
+    """
+    model, heave = sweep.swept.model, ("C_Z", "C_L")
+    chord = model.constants.mean_chord
+    total = 0.0
+    for (coefficient, term), value in zip(model.entries, model.values, strict=True):
+        if coefficient in heave and term.variables == {"alpha_dot_hat"}:
+            inputs = dict(zip(first.columns, first.flight.inputs.T, strict=True))
+            density, mass = float(np.median(inputs["rho"])), float(np.median(inputs["mass"]))
+            total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
+    return total
+
+
+def is_at_a_limit(parts: Sequence[Part]) -> bool:
+    """Whether a number of an effect has run to its limit: it then means something else."""
+    return any(
+        value in (parameter.lowest, parameter.highest)
+        for part in parts
+        if part.active is not None
+        for value, parameter in zip(part.active.values, part.active.effect.parameters, strict=True)
+    )
+
+
+def plain_t_ratios(target: Array, columns: Array) -> Array:
+    """t-ratios of plain correlations about the means."""
+    y, x = target - target.mean(), columns - columns.mean(axis=0)
+    size = np.linalg.norm(y) * np.linalg.norm(x, axis=0)
+    rho = np.divide(x.T @ y, size, out=np.zeros_like(size), where=size > 0.0)
+    return np.asarray(rho * np.sqrt((y.size - 2) / np.maximum(1.0 - rho**2, 1e-12)))
