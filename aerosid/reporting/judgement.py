@@ -76,16 +76,8 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
                 f"Without {effect_name(effect)}, everything else estimated again, the flights that were not fitted are "
                 f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
             )
-    for effect in result.alternatives:
-        chosen = effect.instead_of or "what was chosen"
-        if fits_better(effect):
-            better, margin = number(-(effect.worse_by or 0.0), 2), number(effect.margin, 2)
-            yield (
-                f"{effect_name(effect)} in place of {chosen} fits the flights better by {better} in -2 ln L, more than "
-                f"the margin of {margin}: the search kept the chosen structure as a whole, and physics must judge."
-            )
-        else:
-            yield f"These manoeuvres cannot tell {effect_name(effect)} from {chosen}."
+    for chosen in dict.fromkeys(effect.instead_of for effect in result.alternatives):
+        yield from _rivals_of(chosen, [effect for effect in result.alternatives if effect.instead_of == chosen])
     if result.validation and not result.hold_out and result.decided_by_validation:
         yield (
             f"The validation flights had a say in what is named ({listed(result.decided_by_validation)}): their "
@@ -97,6 +89,22 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
     for log in dict.fromkeys(row.log for row in result.errors):
         rows = [row for row in result.errors if row.log == log]
         yield from _left_over(log, rows)
+
+
+def _rivals_of(chosen: str, rivals: Sequence[Effect]) -> Iterator[str]:
+    """What the flights say of the effects that could stand in the place of one."""
+    place = chosen or "what was chosen"
+    equal = [effect_name(effect) for effect in rivals if not fits_better(effect)]
+    if equal:
+        yield f"These manoeuvres cannot tell {listed(equal)} from {place}."
+    better = [effect for effect in rivals if fits_better(effect)]
+    if better:
+        names = [f"{effect_name(effect)} (by {number(-(effect.worse_by or 0.0), 2)})" for effect in better]
+        margin = number(max(effect.margin or 0.0 for effect in better), 2)
+        yield (
+            f"In place of {place} the flights are fitted better in -2 ln L by more than the margin of {margin} with "
+            f"{listed(names)}: the search kept the chosen structure as a whole, and physics must judge."
+        )
 
 
 def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:

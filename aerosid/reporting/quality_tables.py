@@ -16,6 +16,9 @@ from aerosid.notation import MISSING, listed, number, p_value, plain, with_devia
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 from aerosid.reporting.result_json import portable
 
+_WORSE = 1.02
+"""Times its error as recorded from which on a corrected channel is told to fit less well."""
+
 
 def print_quality(quality: LogQuality, console: Console) -> None:
     """Prints one log's sampling, its channels, and what to do about what is wrong; the verdict is `closing_sentence`.
@@ -95,19 +98,26 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         left = "white" if row.white else "coloured"
         table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
-    if worse := [row for row in agreement.channels if row.after > 1.02 * row.before]:
-        places = [
-            f"{listed([row.channel for row in worse if row.log == log])} of {log}"
-            for log in dict.fromkeys(row.log for row in worse)
-        ]
-        console.print(
-            f"note: {listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well corrected than as recorded: the "
-            "corrections are those that all channels together make likeliest, each weighed by its own noise and "
-            "colour, and these channels pay for the others.",
-            soft_wrap=True,
-        )
+    if worse := told_of_worse(agreement):
+        console.print(f"note: {worse}", soft_wrap=True)
     for note in agreement.notes:
         console.print(f"note: {note}", soft_wrap=True)
+
+
+def told_of_worse(agreement: KinematicConsistency) -> str:
+    """Which channels fit less well corrected than as recorded, and why that may be; empty where none does."""
+    worse = [row for row in agreement.channels if row.after > _WORSE * row.before]
+    places = [
+        f"{listed([row.channel for row in worse if row.log == log])} of {log}"
+        for log in dict.fromkeys(row.log for row in worse)
+    ]
+    if not places:
+        return ""
+    return (
+        f"{listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well corrected than as recorded: the corrections "
+        "are those that all channels together make likeliest, each weighed by its own noise and colour, and these "
+        "channels pay for the others."
+    )
 
 
 def _findings(agreement: KinematicConsistency) -> Table:

@@ -14,6 +14,8 @@ import pytest
 from hostile_pages import HOSTILE, Page, hostile_result
 from problems_report import closed_loop
 
+from aerosid.compatibility import Agreement, KinematicConsistency
+from aerosid.compatibility.consistency import ChannelAgreement
 from aerosid.loop.effect_rows import Confirmation, Effect, Evidence
 from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.open_loop_errors import ErrorRow
@@ -308,10 +310,10 @@ def test_an_alternative_that_fits_better_than_the_chosen_effect_is_not_called_eq
 
     near = listed(-50.0)
     assert "These manoeuvres cannot tell" in near
-    assert "fits the flights better" not in near
+    assert "fitted better" not in near
     far = listed(-1295.3)
     assert "These manoeuvres cannot tell" not in far
-    assert "fits the flights better by 1300 in −2 ln L, more than the margin of 57" in far
+    assert "the flights are fitted better in −2 ln L by more than the margin of 57 with C m α · δ e (by 1300)" in far
     assert "some of them better than the chosen one by more than the margin" in far
 
 
@@ -335,3 +337,19 @@ def test_a_residual_strip_has_two_round_numbers_whatever_the_browser_would_choos
     for axis in quiet:
         low, high = axis["range"]
         assert 2 <= sum(low <= value <= high for value in axis["tickvals"]) <= 4
+
+
+def test_a_channel_that_fits_less_well_corrected_is_explained(result: ClosedLoop) -> None:
+    name = result.identification[0].name
+
+    def text(after: float) -> str:
+        rows = (
+            ChannelAgreement(name, "V", "m/s", 0.036, after, 0.015, True),
+            ChannelAgreement(name, "theta", "rad", 0.002, 0.001, 0.0001, False),
+        )
+        agreement = KinematicConsistency((name,), Agreement.CORRECTED, (), (), (), rows, "")
+        made = dataclasses.replace(result, kinematics=agreement)
+        return " ".join(Page(report_html(made, interactive=False)).text.split())
+
+    assert f"V of {name} fits less well corrected than as recorded" in text(0.049)
+    assert "fits less well" not in text(0.030)

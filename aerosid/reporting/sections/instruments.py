@@ -6,6 +6,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
+from aerosid.reporting.quality_tables import told_of_worse
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
@@ -15,4 +16,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         return None
     instead = {group[0]: group[1:] for group in agreement.inseparable}
     rows = [(finding, instead.get(finding, ())) for finding in agreement.findings]
-    return {"agreement": agreement, "rows": rows, "several": len(agreement.logs) > 1}
+    several, worse = len(agreement.logs) > 1, told_of_worse(agreement)
+    return {"agreement": agreement, "rows": rows, "several": several, "worse": worse}
