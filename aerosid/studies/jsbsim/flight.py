@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError, UsageError
 from aerosid.flight_model.axes import LONGITUDINAL, SIX
-from aerosid.flight_model.standard_atmosphere import GAS_CONSTANT, pressure, temperature
+from aerosid.logs.standard_atmosphere import GAS_CONSTANT, pressure, temperature
 from aerosid.reporting.export.jsbsim_functions import References
 from aerosid.reporting.export.jsbsim_units import FOOT, SLUG
 from aerosid.studies.jsbsim.configuration import driven_controls, thrust_force
@@ -260,7 +260,7 @@ def _with_lift(plan: FlightPlan, aircraft: Aircraft) -> Aircraft:
     """The aircraft as it flies: `as_flown` in the density of the plan."""
     density = aircraft.density
     if density is None:
-        density = pressure(plan.altitude) / (GAS_CONSTANT * temperature(plan.altitude))
+        density = float(pressure(plan.altitude) / (GAS_CONSTANT * temperature(plan.altitude)))
     return as_flown(aircraft, plan.airspeed, density)
 
 
