@@ -275,7 +275,7 @@ class Aircraft:
         if self.axes != LONGITUDINAL:
             raise AircraftError(
                 f"{self.path}: derivatives holds {', '.join(LATERAL.coefficients)}, but {doing} handles longitudinal "
-                "models alone; remove these tables, or estimate with aerosid.estimation.maximum_likelihood.refine"
+                "models alone; remove these tables, or use close-loop"
             )
 
     def completed(

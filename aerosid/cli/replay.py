@@ -46,6 +46,7 @@ def replay_command(
     if not 0.0 < step < float("inf") or not 0.0 <= speed < float("inf"):
         raise UsageError(f"--step is {step:g} and --speed {speed:g}; give a step above zero and a speed not below it.")
     declared = load_aircraft(aircraft)
+    declared.require_longitudinal("replay")
     flight = read_roles([log], [], channels).identification[0]
     directory = out or Path("reports") / flight.name
     require_folder(directory)

@@ -68,7 +68,13 @@ def study_command(
     validate: Annotated[
         Text, _option("--validate", metavar="INPUT|LOG", help="What is only predicted; default 3211.")
     ] = None,
-    measure: Annotated[Text, _option("--measure", help="Recorded outputs; default V,alpha,q,theta,a_x,a_z.")] = None,
+    measure: Annotated[
+        Text,
+        _option(
+            "--measure",
+            help="Recorded outputs; default V,alpha,q,theta,a_x,a_z, and beta,p,r,phi,a_y of lateral models.",
+        ),
+    ] = None,
     elevator_noise: Annotated[
         Number, _option("--elevator-noise", unit="rad", help="rad per sample; default 0.0002.")
     ] = None,

@@ -216,19 +216,60 @@ def fly(
     further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
     name: str = "simulated",
 ) -> FlightLog:
+    """The log of a simulated manoeuvre of the elevator from trim; the rest as `fly_controls`.
+
+    Parameters
+    ----------
+    elevator : ndarray, shape (N,)
+        Deflection from trim at the samples [rad], linear in between.
+    """
+    return fly_controls(
+        model,
+        trimmed,
+        time,
+        {"delta_e": elevator},
+        density=density,
+        mass=mass,
+        noise=noise,
+        seed=seed,
+        further_inputs=further_inputs,
+        name=name,
+    )
+
+
+def flown_controls(model: AerodynamicModel) -> tuple[str, ...]:
+    """The surfaces that trim the motion of a model and act in its terms: elevator, aileron, rudder."""
+    there = controls_of(model)
+    moving = [balance for balance in BALANCES if balance.moves(model.axes)]
+    return tuple(name for balance in moving for name in balance.unknowns if name in there)
+
+
+def fly_controls(
+    model: AerodynamicModel,
+    trimmed: Trim,
+    time: NDArray[np.float64],
+    deflections: Mapping[str, NDArray[np.float64]],
+    *,
+    density: float,
+    mass: float,
+    noise: Mapping[str, float],
+    seed: int,
+    further_inputs: Mapping[str, NDArray[np.float64]] | None = None,
+    name: str = "simulated",
+) -> FlightLog:
     """The log of a simulated manoeuvre from trim.
 
     Parameters
     ----------
     time : ndarray, shape (N,)
         s.
-    elevator : ndarray, shape (N,)
-        Deflection from trim at the samples [rad], linear in between.
+    deflections : mapping of str to ndarray, shape (N,)
+        Of controls from trim at the samples [rad], linear in between.
     density, mass : float
         kg/m^3, kg.
     noise : mapping of str to float
-        Standard deviation of white noise on each channel to be recorded, SI; outputs and delta_e. An output that is
-        not named is not recorded.
+        Standard deviation of white noise on each channel to be recorded, SI; outputs, controls and what the case
+        measures of the motion. What is not named is not recorded.
     seed : int
         Of the noise.
     further_inputs : mapping of str to ndarray, shape (N,), optional
@@ -239,8 +280,9 @@ def fly(
     EstimationError
         Where the simulation leaves |alpha| < 1.5 rad.
     """
-    inputs = np.tile(input_row(model, density, trimmed.thrust, mass), (time.size, 1))
-    inputs[:, model.columns.index("delta_e")] = trimmed.delta_e + elevator
+    inputs = np.tile(trimmed_inputs(model, trimmed, density, mass), (time.size, 1))
+    for control, deflection in deflections.items():
+        inputs[:, model.columns.index(control)] += deflection
     for channel, values in (further_inputs or {}).items():
         inputs[:, model.columns.index(channel)] = values
     substeps = max(1, int(np.ceil(float(np.max(np.diff(time))) / 0.005 - 1e-9)))
@@ -251,9 +293,9 @@ def fly(
     outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
     if not np.isfinite(outputs).all():
         raise EstimationError(f"the simulated manoeuvre {name} leaves |alpha| < 1.5 rad; reduce the input's amplitude.")
-    truth = dict(zip(model.axes.outputs, outputs.T, strict=True)) | {
-        "delta_e": inputs[:, model.columns.index("delta_e")]
-    }
+    given = (*deflections, *model.axes.measured)
+    truth = {channel: inputs[:, model.columns.index(channel)] for channel in given}
+    truth |= dict(zip(model.axes.outputs, outputs.T, strict=True))
     generator = np.random.default_rng(seed)
     channels = {
         channel: truth[channel] + deviation * generator.standard_normal(time.size)

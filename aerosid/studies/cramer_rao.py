@@ -21,7 +21,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import input_columns_of
 from aerosid.flight_model.flight import Flight
 from aerosid.signals.stationary_noise import StationaryNoise
-from aerosid.studies.many_flights import fly_many
+from aerosid.studies.many_flights import fly_many, state_steps
 from aerosid.studies.noisy_inputs import InputPath, input_path
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +29,6 @@ FloatArray = NDArray[np.float64]
 MOST_NUMBERS = 6000
 """Samples times channels up to which the dense covariance is formed, 0.3 GB: where an effect acts on noisy inputs."""
 
-_STATE_STEPS = (1e-3, 1e-3, 1e-6, 1e-6, 1e-2)  # m/s, m/s, rad/s, rad, m
 _INPUT_STEP = 1e-6  # rad, or the unit of the channel
 _VALUE_STEP = 1e-5
 
@@ -186,7 +185,7 @@ def sensitivity(
         The true model.
     manoeuvre : Manoeuvre
         Its true inputs, and which outputs are measured at which samples.
-    state : ndarray, shape (5,)
+    state : ndarray, shape (n,)
         The true initial state u, w, q, theta, h; unknown to the estimator.
     free : sequence of Entry
         The derivatives that are to be estimated; the numbers of `effects` are as well.
@@ -277,7 +276,8 @@ def _pairs(
         yield _Pair(
             (replace(middle, values=model.values + move), replace(middle, values=model.values - move)), 2.0 * step
         )
-    for move, step in zip(np.diag(_STATE_STEPS), _STATE_STEPS, strict=True):
+    sizes = state_steps(model.axes)
+    for move, step in zip(np.diag(sizes), sizes, strict=True):
         yield _Pair((replace(middle, state=state + move), replace(middle, state=state - move)), 2.0 * step)
     for n, active in enumerate(effects):
         for place, parameter in enumerate(active.effect.parameters):

@@ -5,14 +5,15 @@ Nothing here is shared with the estimators.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of, loads_of
+from aerosid.flight_model.axes import COEFFICIENTS, Axes, input_columns_of
 from aerosid.flight_model.terms import Term
 
 FloatArray = NDArray[np.float64]
@@ -23,10 +24,19 @@ LONGEST_STEP = 0.01
 _GRAVITY = 9.80665
 
 
+_STEP = {"u": 1e-3, "v": 1e-3, "w": 1e-3, "h": 1e-2}
+"""m/s and m; of rates and angles 1e-6 rad/s and rad."""
+
+
+def state_steps(axes: Axes) -> tuple[float, ...]:
+    """Steps of the states of a case for central differences, SI."""
+    return tuple(_STEP.get(name, 1e-6) for name in axes.integrated)
+
+
 def fly_many(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, states: FloatArray, extra: FloatArray
 ) -> FloatArray:
-    """Outputs (N, m, K) of K flights at once, in the order of the longitudinal case's, open loop.
+    """Outputs (N, m, K) of K flights at once, in the order of the case's, open loop.
 
     Parameters
     ----------
@@ -47,7 +57,7 @@ def fly_many(
 def fly_states(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, state: FloatArray, extra: FloatArray
 ) -> FloatArray:
-    """States u, w, q, theta, h (n, N) of one flight: terms' values (T,), initial state (n,), extra inputs (N, E)."""
+    """States (n, N) of one flight: terms' values (T,), initial state (n,), extra inputs (N, E)."""
     return _flown(model, manoeuvre, values[:, None], state[:, None], extra[:, :, None])[1][:, :, 0].T
 
 
@@ -56,9 +66,9 @@ def _flown(
 ) -> tuple[FloatArray, FloatArray]:
     """Outputs (N, m, K) and states (N, n, K)."""
     flight = manoeuvre.flight
-    time, fixed = flight.time, flight.inputs[:, : len(input_columns_of(LONGITUDINAL))]
+    time, fixed = flight.time, flight.inputs[:, : len(input_columns_of(model.axes))]
     x = np.array(states, dtype=np.float64)
-    outputs = np.empty((time.size, len(LONGITUDINAL.outputs), x.shape[1]))
+    outputs = np.empty((time.size, len(model.axes.outputs), x.shape[1]))
     passed = np.empty((time.size, *x.shape))
     for n in range(time.size):
         passed[n] = x
@@ -112,55 +122,116 @@ def stepped(
     return x
 
 
+Vector = tuple[FloatArray | float, FloatArray | float, FloatArray | float]
+
+
+@dataclass(frozen=True)
+class _Instant:
+    """Motion and what acts on it, each (K,) or one number for all flights; SI, body axes.
+
+    `velocity` u, v, w; `omega` p, q, r; `speed`, `alpha`, `beta` of the air; `felt` specific force at the centre of
+    gravity, of the coefficients that are modelled; `spin` angular acceleration of the rates that are integrated.
+    """
+
+    velocity: Vector
+    omega: Vector
+    speed: FloatArray | float
+    alpha: FloatArray | float
+    beta: FloatArray | float
+    felt: Vector
+    spin: Vector
+
+
 def _rates(
     model: AerodynamicModel, x: FloatArray, values: FloatArray, fixed: FloatArray, extra: Mapping[str, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """State rates (n, K) and specific force along x and z (2, K): (33)-(36) with the measured lateral motion."""
-    u, w, q, theta = x[0], x[1], x[2], x[3]
-    rho, thrust, mass, sound, phi, p, r, beta = fixed
+) -> tuple[FloatArray, _Instant]:
+    """State rates (n, K) of the model's case, and the instant; the motion that is not integrated is measured."""
+    given = dict(zip(input_columns_of(model.axes), fixed, strict=True))
+    z = dict(zip(model.axes.integrated, x, strict=True))
+    p, q, r, phi, theta = (z.get(name, given.get(name, 0.0)) for name in ("p", "q", "r", "phi", "theta"))
+    (u, v, w), speed, alpha, beta = _air(z, given)
+    rho, thrust, mass = given["rho"], given["thrust"], given["mass"]
     constants = model.constants
-    v = np.hypot(u, w) * np.tan(beta)
-    speed = np.sqrt(u**2 + v**2 + w**2)
-    alpha = np.arctan2(w, u)
     force = 0.5 * rho * speed**2 * constants.wing_area
-    half_chord = constants.mean_chord / (2.0 * (constants.airspeed_of_rates or speed))
+    half = 0.5 / (constants.airspeed_of_rates or speed)
     variables = {
+        **given,
+        **z,
         "alpha": alpha,
-        "q_hat": q * half_chord,
+        "beta": beta,
+        "p_hat": p * constants.span * half,
+        "q_hat": q * constants.mean_chord * half,
+        "r_hat": r * constants.span * half,
         "V_hat": speed / constants.airspeed_of_V_hat - 1.0,
-        "alpha_dot_hat": np.zeros_like(u),
+        "alpha_dot_hat": np.zeros(x.shape[1]),
         "C_T": thrust / force,
-        "mach": speed / sound,
-        "rho": rho, "thrust": thrust, "mass": mass, "phi": phi, "p": p, "r": r, "beta": beta,
+        "mach": speed / given["speed_of_sound"],
         **extra,
-    }  # fmt: skip
+    }
+    pitching, rolling = "u" in z, "v" in z
     along, down = np.cos(constants.thrust_incidence), -np.sin(constants.thrust_incidence)
-    implicit = any("alpha_dot_hat" in term.variables for _, term in model.entries)
+    implicit = pitching and any("alpha_dot_hat" in term.variables for _, term in model.entries)
     # alpha_dot acts through terms that are small beside inertia: each pass gains two digits or more.
     for _ in range(12 if implicit else 1):
-        c_x, c_z, c_m = _coefficients(model, values, variables, alpha)
-        a_x = (force * c_x + thrust * along) / mass
-        a_z = (force * c_z + thrust * down) / mass
+        c = _coefficients(model, values, variables, alpha)
+        a_x = (force * c["C_X"] + thrust * along) / mass if pitching else 0.0
+        a_y = force * c["C_Y"] / mass if rolling else 0.0
+        a_z = (force * c["C_Z"] + thrust * down) / mass if pitching else 0.0
         du = a_x - _GRAVITY * np.sin(theta) - q * w + r * v
         dw = a_z + _GRAVITY * np.cos(theta) * np.cos(phi) + q * u - p * v
-        variables["alpha_dot_hat"] = (u * dw - w * du) / (u**2 + w**2) * half_chord
-    dq = (force * constants.mean_chord * c_m + thrust * constants.thrust_z_arm) / constants.I_yy
-    dtheta = q * np.cos(phi) - r * np.sin(phi)
-    dh = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
-    return np.stack([du, dw, dq, dtheta, dh]), np.stack([a_x, a_z])
+        variables["alpha_dot_hat"] = (u * dw - w * du) / (u**2 + w**2) * constants.mean_chord * half
+    dv = a_y + _GRAVITY * np.sin(phi) * np.cos(theta) + p * w - r * u
+    i_xx, i_yy, i_zz, i_xz = constants.I_xx, constants.I_yy, constants.I_zz, constants.I_xz
+    dp, dr, dq = 0.0, 0.0, 0.0
+    if rolling:
+        roll = force * constants.span * c["C_l"] + i_xz * p * q - (i_zz - i_yy) * q * r
+        yaw = force * constants.span * c["C_n"] - i_xz * q * r - (i_yy - i_xx) * p * q
+        tensor = i_xx * i_zz - i_xz**2
+        dp, dr = (i_zz * roll + i_xz * yaw) / tensor, (i_xz * roll + i_xx * yaw) / tensor
+    if pitching:
+        moment = force * constants.mean_chord * c["C_m"] + thrust * constants.thrust_z_arm
+        dq = (moment - (i_xx - i_zz) * p * r - i_xz * (p**2 - r**2)) / i_yy
+    turn = q * np.sin(phi) + r * np.cos(phi)
+    whole = {
+        "u": du, "v": dv, "w": dw, "p": dp, "q": dq, "r": dr,
+        "phi": p + turn * np.tan(theta),
+        "theta": q * np.cos(phi) - r * np.sin(phi),
+        "psi": turn / np.cos(theta),
+        "h": u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta),
+    }  # fmt: skip
+    rates = np.stack([np.broadcast_to(whole[name], x.shape[1:]) for name in model.axes.integrated])
+    return rates, _Instant((u, v, w), (p, q, r), speed, alpha, beta, (a_x, a_y, a_z), (dp, dq, dr))
+
+
+def _air(
+    z: Mapping[str, FloatArray], given: Mapping[str, FloatArray]
+) -> tuple[Vector, FloatArray | float, FloatArray | float, FloatArray | float]:
+    """u, v, w, airspeed, angle of attack and sideslip from those of them that are integrated and those measured."""
+    if "u" not in z:
+        speed, alpha, v = given["V"], given["alpha"], z["v"]
+        plane = np.sqrt(speed**2 - v**2)
+        return (plane * np.cos(alpha), v, plane * np.sin(alpha)), speed, alpha, np.arctan2(v, plane)
+    u, w = z["u"], z["w"]
+    plane = np.hypot(u, w)
+    v = z["v"] if "v" in z else plane * np.tan(given["beta"])
+    beta = np.arctan2(v, plane) if "v" in z else given["beta"]
+    return (u, v, w), np.sqrt(u**2 + v**2 + w**2), np.arctan2(w, u), beta
 
 
 def _coefficients(
-    model: AerodynamicModel, values: FloatArray, variables: Mapping[str, FloatArray | float], alpha: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """C_X, C_Z, C_m (K,), lift and drag turned into body axes."""
-    total = {name: np.zeros(alpha.size) for name in loads_of(LONGITUDINAL)}
+    model: AerodynamicModel,
+    values: FloatArray,
+    variables: Mapping[str, FloatArray | float],
+    alpha: FloatArray | float,
+) -> dict[str, FloatArray | float]:
+    """The coefficients (K,) of body axes, lift and drag turned into them; zero where they are not modelled."""
+    total: dict[str, FloatArray | float] = dict.fromkeys(COEFFICIENTS, 0.0)
     for (coefficient, term), value in zip(model.entries, values, strict=True):
-        total[coefficient] += value * _term(term, variables)
+        total[coefficient] = total[coefficient] + value * _term(term, variables)
     sin, cos = np.sin(alpha), np.cos(alpha)
-    c_x = total["C_X"] + total["C_L"] * sin - total["C_D"] * cos
-    c_z = total["C_Z"] - total["C_L"] * cos - total["C_D"] * sin
-    return c_x, c_z, total["C_m"]
+    total["C_X"] = total["C_X"] + total["C_L"] * sin - total["C_D"] * cos
+    total["C_Z"] = total["C_Z"] - total["C_L"] * cos - total["C_D"] * sin
+    return total
 
 
 def _term(term: Term, variables: Mapping[str, FloatArray | float]) -> FloatArray | float:
@@ -184,15 +255,24 @@ def observed(
     positions: FloatArray,
 ) -> FloatArray:
     """What the sensors at their positions see of states (n, K), (m, K); arguments as those of `stepped`."""
-    rates, (a_x, a_z) = _rates(model, x, values, fixed, dict(zip(model.extra_columns, extra, strict=True)))
-    u, w, q, theta, h = x
-    lateral = dict(zip(input_columns_of(LONGITUDINAL), fixed, strict=True))
-    p, r, beta = lateral["p"], lateral["r"], lateral["beta"]
-    v = np.hypot(u, w) * np.tan(beta)
-    vane, axial, normal = (positions[LONGITUDINAL.outputs.index(name)] for name in ("alpha", "a_x", "a_z"))
-    wind_u = u + q * vane[2] - r * vane[1]
-    wind_w = w + p * vane[1] - q * vane[0]
-    # Specific force at a place: that of the centre of gravity, and omega' x place + omega x (omega x place).
-    f_x = a_x + rates[2] * axial[2] + q * (p * axial[1] - q * axial[0]) - r * (r * axial[0] - p * axial[2])
-    f_z = a_z - rates[2] * normal[0] + p * (r * normal[0] - p * normal[2]) - q * (q * normal[2] - r * normal[1])
-    return np.stack([np.sqrt(u**2 + v**2 + w**2), np.arctan2(wind_w, wind_u), q, theta, f_x, f_z, rates[2], h])
+    _, now = _rates(model, x, values, fixed, dict(zip(model.extra_columns, extra, strict=True)))
+    place = dict(zip(model.axes.outputs, positions, strict=True))
+    z = dict(zip(model.axes.integrated, x, strict=True))
+    p, _, r = now.omega
+    seen = {**z, "V": now.speed, **{f"{name}_dot": rate for name, rate in zip("pqr", now.spin, strict=True)}}
+    if "alpha" in place:
+        wind = [a + b for a, b in zip(now.velocity, _cross(now.omega, place["alpha"]), strict=True)]
+        seen["alpha"] = np.arctan2(wind[2], wind[0])
+    if "beta" in place:
+        seen["beta"] = now.beta + (place["beta"][0] * r - place["beta"][2] * p) / now.speed
+    for axis, name in enumerate(("a_x", "a_y", "a_z")):
+        if name in place:
+            # That of the centre of gravity, and omega' x place + omega x (omega x place).
+            turned = _cross(now.omega, _cross(now.omega, place[name]))
+            seen[name] = now.felt[axis] + _cross(now.spin, place[name])[axis] + turned[axis]
+    return np.stack([np.broadcast_to(seen[name], x.shape[1:]) for name in model.axes.outputs])
+
+
+def _cross(a: Sequence[FloatArray | float], b: Sequence[FloatArray | float]) -> Vector:
+    """The vector product of two triples."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

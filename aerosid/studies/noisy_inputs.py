@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import input_columns_of
-from aerosid.studies.many_flights import fly_states, observed, stepped, steps_in
+from aerosid.studies.many_flights import fly_states, observed, state_steps, stepped, steps_in
 
 FloatArray = NDArray[np.float64]
 
-_STATE_STEPS = (1e-3, 1e-3, 1e-6, 1e-6, 1e-2)  # m/s, m/s, rad/s, rad, m
 _INPUT_STEP = 1e-6  # rad, or the unit of the channel
 
 
@@ -121,7 +120,8 @@ def input_path(
     flight = manoeuvre.flight
     x = fly_states(model, manoeuvre, model.values, state, inputs)
     fixed, extra, values = flight.inputs[:, : len(input_columns_of(model.axes))].T, inputs.T, model.values[:, None]
-    moves = np.diag(_STATE_STEPS)
+    sizes = state_steps(model.axes)
+    moves = np.diag(sizes)
     pushes = _INPUT_STEP * np.eye(extra.shape[0])[noisy]
     intervals = np.diff(flight.time)
 
@@ -148,7 +148,7 @@ def input_path(
             [(up - down) / width for (up, down), width in zip(sides, widths, strict=True)], axis=2
         ).transpose(1, 0, 2)
 
-    state_widths, input_widths = [2.0 * size for size in _STATE_STEPS], [2.0 * _INPUT_STEP] * len(pushes)
+    state_widths, input_widths = [2.0 * size for size in sizes], [2.0 * _INPUT_STEP] * len(pushes)
     transition = [(step(begun + m[:, None], early, late), step(begun - m[:, None], early, late)) for m in moves]
     start = [(step(begun, early + m[:, None], late), step(begun, early - m[:, None], late)) for m in pushes]
     end = [(step(begun, early, late + m[:, None]), step(begun, early, late - m[:, None])) for m in pushes]

@@ -84,6 +84,6 @@ def test_what_rolling_and_yawing_needs_may_not_be_left_out(text: str, words: lis
 
 def test_what_handles_longitudinal_models_alone_says_so() -> None:
     aircraft = aircraft_from_text(HEAD + SIDE, "commuter.toml", "0" * 64)
-    with pytest.raises(AircraftError, match=r"C_Y, C_l, C_n, but export handles longitudinal models alone"):
-        aircraft.require_longitudinal("export")
-    aircraft_from_text(HEAD + PITCH, "commuter.toml", "0" * 64).require_longitudinal("export")
+    with pytest.raises(AircraftError, match=r"C_Y, C_l, C_n, but replay handles longitudinal models alone"):
+        aircraft.require_longitudinal("replay")
+    aircraft_from_text(HEAD + PITCH, "commuter.toml", "0" * 64).require_longitudinal("replay")

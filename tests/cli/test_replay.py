@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
+from aerosid.aircraft.bundled import bundled_folder
 from aerosid.cli.main import main
 from aerosid.loop.identification import replayed
 from aerosid.model_error.in_flight import Frame
@@ -98,3 +99,10 @@ def test_a_log_without_alpha_is_said_in_one_sentence(tmp_path: Path, capsys: pyt
     command = ["replay", str(tmp_path / "flight.csv"), "--aircraft", "light_transport", "--out", str(tmp_path / "out")]
     assert main(command) == 3
     assert "alpha" in capsys.readouterr().err
+
+
+def test_a_six_axis_aircraft_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = bundled_folder("flight_data") / "navion_identify.csv"
+    assert main(["replay", str(log), "--aircraft", "navion", "--out", str(tmp_path / "out")]) == 2
+    assert "replay handles longitudinal models alone; remove these tables, or use close-loop" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

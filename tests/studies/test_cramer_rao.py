@@ -4,16 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lateral_problems import PITCH, SIDE, commuter
 from numpy.typing import NDArray
 from oracles.flight import Airframe, simulate
+from oracles.rigid_body import Body
+from oracles.rigid_body import simulate as rigid_body_flight
 from problems import LIGHT, Problem, entry
 from scipy.integrate import solve_ivp
 from scipy.linalg import toeplitz
 
+from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.axes import LONGITUDINAL, state_vector
+from aerosid.flight_model.flight import Flight
+from aerosid.logs.flight_log import FlightLog
 from aerosid.signals.stationary_noise import StationaryNoise
 from aerosid.studies.cramer_rao import Sensitivity, sensitivity
 from aerosid.studies.many_flights import fly_many
@@ -265,3 +271,39 @@ def test_white_noise_is_least_squares_at_any_length() -> None:
     expected = np.linalg.norm(np.linalg.inv(np.linalg.qr(columns, mode="r")), axis=1)[:2]
     np.testing.assert_allclose(found.bound(noise, np.zeros(1)), expected, rtol=1e-6)
     assert np.all(found.bound(noise, np.array([ELEVATOR**2])) > expected)
+
+
+@pytest.mark.parametrize("values", [SIDE, PITCH | SIDE], ids=["lateral", "six"])
+def test_many_lateral_flights_at_once_are_those_of_the_suites_equations(values: dict[str, dict[str, float]]) -> None:
+    """Turning, sideslipping flight, sensors off the centre of gravity: by vectors and matrices and scipy's solver."""
+    rng = np.random.default_rng(5)
+    aircraft = commuter(values)
+    model, axes = declared_model(aircraft, 72.0), aircraft.axes
+    time = 0.05 * np.arange(13)
+    given = {"rho": 1.02, "thrust": 5000.0, "mass": 4650.0, "speed_of_sound": 340.0}
+    given |= {"V": 72.0 + np.sin(3.0 * time), "alpha": 0.03, "q": 0.02, "theta": 0.04}
+    given |= {name: 0.05 * rng.standard_normal(time.size) for name in model.extra_columns}
+    inputs = np.column_stack([np.broadcast_to(given.get(name, 0.0), time.shape) for name in model.columns])
+    positions = 0.5 * rng.standard_normal((len(axes.outputs), 3))
+    none = np.full((time.size, len(axes.outputs)), np.nan)
+    flight = Flight(time, inputs, none, positions, 1, np.zeros(len(model.extra_columns)))
+    log = FlightLog("f", time, {}, {})
+    manoeuvre = Manoeuvre(log, flight, model.columns, axes.outputs, none[0], (), axes=axes)
+    motion = {"u": 71.9, "v": 3.0, "w": 2.1, "p": 0.2, "q": 0.03, "r": -0.1, "phi": 0.3, "theta": 0.05, "h": 9.0}
+    start = state_vector(axes, motion)
+    extra = inputs[:, len(model.columns) - len(model.extra_columns) :]
+    found = fly_many(
+        model, manoeuvre, np.column_stack([model.values, 1.05 * model.values]),
+        np.column_stack([start, start]), np.stack([extra, extra], axis=2),
+    )  # fmt: skip
+    body = Body(
+        39.0, 1.98, 19.8, (27500.0, 32600.0, 51000.0, 1600.0), None, 72.0,
+        positions=dict(zip(axes.outputs, positions, strict=True)),
+    )  # fmt: skip
+    channels = dict(zip(model.columns, inputs.T, strict=True))
+    for k, factor in enumerate((1.0, 1.05)):
+        terms = {(c, str(t)): factor * float(v) for (c, t), v in zip(model.entries, model.values, strict=True)}
+        _, seen = rigid_body_flight(axes.integrated, start, time, channels, terms, body)
+        wanted = np.array([[np.real(sample[name]) for name in axes.outputs] for sample in seen])
+        scale = np.maximum(np.abs(wanted).max(axis=0), 1e-3)
+        assert np.max(np.abs(found[:, :, k] - wanted) / scale) < 1e-6

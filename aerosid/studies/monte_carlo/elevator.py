@@ -1,9 +1,9 @@
-"""The elevator of a study's simulated flights: a shape by its name, steps written out, or what a file holds."""
+"""The controls of a study's simulated flights: a shape by its name, steps written out, or what a file holds."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -134,6 +134,37 @@ def deflection(shape: str | RecordedInput, time: FloatArray, amplitude: float, u
         f"--input is {shape!r}; give one of {', '.join(SHAPES)}, steps as in 0.8@1,0.6@-1 (seconds at a level), or a "
         "log with delta_e."
     )
+
+
+def in_turn(
+    controls: Sequence[str], shape: str | RecordedInput, time: FloatArray, amplitude: float, unit: float | None
+) -> dict[str, FloatArray]:
+    """The deviation of each control from trim (N,), rad: the shape in its own share of the flight, one after another.
+
+    Parameters
+    ----------
+    controls : sequence of str
+        At least one.
+    shape, time, amplitude, unit
+        As of `deflection`; a file holds the elevator alone.
+
+    Raises
+    ------
+    UsageError
+        As of `deflection`; and where a file is to be flown by others than the elevator.
+    """
+    if isinstance(shape, RecordedInput) and tuple(controls) != ("delta_e",):
+        raise UsageError(
+            f"--input {shape.name} holds an elevator, but this aircraft is flown by {', '.join(controls)}; give a "
+            f"shape that each of them flies in turn, one of {', '.join(SHAPES)}."
+        )
+    share = time.size // len(controls)
+    moved = {}
+    for place, control in enumerate(controls):
+        moved[control] = np.zeros(time.size)
+        own = slice(place * share, (place + 1) * share)
+        moved[control][own] = deflection(shape, time[:share], amplitude, unit)
+    return moved
 
 
 def _steps_of(text: str) -> Steps:

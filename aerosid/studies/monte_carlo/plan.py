@@ -11,7 +11,7 @@ from typing import Any, Literal
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import UsageError
-from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.axes import loads_of
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import RecordedInput
 from aerosid.studies.monte_carlo.planted import Planted
@@ -19,6 +19,8 @@ from aerosid.studies.source_digest import source_state
 
 Catalogue = Literal["known", "terms", "all"]
 CATALOGUES: tuple[Catalogue, ...] = ("known", "terms", "all")
+USUAL = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z")
+"""Output channels that flight-test sensors record; altitude, heading and angular accelerations are left out."""
 Snr = float | None | Literal["recorded"]
 
 
@@ -33,7 +35,7 @@ class FlownInput:
     Attributes
     ----------
     shape : str or RecordedInput
-        Of the elevator, as `elevator.deflection` takes it.
+        Of the elevator, or of each surface in turn, as `elevator.deflection` takes it.
     amplitude : float
         rad; a recorded input has its own.
     unit : float or None
@@ -92,12 +94,13 @@ class StudyPlan:
     validation : str, RecordedInput or FlightLog
         The input, or the log with the inputs, of the flight that is only predicted.
     measured : tuple of str
-        Output channels that are recorded; of a base log those that it holds.
+        Output channels that are recorded, by default `USUAL` as far as the aircraft's case has them; of a base log
+        those that it holds.
     elevator_noise : float
-        rad per sample of the recorded elevator.
+        rad per sample of each recorded surface that flies.
     snrs : tuple of float, None or "recorded"
         Ratio of a channel's standard deviation about its mean to that of its noise; None: no noise at all, the
-        elevator's included; "recorded": the noise of the base log.
+        surfaces' included; "recorded": the noise of the base log.
     colours : tuple of float
         Correlation of neighbouring samples of the outputs' noise, AR(1); 0 is white. Not used with a base log.
     effects : tuple of Planted
@@ -114,7 +117,7 @@ class StudyPlan:
     flown: FlownInput = field(default_factory=FlownInput)
     base: FlightLog | None = None
     validation: str | RecordedInput | FlightLog = "3211"
-    measured: tuple[str, ...] = ("V", "alpha", "q", "theta", "a_x", "a_z")
+    measured: tuple[str, ...] = ()
     elevator_noise: float = 0.0002
     snrs: tuple[Snr, ...] = (None, 50.0, 20.0, 10.0, 5.0)
     colours: tuple[float, ...] = (0.0,)
@@ -136,14 +139,30 @@ class StudyPlan:
                 raise UsageError(f"--snr {snr:g} is not positive.")
             if snr == "recorded" and self.base is None:
                 raise UsageError("--snr recorded needs a log as the base; give one with --base.")
+        outputs = self.aircraft.axes.outputs
+        if not self.measured:
+            object.__setattr__(self, "measured", tuple(name for name in USUAL if name in outputs))
         for name in self.measured:
-            if name not in LONGITUDINAL.outputs:
-                known = ", ".join(LONGITUDINAL.outputs)
-                raise UsageError(f"--measure {name}: no output of the flight model; choose from {known}.")
-        if missing := [name for name in LONGITUDINAL.required if name not in self.measured]:
+            if name not in outputs:
+                raise UsageError(f"--measure {name}: no output of the flight model; choose from {', '.join(outputs)}.")
+        needed = [name for name in self.aircraft.axes.required if name in outputs]
+        if missing := [name for name in needed if name not in self.measured]:
             raise UsageError(f"--measure lacks {', '.join(missing)}, without which nothing can be estimated.")
+        self._check_effects()
         if self.seed < 0 or not 0.0 <= self.elevator_noise < 1.0:
             raise UsageError("--seed and --elevator-noise may not be negative.")
+
+    def _check_effects(self) -> None:
+        """Refuse what this aircraft's case has no place for."""
+        axes = self.aircraft.axes
+        for effect in self.effects:
+            of_sensor = effect.kind.startswith("sensor_")
+            places = axes.outputs if of_sensor else loads_of(axes) if effect.where.startswith("C_") else ()
+            if places and effect.where not in places:
+                raise UsageError(
+                    f"--effect {effect.kind}:{effect.where} cannot be flown: {self.aircraft.name} has no such "
+                    f"{'sensor' if of_sensor else 'coefficient'}; give one of {', '.join(places)}."
+                )
 
     @property
     def levels(self) -> tuple[tuple[Snr, float], ...]:

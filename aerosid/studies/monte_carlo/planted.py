@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, OutputEffect
 from aerosid.errors import AircraftError, UsageError
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.axes import LONGITUDINAL
-from aerosid.flight_model.terms import COEFFICIENTS, parse_term
+from aerosid.flight_model.axes import COEFFICIENTS, OUTPUTS
+from aerosid.flight_model.terms import parse_term
 
 _HOW = (
     "write COEFFICIENT:TERM=VALUE as in C_m:alpha^2=-1.715, or KIND:CHANNEL=VALUE as in control_lag:delta_e=0.15 or "
@@ -63,9 +63,7 @@ class Planted:
                 "file's [[effects]] to fly with it."
             )
         effect = kind.made(self.where, numbers, interval)
-        if isinstance(effect, NoiseEffect) or (
-            isinstance(effect, OutputEffect) and effect.where not in LONGITUDINAL.outputs
-        ):
+        if isinstance(effect, NoiseEffect) or (isinstance(effect, OutputEffect) and effect.where not in OUTPUTS):
             raise UsageError(f"--effect {self.kind}:{self.where}: no such effect can be flown; {_HOW}.")
         values = tuple(numbers[parameter.name] for parameter in effect.parameters)
         return ActiveEffect(effect, values, log if "time" in numbers else "")

@@ -16,9 +16,9 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
-from aerosid.flight_model.simulation import ALTITUDE, fly, trim
+from aerosid.flight_model.simulation import ALTITUDE, flown_controls, fly_controls, trim, trimmed_state
 from aerosid.logs.flight_log import FlightLog
-from aerosid.studies.monte_carlo.elevator import deflection
+from aerosid.studies.monte_carlo.elevator import in_turn
 from aerosid.studies.monte_carlo.noise_draw import NoiseSource, redrawn
 from aerosid.studies.monte_carlo.plan import FlownInput, StudyPlan
 from aerosid.studies.monte_carlo.planted import Planted
@@ -36,7 +36,7 @@ VALIDATION_SHARE = 0.75
 class TrueFlight:
     """One flight of the true aircraft, without noise.
 
-    `manoeuvre` holds its true inputs and what sensors without noise record of them; `state` (5,) where it begins.
+    `manoeuvre` holds its true inputs and what sensors without noise record of them; `state` (n,) where it begins.
     """
 
     manoeuvre: Manoeuvre
@@ -152,20 +152,21 @@ def _simulated(plan: StudyPlan) -> Truth:
         )
     model, terms = _true_model(plan, airspeed)
     level = trim(model, airspeed, density, aircraft.mass)
-    state = airspeed * np.array([np.cos(level.alpha), np.sin(level.alpha), 0.0, 0.0, 0.0])
-    state += np.array([0.0, 0.0, 0.0, level.alpha, ALTITUDE])
+    state, controls = trimmed_state(model, level, ALTITUDE), flown_controls(model)
+    # Where the motion in the plane of symmetry is measured, it is recorded as it stands in the trim.
+    recorded = model.axes.measured if "V" in model.axes.measured else ()
 
     def true_flight(flown_input: FlownInput, name: str, effects: tuple[Planted, ...]) -> TrueFlight:
         time = np.arange(float(flown_input.samples)) * flown_input.interval
-        others = {column: np.zeros(time.size) for column in model.columns[9:]}
-        log = fly(
+        others = {column: np.zeros(time.size) for column in model.extra_columns if column not in controls}
+        log = fly_controls(
             model,
             level,
             time,
-            deflection(flown_input.shape, time, flown_input.amplitude, flown_input.unit),
+            in_turn(controls, flown_input.shape, time, flown_input.amplitude, flown_input.unit),
             density=density,
             mass=aircraft.mass,
-            noise=dict.fromkeys((*plan.measured, "delta_e"), 0.0),
+            noise=dict.fromkeys((*plan.measured, *recorded, *controls), 0.0),
             seed=0,
             further_inputs=others | {"thrust": np.full(time.size, level.thrust)},
             name=name,
@@ -191,7 +192,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
-        input_deviation=np.array([plan.elevator_noise if name == "delta_e" else 0.0 for name in model.extra_columns]),
+        input_deviation=np.array([plan.elevator_noise if name in controls else 0.0 for name in model.extra_columns]),
         recorded=None,
         recorded_deviation=np.zeros(len(plan.measured)),
     )

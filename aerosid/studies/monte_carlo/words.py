@@ -12,6 +12,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
+from aerosid.studies.jsbsim.polynomial import driven_by
 from aerosid.studies.monte_carlo.elevator import RecordedInput, read_input
 from aerosid.studies.monte_carlo.plan import FlownInput, Snr, StudyPlan
 from aerosid.studies.monte_carlo.planted import parse_planted
@@ -88,8 +89,10 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
         raise UsageError("--aircraft is missing; give an aircraft file, or the name of a bundled one.")
     base = None if words.base is None else read_log(words.base, words.channels)
     aircraft = load_aircraft(words.aircraft)
-    aircraft.require_longitudinal("a study")
-    plan = StudyPlan(aircraft, flown=_flown(words), base=base)
+    flown = _flown(words)
+    if words.samples is None and base is None and isinstance(flown.shape, str):
+        flown = replace(flown, samples=flown.samples * max(1, len(driven_by(aircraft))))
+    plan = StudyPlan(aircraft, flown=flown, base=base)
     if base is not None:
         plan = replace(plan, snrs=("recorded",))
     changes: dict[str, Any] = {
