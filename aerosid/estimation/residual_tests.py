@@ -41,8 +41,8 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
         for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             held = np.isfinite(residual)
-            if held.sum() < 20:
-                continue
+            if held.sum() < 20 or manoeuvre.noise[i] == 0.0:
+                continue  # too few samples, or a reading that hangs between steps: its noise is not known
             ratio = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i] / manoeuvre.noise[i]
             own = ratio < AS_REMEMBERED * _understated(memories[i])
             if ratio > NOISE_RATIO and is_coloured(residual[held]) and not own:

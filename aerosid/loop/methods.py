@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
@@ -24,6 +25,7 @@ from aerosid.search.final_significance import significant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
 from aerosid.search.model_error_attribution import attribute_by_model_error, told_of_unseen
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 
 
@@ -59,6 +61,10 @@ class Question:
     def free(self) -> tuple[Entry, ...]:
         """Declared terms that are estimated."""
         return tuple((d.coefficient, d.term) for d in self.aircraft.derivatives if not d.fixed)
+
+    def attribution(self, settings: AttributionSettings) -> AttributionSettings:
+        """The settings of the structure search, which has more to ask where kinematics do not judge the instruments."""
+        return replace(settings, instruments_compared=self.aircraft.axes in compatibility.CASES)
 
     def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
         """What may be missing: terms, and of the whole catalogue what these flights can show."""
@@ -175,19 +181,18 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
         search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
         return Answer(significant(found, search), search)
+    attribution = question.attribution(settings.attribution)
     found = attribute(
         before,
         manoeuvres,
         hypotheses,
         question.aircraft.coefficients,
-        settings.attribution,
+        attribution,
         declared,
         question.others,
         moving_air=question.agreement is not None and question.agreement.is_gusty,
     )
-    search = StructureSearch(
-        manoeuvres, hypotheses, question.aircraft.coefficients, before, settings.attribution, declared
-    )
+    search = StructureSearch(manoeuvres, hypotheses, question.aircraft.coefficients, before, attribution, declared)
     found = significant(found, search)
     rivals = coefficient_rivals(found, manoeuvres, hypotheses)
     return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals))

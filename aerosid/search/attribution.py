@@ -9,14 +9,15 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.search.backward_elimination import certain
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_rows import findings_of
 from aerosid.search.findings import Finding, each_once, labels, named
 from aerosid.search.gates import standing
-from aerosid.search.replacement import alternatives
+from aerosid.search.replacement import alternatives, exchange
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.starts import searches
 from aerosid.search.structure_search import StructureSearch
@@ -120,9 +121,14 @@ def attribute(
     spread = widened(spread, beside)
     findings = findings_of(search, completed, spread)
     others = held.searched.others
-    if forces is not None:
+    if forces is not None and settings.instruments_compared:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = (*others, *alternatives(search, completed))
+    elif forces is not None:
+        completed, others = exchange(search, completed, alike=True)
+        completed, spread = certain(search, refine_on(completed, manoeuvres))
+        spread = widened(spread, beside)
+        findings = findings_of(search, completed, spread)
     others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(
         before, completed, spread, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed

@@ -52,13 +52,30 @@ def beside_disturbances(search: StructureSearch, start: Refinement, gusty: Searc
 
 
 def in_moving_air(search: StructureSearch, start: Refinement) -> Refinement:
-    """The estimate with a gust beside it: of those that its axes can meet, the likeliest for its price."""
-    room = search.with_room(start)
-    met = []
-    for effect in gusts_of(start.model.axes):
-        quiet = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
-        met.append(with_noise(search, replace(room, model=with_columns_of(room.model, [quiet])), effect))
+    """The estimate with a gust beside it: of those that its axes can meet, the likeliest for its price.
+
+    Air that moves along two axes is asked where it shows along each.
+    """
+    effects = gusts_of(start.model.axes)
+    along_one = [_met(search, start, effect) for effect in effects if len(effect.columns) == 1]
+    met = list(along_one)
+    shown = search.price(start) - search.critical**2
+    if len(along_one) > 1 and all(search.price(each) < shown for each in along_one):
+        (length,) = (each.effects[-1].values[-1] for each in [min(along_one, key=search.price)])
+        spreads = [each.effects[-1].values[0] for each in along_one]
+        for effect in effects:
+            if len(effect.columns) == len(along_one):
+                numbers = zip(effect.parameters, (*spreads, length), strict=True)
+                near = tuple(replace(parameter, trials=(value,)) for parameter, value in numbers)
+                met.append(_met(search, start, replace(effect, parameters=near)))
     return min(met, key=search.price)
+
+
+def _met(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
+    """The estimate in air that moves in one way."""
+    room = search.with_room(start)
+    quiet = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+    return with_noise(search, replace(room, model=with_columns_of(room.model, [quiet])), effect)
 
 
 def in_forces(search: StructureSearch, start: Refinement) -> Refinement:

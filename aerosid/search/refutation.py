@@ -61,6 +61,8 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
         rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
         for name, value in rms.items():
             i = manoeuvre.row(name)
+            if manoeuvre.noise[i] == 0.0:
+                continue  # a reading that hangs between steps: its noise is not known
             if value is None:
                 return float("inf")
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())

@@ -10,6 +10,7 @@ import numpy as np
 
 from aerosid.effects import KINDS, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sudden import is_sudden
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import inflation_of, pruned
@@ -23,8 +24,13 @@ RAREST = max(kind.rarity for kind in KINDS.values())
 """What a rival may lose by its rareness alone and still be listed."""
 
 
-def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
-    """Try others in the place of each found part: take a better one, list those within reach."""
+def exchange(
+    search: StructureSearch, current: Refinement, *, alike: bool = False
+) -> tuple[Refinement, tuple[Finding, ...]]:
+    """Try others in the place of each found part: take a better one, list those within reach.
+
+    `alike`: none of those that bring much the same beside it, nor a sudden change, which follows whatever is left.
+    """
     listed: list[Finding] = []
     done: set[tuple[str, str, str]] = set()
     for _ in range(2 * search.settings.rounds):
@@ -35,7 +41,10 @@ def exchange(search: StructureSearch, current: Refinement) -> tuple[Refinement, 
         done.add(group[0].label)
         # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
         worth = partial(evident_price, search, inflation_of_parts(search, current, {part.label for part in group}))
-        reduced, trials = in_its_place(search, current, group)
+        reduced, trials = in_its_place(search, current, group, alike=alike)
+        if alike:
+            jumps = sum(map(is_sudden, current.effects))
+            trials = [trial for trial in trials if sum(map(is_sudden, trial.effects)) <= jumps]
         best = min(trials, key=worth, default=None)
         if best is not None and worth(best) < worth(current) and stands(search, best, reduced):
             trials = [*(trial for trial in trials if trial is not best), current]

@@ -237,6 +237,10 @@ class AttributionSettings:
         standard errors are what flight test calls significant.
     disturbances : bool
         Whether gusts and forces of any shape are considered where something is left.
+    instruments_compared : bool
+        Whether kinematics judged instruments and air before. Where not, a gust is asked first if it alone says more
+        than the first thing that could enter, and after a search among forces of any shape the rivals are compared once
+        more in open loop.
     trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals
         Settings of the parts of the search.
     """
@@ -249,6 +253,7 @@ class AttributionSettings:
     price: float = 8.0
     final_deviations: float = 3.0
     disturbances: bool = True
+    instruments_compared: bool = True
     trials: TrialSettings = field(default_factory=TrialSettings)
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     separation: SeparationSettings = field(default_factory=SeparationSettings)

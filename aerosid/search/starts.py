@@ -9,6 +9,7 @@ from typing import NamedTuple
 from aerosid.effects import StateEffect
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.score_test import Score
 from aerosid.search.disturbance_search import Searched, beside_disturbances, in_moving_air, is_gust, through_air
 from aerosid.search.forward_selection import forward, settled
 from aerosid.search.refutation import cannot_follow
@@ -31,12 +32,18 @@ class Searches:
         Beside gusts that the instruments show by kinematics alone.
     explained : bool
         Whether those gusts, with what was found beside them, leave nothing wrong and are more than forces of any shape.
+    begun : tuple or None
+        The first round of the plain search, where it was made: its estimate and its scores.
+    air : Refinement or None
+        A gust alone, where that says more than the first round found.
     """
 
     plain: Searched
     reached: Searched
     gusty: Searched | None = None
     explained: bool = False
+    begun: tuple[Refinement, list[tuple[Score, ...]]] | None = None
+    air: Refinement | None = None
 
 
 class Asked(NamedTuple):
@@ -66,15 +73,31 @@ def searches(
     return made
 
 
-def _gusts_are_shown(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
-    """Whether the instruments show gusts, and something is left that they may say."""
+def _air_is_unknown(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
+    """Whether no kinematics judged the air, and something is left that gusts may say."""
+    unknown = not search.settings.instruments_compared and bool(search.stepping) and search.settings.disturbances
+    return unknown and search.is_doubtful(asked.before)
+
+
+def _gust_or_one(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
+    """The first round of the plain search, and a gust alone where that says more."""
+    begun = forward(search, asked.before, 1)
+    air = in_moving_air(search, asked.before) if search.is_doubtful(begun[0]) else None
+    if air is not None and search.price(air) > search.price(begun[0]):
+        air = None
+    return replace(made, begun=begun, air=air)
+
+
+def _gusts_are_shown(search: StructureSearch, asked: Asked, made: Searches) -> bool:
+    """Whether the instruments show gusts, or the flights do, and something is left that they may say."""
     shown = asked.moving_air and bool(search.stepping) and search.settings.disturbances
-    return shown and search.is_doubtful(asked.before)
+    return made.air is not None or (shown and search.is_doubtful(asked.before))
 
 
 def _in_gusts(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
     """The search beside a gust, with flow separation where something is left."""
-    gusty = through_air(search, in_moving_air(search, asked.before), search.settings.gusts.beside_gusts)
+    air = in_moving_air(search, asked.before) if made.air is None else made.air
+    gusty = through_air(search, air, search.settings.gusts.beside_gusts)
     left = search.separating and (
         search.is_doubtful(gusty.estimate) or _fails_elsewhere(search, gusty.estimate, asked.validation)
     )
@@ -94,7 +117,10 @@ def _gusts_leave_something(search: StructureSearch, asked: Asked, made: Searches
 
 def _plain(search: StructureSearch, asked: Asked, made: Searches) -> Searches:
     """The search from the declared structure, with nothing beside it."""
-    current, rounds = forward(search, asked.before)
+    current, rounds = forward(search, asked.before) if made.begun is None else made.begun
+    if made.begun is not None and current is not asked.before:
+        current, further = forward(search, current, search.settings.rounds - len(rounds))
+        rounds = [*rounds, *further]
     current, others = exchange(search, current)
     plain = Searched(current, others, tuple(rounds))
     return replace(made, plain=plain, reached=plain)
@@ -132,7 +158,8 @@ def _among_disturbances(search: StructureSearch, asked: Asked, made: Searches) -
 
 
 STARTS = (
-    SearchStart("in gusts that the instruments show", _gusts_are_shown, _in_gusts),
+    SearchStart("a gust against the first thing that could enter", _air_is_unknown, _gust_or_one),
+    SearchStart("in gusts that are shown", _gusts_are_shown, _in_gusts),
     SearchStart("plain", _gusts_leave_something, _plain),
     SearchStart("with flow separation", _separation_may_say_it, _with_separation),
     SearchStart("among gusts or forces of any shape", _something_is_left, _among_disturbances),
