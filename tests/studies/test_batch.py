@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -238,3 +239,14 @@ def test_the_condition_is_that_before_the_manoeuvre() -> None:
     assert _at_first(log, "V") == pytest.approx(100.0, abs=0.2)
     assert abs(float(log["V"].mean()) - 100.0) > 1.0
     assert _at_first(log, "mach") is None
+
+
+def test_the_page_writes_symbols_and_no_names_of_a_program() -> None:
+    logs = tuple(LogFile(name, name, "") for name in ROWS)
+    batch = Batch(LIGHT, logs, ROWS, {}, reports=False)
+    page = page_html(batch, drawn_figure(batch))
+    body = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page, flags=re.DOTALL)
+    words = {word.strip(".,;:()") for word in body.split() if "_" in word}
+    assert words <= {"light_transport"}
+    assert "sensor bias of V" in " ".join(body.split())
+    assert "alpha" not in body

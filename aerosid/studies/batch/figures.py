@@ -8,7 +8,7 @@ import numpy as np
 
 from aerosid.reporting.figures.chart import Chart, Line, Mark, Points
 from aerosid.reporting.figures.layout import Tile, tiled
-from aerosid.reporting.words import shown_unit, subscripted
+from aerosid.reporting.words import shown_unit, subscripted, term_label
 from aerosid.studies.batch.one_log import CONDITION
 from aerosid.studies.batch.table import Measured
 from aerosid.studies.batch.table_texts import UNITS
@@ -60,7 +60,7 @@ def condition_chart(entries: Sequence[Measured], against: str) -> Chart | None:
             for at, v, b in zip(x, y, bars, strict=True)
         ]
         marks.append(Points(x, y, "after", ordered=False))
-        name = f"{subscripted(coefficient)} {term if len(term) <= 14 else term[:13] + '…'}"
+        name = f"{subscripted(coefficient)} {term_label(term) if len(term) <= 14 else term[:13] + '…'}"
         tiles.append(Tile(across, name, span, _widened(lowest, highest), tuple(marks)))
     return tiled(tiles, columns=3) if tiles else None
 
