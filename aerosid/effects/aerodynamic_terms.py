@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL, Axes
 from aerosid.flight_model.terms import Term, parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -115,18 +116,6 @@ COMPRESSIBLE = ("mach", "alpha*mach")
 COMPRESSIBLE_SIDE = ("beta*mach",)
 """The same of side force, rolling and yawing moment."""
 
-LEAST_MACH = 0.02
-"""Variation of Mach number in a flight that can show a term in it."""
-
-KNOTS = (0.25, 0.5, 0.75)
-"""Where the splines begin, as shares of the flown range of alpha."""
-
-KNOT_GRID = 0.01
-"""rad; knots are rounded to this, so that a knot reads well and the same flight gives the same terms."""
-
-LEAST_RANGE = 0.06
-"""rad; a flown range of alpha in which knots can be told apart."""
-
 
 def is_symmetric(coefficient: str) -> bool:
     """Whether a coefficient is the same in the mirror image of the motion."""
@@ -151,7 +140,7 @@ def unsteady(_logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Itera
 
 def compressible(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
     """Terms in Mach number where it varies."""
-    if all("mach" in log for log in logs) and any(_range(log["mach"]) > LEAST_MACH for log in logs):
+    if all("mach" in log for log in logs) and any(_range(log["mach"]) > OFFERED.least_mach for log in logs):
         yield from map(parse_term, COMPRESSIBLE if is_symmetric(coefficient) else COMPRESSIBLE_SIDE)
 
 
@@ -163,11 +152,11 @@ def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterato
     if alpha.size == 0:
         return
     low, high = (float(value) for value in np.percentile(alpha, [1.0, 99.0]))
-    if high - low < LEAST_RANGE:
+    if high - low < OFFERED.least_range:
         return
-    for knot in dict.fromkeys(round((low + share * (high - low)) / KNOT_GRID) for share in KNOTS):
+    for knot in dict.fromkeys(round((low + share * (high - low)) / OFFERED.knot_grid) for share in OFFERED.knots):
         sign = "-" if knot >= 0 else "+"
-        start = f" {sign} {abs(knot) * KNOT_GRID:.2f}" if knot else ""
+        start = f" {sign} {abs(knot) * OFFERED.knot_grid:.2f}" if knot else ""
         for power in ("", "^2"):
             yield parse_term(f"pos(alpha{start}){power}")
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
+from aerosid.effects.limits import OFFERED
 from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
 from aerosid.signals.noise import estimate_noise
 
@@ -40,17 +41,13 @@ def control_delay(channel: str) -> InputEffect:
     )
 
 
-SLOWEST = 5.0
-"""s; a surface that takes longer for its largest excursion follows no manoeuvre."""
-
-
 def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffect:
     """The surface moves no faster than a limit.
 
     `fastest` [rad/s] is the greatest rate in the record, `widest` [rad] the greatest excursion. A step's rate depends
     on the sampling alone: what limit shows itself is known from the time that the excursion takes.
     """
-    highest, lowest = 0.5 * fastest, min(0.05 * fastest, widest / SLOWEST)
+    highest, lowest = 0.5 * fastest, min(0.05 * fastest, widest / OFFERED.slowest)
     return InputEffect(
         "control_rate_limit",
         channel,
@@ -71,10 +68,6 @@ def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffe
     )
 
 
-LEAST_BAND = 3.0
-"""Times the record's noise: a narrower band takes noise out of the rest before a manoeuvre, and that helps any fit."""
-
-
 def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEffect:
     """Excursions of the recorded control within a band do not move the surface.
 
@@ -91,7 +84,7 @@ def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEf
                 lowest=0.0,
                 highest=0.9 * widest,
                 step=1e-4 * widest,
-                least=LEAST_BAND * noise,
+                least=OFFERED.least_band * noise,
             ),
         ),
         lambda _time, values, p: deadbanded(values, p[0]),

@@ -22,15 +22,11 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, Signal, StateEffect
+from aerosid.effects.limits import OFFERED
 from aerosid.effects.step_change import offset_column
 from aerosid.flight_model.motion_laws import Law, influence
 
 PROPORTIONAL = ("C_Z", "C_L", "C_D")
-LEAST_SHARE = 0.02
-"""By how much sigma must vary in a flight: below, a gain as large as one would move the lift by 2 %."""
-
-REACHES = (0.5, 1.0, 2.0)
-"""Reaches that are tried, over wing area by mean chord."""
 
 
 def ground_effect(coefficient: str, reach: float) -> StateEffect:
@@ -64,7 +60,7 @@ def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficient
     near = [flown for flown in flights if flown.height is not None and _varies(flown.height, flown.span)]
     if near:
         for name in coefficients:
-            for share in REACHES:
+            for share in OFFERED.reaches:
                 reach = share * near[0].span
                 yield Offer("ground_effect", name, (at_null(at_given_reach(ground_effect(name, reach), reach)),))
 
@@ -72,7 +68,7 @@ def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficient
 def _varies(height: Signal, span: float) -> bool:
     """Whether a flight comes near the ground, and not below it: then its altitude is no height above ground."""
     known = height[np.isfinite(height)]
-    return bool(known.size and known.min() > -0.2 * span and np.ptp(influence(known, span)) > LEAST_SHARE)
+    return bool(known.size and known.min() > -0.2 * span and np.ptp(influence(known, span)) > OFFERED.least_influence)
 
 
 FAMILY = Family(

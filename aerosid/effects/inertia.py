@@ -13,16 +13,11 @@ from collections.abc import Iterator
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import BodyEffect, EffectParameter
+from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL
 
 INERTIA = ("I_xx", "I_yy", "I_zz", "I_xz")
 """Moments and product of inertia, as an aircraft file names them."""
-
-LARGEST_SHARE = 0.4
-"""Of the declared moments: a product of inertia or an error of a moment beyond it is no aircraft's."""
-
-STEP_SHARE = 1e-3
-"""Of the declared moments: for differences."""
 
 
 def inertia(name: str, size: float) -> BodyEffect:
@@ -30,8 +25,10 @@ def inertia(name: str, size: float) -> BodyEffect:
 
     `size` [kg m^2] is what it is compared with: the moment itself, of I_xz the smaller one of roll and yaw.
     """
-    limit = LARGEST_SHARE * size
-    change = EffectParameter("change", "kg m^2", trials=(0.0,), lowest=-limit, highest=limit, step=STEP_SHARE * size)
+    limit = OFFERED.largest_inertia * size
+    change = EffectParameter(
+        "change", "kg m^2", trials=(0.0,), lowest=-limit, highest=limit, step=OFFERED.inertia_step * size
+    )
     return BodyEffect("inertia", name, (change,), (name,), "Etkin & Reid, Dynamics of Flight, section 4.3")
 
 

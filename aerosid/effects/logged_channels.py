@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects.aerodynamic_terms import POWERED, is_symmetric
+from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import ACCELERATIONS, Axes
 from aerosid.flight_model.terms import Term, parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -29,15 +30,6 @@ LIKE_THE_STATES, LIKE_AN_ACCELERATION = 0.9, 0.95
 """Shares of an unknown channel's variance that the case's other answers together, and each acceleration alone, explain
 linearly, from which it is an answer as they are. All accelerations together show every input that acts."""
 
-LEAST_NOISE_RATIO = 5.0
-"""Standard deviation of a channel over its noise below which it shows nothing."""
-
-LEAST_THRUST = 0.05
-"""Share of its mean by which recorded thrust must vary to tell C_T from a constant and V_hat."""
-
-MOST_CHANNELS = 8
-"""Channels that are asked for: every simulation carries each of them."""
-
 
 def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
     """A term for each channel that all logs hold, that moves, and that is an input."""
@@ -49,7 +41,7 @@ def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> 
             moving = [log for log in logs if _moves(log, name)]
             if moving and (name in known or not any(_is_answer(log, name, axes) for log in moving)):
                 asked.append(name)
-    yield from map(parse_term, asked[:MOST_CHANNELS])
+    yield from map(parse_term, asked[: OFFERED.most_channels])
     if all("thrust" in log for log in logs) and any(_thrust_varies(log) for log in logs):
         yield parse_term("C_T")
         if not is_symmetric(coefficient):
@@ -62,7 +54,7 @@ def _moves(log: FlightLog, name: str) -> bool:
     spread = float(held.std())
     if held.size < 5 or spread <= 1e-9 * max(float(np.abs(held).max()), 1e-300):
         return False
-    return spread > LEAST_NOISE_RATIO * float(estimate_noise(log.time, values))
+    return spread > OFFERED.least_noise_ratio * float(estimate_noise(log.time, values))
 
 
 def _is_answer(log: FlightLog, name: str, axes: Axes) -> bool:
@@ -92,4 +84,4 @@ def _scaled(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _thrust_varies(log: FlightLog) -> bool:
     thrust = log["thrust"][np.isfinite(log["thrust"])]
-    return bool(thrust.size and np.ptp(thrust) > LEAST_THRUST * np.abs(thrust).mean() > 0.0)
+    return bool(thrust.size and np.ptp(thrust) > OFFERED.least_thrust * np.abs(thrust).mean() > 0.0)

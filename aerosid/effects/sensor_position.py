@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, PositionEffect
+from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL
 
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
@@ -18,9 +19,6 @@ SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
 
 SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz")))
 """Sensors and the body axes of their positions that rolling and yawing motion shows, alone and together."""
-
-FURTHEST = 30.0
-"""m from the declared place."""
 
 
 def sensor_position(channel: str, axis: str) -> PositionEffect:
@@ -38,7 +36,8 @@ def _sits(channel: str, axes: str, names: tuple[str, ...]) -> PositionEffect:
         "sensor_position",
         channel,
         tuple(
-            EffectParameter(name, "m", trials=(0.0,), lowest=-FURTHEST, highest=FURTHEST, step=1e-2) for name in names
+            EffectParameter(name, "m", trials=(0.0,), lowest=-OFFERED.furthest, highest=OFFERED.furthest, step=1e-2)
+            for name in names
         ),
         axes,
         "Klein & Morelli, Aircraft System Identification, section 10.2",

@@ -9,9 +9,7 @@ import numpy as np
 
 from aerosid.effects.family import Flown, Offer, at_null
 from aerosid.effects.kinds import ActiveEffect, EffectParameter, InputEffect, Signal
-
-GRID = 48
-"""Moments at which a sudden change is tried on each log; the best is then refined between its neighbours."""
+from aerosid.effects.limits import OFFERED
 
 
 def sudden(
@@ -59,7 +57,7 @@ def offered_on_a_grid(
     for flown in flights:
         time = flown.time
         interval = float(np.median(np.diff(time)))
-        for moment in time[0] + (time[-1] - time[0]) * np.linspace(0.06, 0.94, GRID):
+        for moment in time[0] + (time[-1] - time[0]) * np.linspace(0.06, 0.94, OFFERED.grid):
             changes = made(float(moment), interval)
             effects = tuple(at_null(at_given_moment(change), flown.log) for change in changes)
             yield Offer(changes[0].kind, flown.log, effects, time=float(moment))

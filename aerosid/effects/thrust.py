@@ -13,14 +13,12 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
+from aerosid.effects.limits import OFFERED
 from aerosid.effects.sudden import offered_on_a_grid, sudden
 
 SOURCE = "Jategaonkar, Flight Vehicle System Identification, 2nd ed."
 THRUST_COLUMN = "thrust_change"
 """Thrust beyond the recorded one, N."""
-
-LEAST_VARIATION = 0.05
-"""Share of its mean by which recorded thrust must vary to tell a factor from a constant."""
 
 
 def thrust_scale() -> InputEffect:
@@ -49,7 +47,7 @@ def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficient
     thrusts = [flown.inputs["thrust"] for flown in flights]
     mean = max(float(np.mean(np.abs(thrust))) for thrust in thrusts)
     spread = float(np.ptp(np.concatenate(thrusts)))
-    if spread > LEAST_VARIATION * mean > 0.0:
+    if spread > OFFERED.least_thrust * mean > 0.0:
         yield Offer("thrust_scale", "thrust", (at_null(thrust_scale()),))
     if coefficients:
         yield from offered_on_a_grid(flights, lambda time, interval: (thrust_change(time, interval),))

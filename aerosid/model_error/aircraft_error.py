@@ -1,4 +1,4 @@
-"""Run the continuous estimator (21)-(26) on the aircraft's equations, with every candidate passed through it as well.
+"""Continuous invariant embedding (21)-(26) on an aircraft's equations, every candidate through the same gains.
 
 The estimator's d(t) is a filtered picture of the true model error: what its gain and its step do to the error they do
 to a candidate too. So each term's contribution is sent through the same gains, sample by sample, and d(t) is compared

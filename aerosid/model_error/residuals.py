@@ -1,7 +1,4 @@
-"""Weighted residuals at a sample and over a step; missing samples drop out.
-
-Missing samples drop out.
-"""
+"""Weighted residuals at a sample and over a step; missing samples drop out."""
 
 from __future__ import annotations
 

@@ -182,7 +182,8 @@ def within_reach(
         loss = search.price(trial) - search.rareness(trial) - search.price(current) + search.rareness(current)
         if loss < margin:
             spread = search.rough_deviations(trial)
-            others = [part for part in search.parts(trial, spread) if part.label not in base and part.ratio > 2.0]
+            least = search.settings.replacement.listed
+            others = [part for part in search.parts(trial, spread) if part.label not in base and part.ratio > least]
             place = named(chosen[0])
             found.extend(
                 replace(finding_of(search, part, -loss, place), fit=trial, worse_by=loss, margin=margin)

@@ -153,6 +153,8 @@ class ReplacementSettings:
         something else. Chosen: half.
     surely_apart : float
         Times the difference in price that decides nothing, 1, within which a rival of a small effect is fitted. Chosen.
+    listed : float
+        Own deviations from none, 1, from which a part of a rival structure is listed. Convention: two.
     """
 
     nearly_all: float = 0.02
@@ -160,6 +162,7 @@ class ReplacementSettings:
     rival_share: float = 0.75
     otherwise_good: float = 0.5
     surely_apart: float = 20.0
+    listed: float = 2.0
 
 
 @dataclass(frozen=True)

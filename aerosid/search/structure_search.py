@@ -17,7 +17,8 @@ from scipy.special import ndtri
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_numbers
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import GRID, is_sudden, moment
+from aerosid.effects.limits import OFFERED
+from aerosid.effects.sudden import is_sudden, moment
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
@@ -177,7 +178,7 @@ class StructureSearch:
         if hypothesis.time is None:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
-        reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / GRID
+        reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / OFFERED.grid
         jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
         return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import GRID, at_given_moment, at_moment, is_sudden, moment
+from aerosid.effects.limits import OFFERED
+from aerosid.effects.sudden import at_given_moment, at_moment, is_sudden, moment
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.swept_model import Sweep
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
@@ -25,7 +26,7 @@ def near_a_jump(
     if hypothesis.time is None:
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
-    reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / GRID
+    reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
     return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
 
 
@@ -46,7 +47,7 @@ def at_outliers(
                 count += held
         excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
         interval = float(np.median(np.diff(log.flight.time)))
-        reach = max(1, round(settings.jump_spacing * float(np.ptp(log.flight.time)) / GRID / interval))
+        reach = max(1, round(settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid / interval))
         kinds = {
             h.kind: h
             for h in hypotheses

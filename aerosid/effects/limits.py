@@ -1,0 +1,67 @@
+"""Limits of the catalogue: which effects a flight is asked for, and how far they may go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class OfferLimits:
+    """When the families of effects are offered; chosen from what an effect can do to a motion, as each says.
+
+    Attributes
+    ----------
+    grid : int
+        Moments at which a sudden change is tried on each log; the best is then refined between its neighbours. More
+        costs columns, linearly.
+    least_mach : float
+        Variation of Mach number, 1, in a flight that can show a term in it.
+    knots : tuple of float
+        Where the splines begin, as shares, 1, of the flown range of alpha.
+    knot_grid : float
+        rad; knots are rounded to this, so that a knot reads well and the same flight gives the same terms.
+    least_range : float
+        rad; a flown range of alpha in which knots can be told apart.
+    slowest : float
+        s; a surface that takes longer for its largest excursion follows no manoeuvre.
+    least_band : float
+        Times the record's noise, 1, that a dead band has at least: a narrower one takes noise out of the rest before a
+        manoeuvre, and that helps any fit.
+    least_influence : float
+        By how much the influence of the ground, 1, must vary in a flight: below, a gain as large as one would move the
+        lift by 2 %.
+    reaches : tuple of float
+        Reaches of the ground effect that are tried, over wing area by mean chord, 1.
+    largest_inertia : float
+        Share, 1, of the declared moments: a product of inertia or an error of a moment beyond it is no aircraft's.
+    inertia_step : float
+        The same share by which they are varied for differences.
+    least_noise_ratio : float
+        Standard deviation of a recorded channel over its noise, 1, below which it shows nothing.
+    least_thrust : float
+        Share, 1, of its mean by which recorded thrust must vary to tell C_T or a factor from a constant.
+    most_channels : int
+        Recorded channels that are asked for: every simulation carries each of them.
+    furthest : float
+        m; how far from its declared place a sensor may sit.
+    """
+
+    grid: int = 48
+    least_mach: float = 0.02
+    knots: tuple[float, ...] = (0.25, 0.5, 0.75)
+    knot_grid: float = 0.01
+    least_range: float = 0.06
+    slowest: float = 5.0
+    least_band: float = 3.0
+    least_influence: float = 0.02
+    reaches: tuple[float, ...] = (0.5, 1.0, 2.0)
+    largest_inertia: float = 0.4
+    inertia_step: float = 1e-3
+    least_noise_ratio: float = 5.0
+    least_thrust: float = 0.05
+    most_channels: int = 8
+    furthest: float = 30.0
+
+
+OFFERED = OfferLimits()
+"""The limits of every loop."""
