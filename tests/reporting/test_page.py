@@ -21,6 +21,7 @@ from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.second_opinion import RivalStructure, SecondOpinion
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
@@ -353,3 +354,20 @@ def test_a_channel_that_fits_less_well_corrected_is_explained(result: ClosedLoop
 
     assert f"V of {name} fits less well corrected than as recorded" in text(0.049)
     assert "fits less well" not in text(0.030)
+
+
+def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: ClosedLoop) -> None:
+    """Their errors over the noise, medians each, may stand the other way round than the median of their ratios."""
+    rows = (
+        RivalStructure("likelihood", ("C_X alpha^2",), 104.0),
+        RivalStructure("iebmee", ("sensor_bias of V",), 65.0),
+    )
+    told = (
+        "On the validation flight the open-loop error of the latter is 1.27 times that of the former (median channel)."
+    )
+    made = dataclasses.replace(result, second_opinion=SecondOpinion(False, told, "validation", rows, 1.2708))
+    body = {s.name: text for s, text in compose(made).parts}["alternatives"]
+    cells = re.findall(r'<td class="n">([^<]*)</td></tr>', body.split("</table>")[0])
+    assert cells == ["1.00", "1.27"]
+    assert "104" not in body
+    assert "sensor bias of V" in body
