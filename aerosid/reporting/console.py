@@ -95,8 +95,8 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
 def _rivals(opinion: SecondOpinion) -> Table:
     """Rival structures side by side."""
     table = _table("What two methods find", ("method", "effects"), (f"error, {opinion.role}, first = 1",))
-    for row, ratio in zip(opinion.structures, (1.0, opinion.error_ratio), strict=False):
-        cells = (row.method, "; ".join(row.effects) or "nothing", number(ratio, 3))
+    for row, times in zip(opinion.structures, (1.0, opinion.error_ratio), strict=False):
+        cells = (row.method, "; ".join(row.effects) or "nothing", number(times, 3))
         table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
 
