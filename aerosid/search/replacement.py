@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -45,8 +45,12 @@ def exchange(
         if alike:
             jumps = sum(map(is_sudden, current.effects))
             trials = [trial for trial in trials if sum(map(is_sudden, trial.effects)) <= jumps]
-        best = min(trials, key=worth, default=None)
-        if best is not None and worth(best) < worth(current) and stands(search, best, reduced):
+            best = _better(search, trials, current, reduced, worth)
+        else:
+            best = min(trials, key=worth, default=None)
+            if best is not None and not (worth(best) < worth(current) and stands(search, best, reduced)):
+                best = None
+        if best is not None:
             trials = [*(trial for trial in trials if trial is not best), current]
             current = best
             newest = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
@@ -54,6 +58,31 @@ def exchange(
             listed = [other for other in listed if other.instead_of != named(group[0].label)]
         listed.extend(within_reach(search, current, reduced, trials))
     return current, tuple(listed)
+
+
+def _better(
+    search: StructureSearch,
+    trials: Sequence[Refinement],
+    current: Refinement,
+    reduced: Refinement,
+    worth: Callable[[Refinement], float],
+) -> Refinement | None:
+    """The first trial, in the order of their worth, that is better than the estimate without its own idle parts too.
+
+    A fault of an instrument or a control gives place to another such fault alone: a term has to show itself.
+    """
+    held = {part.label for part in search.parts(reduced, None)}
+    own = [part for part in search.parts(current, None) if part.label not in held]
+    for trial in sorted(trials, key=worth):
+        if worth(trial) >= worth(current):
+            break
+        left = pruned(search, trial)
+        newest = [part for part in search.parts(left, None) if part.label not in held]
+        if any(part.entry is not None for part in newest) and all(part.entry is None for part in own):
+            continue
+        if newest and worth(left) < worth(current) and is_no_filter(search, left, reduced):
+            return left
+    return None
 
 
 def alternatives(search: StructureSearch, current: Refinement) -> tuple[Finding, ...]:
