@@ -29,7 +29,8 @@ def batch_command(
     against: Annotated[
         Optional[str],
         typer.Option(
-            help="What derivatives are drawn against: alpha, mach, V or h; mach where it varies.", show_default=False
+            help="What derivatives are drawn against: alpha, mach, V, h or mass; mach where it varies.",
+            show_default=False,
         ),
     ] = None,
     reports: Annotated[bool, typer.Option(help="A report for each log.")] = True,

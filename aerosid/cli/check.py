@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from aerosid.aircraft import Aircraft
+    from aerosid.compatibility import KinematicConsistency
     from aerosid.logs.flight_log import FlightLog
     from aerosid.logs.recording import Recording
 
@@ -83,17 +84,24 @@ def _print_streams(path: Path, recording: Recording, output: Console) -> None:
 
 def _longest(aircraft: Aircraft | None) -> float | None:
     """How far a sensor can lie from the centre of gravity: the length that the file gives, or eight chords."""
-    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
-
     if aircraft is None:
         return None
+    from aerosid.compatibility.plausible import LENGTH_IN_CHORDS
+
     return aircraft.length or LENGTH_IN_CHORDS * aircraft.mean_chord
+
+
+def _instruments(log: FlightLog, longest: float | None) -> tuple[KinematicConsistency | None, tuple[str, ...]]:
+    """Whether the instruments agree, and what of it cannot be."""
+    from aerosid.compatibility import check_kinematics
+    from aerosid.compatibility.plausible import implausible_positions
+
+    agreement = check_kinematics([log])
+    return agreement, implausible_positions(agreement, longest) if agreement is not None else ()
 
 
 def _checked(log: FlightLog, output: Console | None, longest: float | None) -> dict[str, object]:
     """What one log is worth, printed where there is an output, and as JSON holds it."""
-    from aerosid.compatibility import check_kinematics
-    from aerosid.compatibility.plausible import implausible_positions
     from aerosid.logs.quality import check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
@@ -107,8 +115,7 @@ def _checked(log: FlightLog, output: Console | None, longest: float | None) -> d
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
-    agreement = check_kinematics([log]) if whole is None else None
-    impossible = implausible_positions(agreement, longest) if agreement is not None else ()
+    agreement, impossible = (None, ()) if whole is not None else _instruments(log, longest)
     lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole, impossible)
     if output is not None:

@@ -12,10 +12,13 @@ import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 from scipy.stats import binom, chi2
 
+from aerosid.aircraft import load_aircraft
+from aerosid.aircraft.bundled import bundled_folder
+from aerosid.aircraft.loading import at_own_loading
 from aerosid.errors import LogError, UsageError
 from aerosid.loop.settings import LoopSettings
 from aerosid.studies.batch import Batch, LogFile, derivative_table, find_logs, run_batch, write_batch
-from aerosid.studies.batch.one_log import _at_first
+from aerosid.studies.batch.one_log import CONDITION, _at_first
 from aerosid.studies.batch.page import drawn_figure, page_html
 from aerosid.studies.batch.table import conditions, homogeneity, measured, structure_of, structures
 from aerosid.studies.batch.table_texts import structure_words, table_csv, table_latex, table_markdown
@@ -128,7 +131,7 @@ def row(value: float, std_error: float | None, shown: bool = True, **condition: 
     entry = {"coefficient": "C_m", "term": "alpha", "declared": -0.7, "value": value, "std_error": std_error}
     return {
         "verdict": "explained",
-        "condition": {"V": None, "h": None, "mach": None, "alpha": None} | condition,
+        "condition": dict.fromkeys(CONDITION) | condition,
         "effects": [{"kind": "sensor_bias", "where": "V", "term": "", "value": 1.0, "std_error": 0.1}],
         "derivatives": [{**entry, "std_error_white": 0.1, "shown": shown}],
     }
@@ -153,7 +156,7 @@ def test_repeats_are_put_together_and_their_scatter_told() -> None:
     assert slow.value == pytest.approx((4.0 * -0.70 + -0.74) / 5.0)
     assert slow.std_error == pytest.approx(np.sqrt((0.01**2 + 0.02**2) / 2.0))
     assert slow.scatter == pytest.approx(0.04 / np.sqrt(2.0))
-    assert slow.condition == pytest.approx({"V": 90.5, "h": 1050.0, "mach": None, "alpha": 0.0505})
+    assert slow.condition == pytest.approx({"V": 90.5, "h": 1050.0, "mach": None, "alpha": 0.0505, "mass": None})
     assert (fast.group, fast.value, fast.scatter) == (2, -0.60, None)
     assert (high.group, high.manoeuvres) == (3, 1)
     assert derivative_table(dict(reversed(ROWS.items()))) == (slow, fast, high)
@@ -250,3 +253,19 @@ def test_the_page_writes_symbols_and_no_names_of_a_program() -> None:
     assert words <= {"light_transport"}
     assert "sensor bias of V" in " ".join(body.split())
     assert "alpha" not in body
+
+
+def test_every_manoeuvre_of_a_flight_is_listed_at_its_own_mass(tmp_path: Path) -> None:
+    """Fifty cuts of one flight, 20 kg burnt between one and the next: tables show what each was reduced with."""
+    path = tmp_path / "aircraft.toml"
+    bare = (bundled_folder("aircraft_models") / "light_transport.toml").read_text(encoding="utf-8")
+    table = "\n[fuel]\nused = [0.0, 1000.0]\nmass = [2280.0, 1280.0]\nI_yy = [6940.0, 5940.0]\n"
+    path.write_text(bare + table, encoding="utf-8")
+    declared = load_aircraft(path)
+    cut = Problem(duration=3.0).fly()
+    for burnt in np.arange(0.0, 1000.0, 20.0):
+        used = {**cut.channels, "fuel_used": np.full(cut.samples, burnt)}
+        log = replace(cut, channels=used, units={**cut.units, "fuel_used": "kg"})
+        loaded, (flown,), _ = at_own_loading(declared, [log])
+        assert _at_first(flown, "mass") == pytest.approx(2280.0 - burnt)
+        assert loaded.I_yy == pytest.approx(6940.0 - burnt)

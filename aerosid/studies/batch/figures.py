@@ -32,7 +32,7 @@ def condition_chart(entries: Sequence[Measured], against: str) -> Chart | None:
     entries : sequence of Measured
         All derivatives of all manoeuvres.
     against : str
-        One of V, h, mach, alpha.
+        One of V, h, mach, alpha, mass.
 
     Returns
     -------

@@ -20,8 +20,8 @@ from aerosid.manoeuvres import whole_flight_sentence
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
 
-CONDITION = ("V", "h", "mach", "alpha")
-"""Channels that say at which condition a manoeuvre began, SI."""
+CONDITION = ("V", "h", "mach", "alpha", "mass")
+"""Channels that say at which condition a manoeuvre began, SI; the mass is the one it was reduced with."""
 
 TRIM_TIME = 1.0
 """s; the condition is the mean over the first of the log, before the manoeuvre changes it."""

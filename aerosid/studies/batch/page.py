@@ -50,7 +50,7 @@ def drawn_figure(batch: Batch, against: str | None = None) -> Figure | None:
     ----------
     batch : Batch
     against : str, optional
-        V, h, mach or alpha; by default `figures.usual_abscissa`.
+        V, h, mach, alpha or mass; by default `figures.usual_abscissa`.
     """
     against = against or usual_abscissa({name: row["condition"] for name, row in batch.rows.items()})
     chart = condition_chart(batch.measured, against)

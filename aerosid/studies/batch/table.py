@@ -46,7 +46,7 @@ class Likeness:
 
 @dataclass(frozen=True)
 class Measured:
-    """One derivative from one manoeuvre; `condition` V, h, mach, alpha at its beginning, SI, None where unknown."""
+    """One derivative from one manoeuvre; `condition` V, h, mach, alpha, mass at its start, SI, None where unknown."""
 
     log: str
     coefficient: str

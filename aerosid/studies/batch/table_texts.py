@@ -12,7 +12,7 @@ from aerosid.reporting import words
 from aerosid.studies.batch.one_log import CONDITION
 from aerosid.studies.batch.table import Measured, Structure, TableRow
 
-UNITS = {"V": "m/s", "h": "m", "mach": "1", "alpha": "rad"}
+UNITS = {"V": "m/s", "h": "m", "mach": "1", "alpha": "rad", "mass": "kg"}
 
 _LATEX = {"alpha": r"\alpha", "beta": r"\beta", "theta": r"\theta", "phi": r"\phi", "rho": r"\rho", "delta": r"\delta"}
 _ACCENTS = {"hat": r"\hat", "dot": r"\dot", "bar": r"\bar"}
@@ -60,12 +60,14 @@ def _csv(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
 
 
 def condition_words(row: TableRow) -> list[str]:
-    """V, h, mach and alpha of a row as a person reads them, a dash where not recorded."""
+    """V, h, mach, alpha and mass of a row as a person reads them, a dash where not recorded."""
     shown = []
     for name in CONDITION:
         value = row.condition[name]
         factor = words.shown_unit(UNITS[name]).factor
-        shown.append(notation.MISSING if value is None else notation.number(factor * value, 3 if name != "h" else 4))
+        shown.append(
+            notation.MISSING if value is None else notation.number(factor * value, 4 if name in ("h", "mass") else 3)
+        )
     return shown
 
 

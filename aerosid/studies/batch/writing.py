@@ -39,7 +39,7 @@ def write_batch(batch: Batch, directory: Path, against: str | None = None) -> tu
     Parameters
     ----------
     against : str, optional
-        V, h, mach or alpha: what derivatives are drawn against.
+        V, h, mach, alpha or mass: what derivatives are drawn against.
 
     Raises
     ------
