@@ -12,7 +12,6 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     effect_candidates,
     joined,
-    of_sensors,
     scores,
     started,
     term_candidates,
@@ -20,7 +19,7 @@ from aerosid.equation_error.candidates import (
 from aerosid.equation_error.design import regress
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
-from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told, without
+from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, is_told, without
 
 
 @dataclass(frozen=True)
@@ -48,16 +47,18 @@ def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Al
     return tuple(rows)
 
 
-def replaced(selected: Selected, asked: Sequence[Hypothesis], rules: Rules, rounds: int = 2) -> Selected:
+def replaced(
+    selected: Selected,
+    asked: Sequence[Hypothesis],
+    rules: Rules,
+    admitted: Admitted = lambda _found, _hypothesis: True,
+    rounds: int = 2,
+) -> Selected:
     """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
     for _ in range(rounds):
         for each in selected.chosen:
-            rows = [
-                (rules.price(each.hypothesis) - rules.price(row.hypothesis) - row.behind, row)
-                for row in in_place_of(selected, each, asked)
-            ]
-            better, row = max(rows, key=lambda pair: pair[0], default=(0.0, None))
-            if row is not None and better > CLEARLY:
+            row = _better(selected, each, asked, rules, admitted)
+            if row is not None:
                 others = tuple(other for other in selected.chosen if other is not each)
                 entered = Chosen(row.hypothesis, each.kinematic, row.gain)
                 selected = Selected(row.estimate, (*others, entered))
@@ -65,6 +66,20 @@ def replaced(selected: Selected, asked: Sequence[Hypothesis], rules: Rules, roun
         else:
             return selected
     return selected
+
+
+def _better(
+    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
+) -> Alternative | None:
+    """The likeliest in place of one that is clearly better and admitted."""
+    rows = [
+        (rules.price(each.hypothesis) - rules.price(row.hypothesis) - row.behind, row)
+        for row in in_place_of(selected, each, asked)
+    ]
+    for better, row in sorted(rows, key=lambda pair: -pair[0]):
+        if better > CLEARLY and admitted(row.estimate, row.hypothesis):
+            return row
+    return None
 
 
 CLEARLY = 1.0
@@ -77,12 +92,10 @@ def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -
     bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
-    open_ = [
-        h
-        for h in asked
-        if h.label not in taken and of_sensors(h) == of_sensors(each.hypothesis) and not is_told(h, rest)
-    ]
-    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
+    open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
+    candidates = effect_candidates(frame, bare, open_)
+    if "C_m" in frame.kinds:
+        candidates = [*term_candidates(frame, bare, open_), *candidates]
     gains = scores(bare, candidates)
     worth = selected.estimate.log_likelihood - bare.log_likelihood
     order: list[int] = []

@@ -13,7 +13,7 @@ from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
-from aerosid.equation_error.design import design_of, whiten
+from aerosid.equation_error.design import compared, design_of, whiten
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
 from aerosid.flight_model.aerodynamics import Entry
@@ -148,7 +148,8 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
     if not candidates:
         return np.zeros(0)
     stacked = np.column_stack([each.columns for each in candidates])
-    white = whiten(base.design, stacked, base.solution.weights)
+    weights = base.solution.weights
+    white = compared(base.design, whiten(base.design, stacked, weights), weights)
     slopes, covariance = base.solution.slopes, base.solution.covariance
     along = slopes.T @ white
     innovations = base.solution.whitened

@@ -8,16 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
-from aerosid.equation_error.channels import EQUATIONS, KINEMATIC
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
+from aerosid.equation_error.design import design_of, whiten
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.gusts import gust_share, gusts_from_lift
+from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, weights_on
+from aerosid.equation_error.gusts import Turbulence, turbulence_of
 from aerosid.equation_error.points import Point
-from aerosid.equation_error.recording import Recording, read_recordings
+from aerosid.equation_error.recording import read_recordings
 from aerosid.equation_error.selection import (
     Chosen,
     Rules,
@@ -106,6 +107,8 @@ class EquationErrorDecision:
         Of the completed estimate's unknowns, corrected for coloured residuals.
     before_covariance : ndarray
         The same of the declared structure.
+    turbulence : Turbulence or None
+        What vane and lift show of the air.
     shares : tuple of (Share, Share)
         R^2 before and after, of each coefficient and recording.
     asked : int
@@ -120,13 +123,10 @@ class EquationErrorDecision:
     completed: Estimate
     covariance: Array
     before_covariance: Array
+    turbulence: Turbulence | None
     shares: tuple[tuple[Share, Share], ...]
     asked: int
     refuted: tuple[tuple[str, str, str], ...]
-
-
-FOLLOWED = frozenset({("sensor_scale", "alpha"), ("sensor_scale", "a_z"), ("sensor_scale", "V")})
-"""Faults that a flight in strong gusts cannot show: the aircraft follows each gust in proportion to it."""
 
 
 def askable(hypothesis: Hypothesis) -> bool:
@@ -169,28 +169,34 @@ def decide(
     recordings = read_recordings(identification, validation, settings)
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     asked = [bounded(h) for h in (*hypotheses, *position_hypotheses(channels)) if askable(h)]
+    sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
+    others = [h for h in asked if not of_sensors(h)]
     start = Point(model, tuple(free), tuple(given))
-    chosen = _chosen(start, recordings, asked, coefficients, settings, told)
-    gusts = gusts_from_lift(chosen.estimate)
-    fitted = Frame(recordings, EQUATIONS, settings, gusts=gusts)
-    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=gusts)
-    before = estimate(fitted, start)
-    kept, refuted = _standing(chosen, fitted, whole, settings, told)
-    rules = rules_for(asked, whole_rows(kept.estimate), settings.false_alarm, settings.factor_odds)
-    changed = replaced(kept, asked, rules)
+    kinematic = Frame(recordings, KINEMATIC, settings)
+    rules = rules_for(asked, whole_rows(estimate(kinematic, start)), settings.false_alarm, settings.factor_odds)
+    proved = _proved(start, kinematic, sensors, rules, told)
+    fitted = Frame(recordings, COEFFICIENT, settings)
+    whole = replace(fitted, all_fitted=True)
+    point = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
+    begun = Selected(estimate(whole, point), ())
+    rules = rules_for(asked, whole_rows(begun.estimate), settings.false_alarm, settings.factor_odds)
+    kept, refuted = _standing(_attributed(begun, others, coefficients, rules, told), fitted, settings, told)
+    changed = replaced(kept, others, rules)
     if changed is not kept:
-        kept, more = _standing(changed, fitted, whole, settings, told)
+        kept, more = _standing(changed, fitted, settings, told)
         refuted = (*refuted, *more)
     point = kept.estimate.point
-    completed = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
-    findings = findings_of(completed, kept.chosen)
+    lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
+    completed, covariance = with_proved_faults(proved.estimate, lone)
+    before = estimate(fitted, start)
     return EquationErrorDecision(
-        findings=findings,
-        alternatives=alternatives_of(kept, asked),
+        findings=findings_of(completed, covariance, (*proved.chosen, *kept.chosen)),
+        alternatives=(*alternatives_of(proved, sensors), *alternatives_of(kept, others)),
         before=before,
         completed=completed,
-        covariance=corrected_covariance(completed.design, completed.solution),
+        covariance=covariance,
         before_covariance=corrected_covariance(before.design, before.solution),
+        turbulence=turbulence_of(proved.estimate, lone),
         shares=tuple(zip(shares_of(whole, before), shares_of(whole, completed), strict=True)),
         asked=len(asked),
         refuted=refuted,
@@ -202,38 +208,31 @@ def whole_rows(found: Estimate) -> int:
     return int(found.design.target.size)
 
 
-def _chosen(
-    start: Point,
-    recordings: tuple[Recording, ...],
-    asked: Sequence[Hypothesis],
+def _proved(
+    start: Point, frame: Frame, sensors: Sequence[Hypothesis], rules: Rules, told: Callable[[str], None]
+) -> Selected:
+    """The instruments' faults that kinematics prove; coefficients do not undo them."""
+    none = Selected(estimate(frame, start), ())
+    found = forward(none, frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
+    return replaced(found, sensors, rules, recordings_agree)
+
+
+def _attributed(
+    begun: Selected,
+    others: Sequence[Hypothesis],
     coefficients: Sequence[str],
-    settings: EquationErrorSettings,
+    rules: Rules,
     told: Callable[[str], None],
 ) -> Selected:
-    """Kinematics first, then coefficients on all recordings; with flow separation first where that is worth more."""
-    others = [h for h in asked if not of_sensors(h)]
-    declared = estimate(Frame(recordings, EQUATIONS, settings, all_fitted=True), start)
-    sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
-    if gust_share(declared) > settings.gust_share:
-        sensors = [h for h in sensors if (h.kind, h.where) not in FOLLOWED]
-    frame = Frame(recordings, KINEMATIC, settings, gusts=gusts_from_lift(declared))
-    base = estimate(frame, start)
-    rules = rules_for(asked, whole_rows(base), settings.false_alarm, settings.factor_odds)
-    first = forward(Selected(base, ()), frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
-    first = replaced(first, sensors, rules)
-    whole = Frame(recordings, EQUATIONS, settings, all_fitted=True, gusts=frame.gusts)
-    full = estimate(whole, first.estimate.point)
-    whole = replace(whole, gusts=gusts_from_lift(full))
-    full = estimate(whole, full.point)
-    rules = rules_for(asked, whole_rows(full), settings.false_alarm, settings.factor_odds)
-    begun = Selected(full, first.chosen)
+    """What the coefficients lack; with flow separation first where that is worth more."""
+    frame = begun.estimate.frame
 
     def searched(selected: Selected) -> Selected:
-        found = forward(selected, whole, rules, others, kinematic=False, coefficients=coefficients, told=told)
-        return replaced(found, (*sensors, *others), rules)
+        found = forward(selected, frame, rules, others, kinematic=False, coefficients=coefficients, told=told)
+        return replaced(found, others, rules)
 
     found = searched(begun)
-    separated = with_separation(begun, whole, rules, coefficients, told)
+    separated = with_separation(begun, frame, rules, coefficients, told)
     if separated is not None:
         separated = searched(separated)
         if worth(separated, rules) > worth(found, rules):
@@ -249,17 +248,17 @@ def worth(selected: Selected, rules: Rules) -> float:
 def _standing(
     selected: Selected,
     fitted: Frame,
-    whole: Frame,
     settings: EquationErrorSettings,
     told: Callable[[str], None],
 ) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
     """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
+    whole = selected.estimate.frame
     while True:
         point = selected.estimate.point
         completed = estimate(fitted, point, weights_on(selected.estimate, fitted, point), steps=4)
         weights = completed.solution.weights
-        rows = [row for row in findings_of(completed, selected.chosen) if row.witness == "coefficients"]
+        rows = findings_of(completed, corrected_covariance(completed.design, completed.solution), selected.chosen)
         weak = [row for row in rows if row.ratio < settings.deviations]
         label = min(weak, key=lambda row: row.ratio).hypothesis.label if weak else None
         if label is None:
@@ -278,9 +277,42 @@ def _standing(
         selected = Selected(lone, tuple(each for each in selected.chosen if each is not gone))
 
 
-def findings_of(found: Estimate, chosen: Sequence[Chosen]) -> tuple[EvidenceFinding, ...]:
+def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Array]:
+    """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
+
+    The numbers stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere. Their uncertainty
+    is passed on to the derivatives to first order.
+    """
+    point = replace(found.point, effects=(*proved.point.effects, *found.point.effects[len(proved.point.effects) :]))
+    free = [(i, k) for i, active in enumerate(proved.point.effects) for k in range(len(active.values))]
+    covariance = corrected_covariance(found.design, found.solution)
+    if not free:
+        return replace(found, point=point), covariance
+    linear = [p for p, unknown in enumerate(found.design.unknowns) if unknown[0] != "effect"]
+    bare = design_of(found.frame.segments(found.point), found.frame.settings)
+    columns = effect_columns(found.frame, bare, found.solution.values[linear], point, free)
+    white = whiten(found.design, columns, found.solution.weights)
+    answers = -found.solution.covariance @ found.solution.slopes.T @ white
+    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in free]
+    kinematic = corrected_covariance(proved.design, proved.solution)[np.ix_(places, places)]
+    solution = replace(
+        found.solution,
+        values=np.append(found.solution.values, proved.solution.values[places]),
+        covariance=_joint(found.solution.covariance, answers, proved.solution.covariance[np.ix_(places, places)]),
+        slopes=np.column_stack([found.solution.slopes, white]),
+    )
+    design = found.design.beside(columns, [("effect", i, k) for i, k in free])
+    return Estimate(found.frame, point, design, solution), _joint(covariance, answers, kinematic)
+
+
+def _joint(own: Array, answers: Array, given: Array) -> Array:
+    """Covariance of some unknowns that answer others, and of those others."""
+    return np.block([[own + answers @ given @ answers.T, answers @ given], [given @ answers.T, given]])
+
+
+def findings_of(found: Estimate, covariance: Array, chosen: Sequence[Chosen]) -> tuple[EvidenceFinding, ...]:
     """The chosen with their numbers and corrected deviations, those of kinematics first, then by gain."""
-    deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
+    deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
     rows = []
     for each in chosen:

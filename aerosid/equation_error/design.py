@@ -42,6 +42,8 @@ class Design:
         Inverse standard deviation known beforehand of each unknown, 0 where nothing is known.
     floors : ndarray, shape (S,)
         Least size of each segment's residual.
+    instruments : tuple of (ndarray, shape (n, K), or None)
+        The space in which each segment is compared; None for all of it.
     """
 
     segments: tuple[tuple[int, str], ...]
@@ -52,6 +54,7 @@ class Design:
     unknowns: tuple[Unknown, ...]
     precisions: Array
     floors: Array
+    instruments: tuple[Array | None, ...]
 
     def rows(self, segment: int) -> slice:
         """The rows of a segment."""
@@ -68,6 +71,7 @@ class Design:
             (*self.unknowns, *unknowns),
             np.append(self.precisions, np.zeros(len(unknowns))),
             self.floors,
+            self.instruments,
         )
 
 
@@ -84,7 +88,8 @@ class Solution:
     """Generalised least squares at given weights, and the likelihood with them estimated anew.
 
     `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
-    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike.
+    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike, each
+    segment's in the space of its instruments.
     """
 
     values: Array
@@ -117,9 +122,6 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             unknown = ("bend", each.equation, each.recording)
             put(unknown, s, 0.5 * each.time**2)
             precision[unknown] = 1.0 / settings.height_bend
-        if each.gust.size:
-            for k in range(each.gust.shape[1]):
-                put(("gust", each.recording, k), s, each.gust[:, k])
         for entry, values in each.columns.items():
             put(("one", entry, each.recording) if entry[1] == CONSTANT else ("term", entry), s, values)
     columns = np.zeros((int(bounds[-1]), len(place)))
@@ -135,6 +137,7 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         tuple(place),
         np.array([precision.get(unknown, 0.0) for unknown in place]),
         np.array([each.floor for each in segments]),
+        tuple(each.instruments for each in segments),
     )
 
 
@@ -171,14 +174,14 @@ def whiten(design: Design, values: Array, weights: Weights) -> Array:
 def solve(design: Design, weights: Weights) -> Solution:
     """Generalised least squares at given weights; unknowns that nothing shows keep zero with an infinite deviation."""
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
-    y, x = white[:, 0], white[:, 1:]
+    y, x = white[:, 0], compared(design, white[:, 1:], weights)
     gram = x.T @ x + np.diag(design.precisions**2)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     eigenvalues, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     inverse = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
     covariance = (vectors * inverse) @ vectors.T / np.outer(scale, scale)
     values = covariance @ (x.T @ y)
-    innovations = y - x @ values
+    innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
     prior = float(np.sum((design.precisions * values) ** 2))
     return Solution(
@@ -194,11 +197,33 @@ def solve(design: Design, weights: Weights) -> Solution:
 
 def log_likelihood(design: Design, innovations: Array, weights: Weights) -> float:
     """Ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
-    total = -0.5 * float(innovations @ innovations)
+    total = 0.0
     for s, group in enumerate(design.groups):
-        samples = int(design.bounds[s + 1] - design.bounds[s])
-        total -= samples * float(np.log(weights.sizes[s])) + weights.colours[group].log_start
+        part, colour = innovations[design.rows(s)], weights.colours[group]
+        instruments = design.instruments[s]
+        if instruments is None:
+            total -= 0.5 * float(part @ part) + part.size * float(np.log(weights.sizes[s])) + colour.log_start
+        else:
+            basis = _whitened_basis(instruments, colour)
+            along = basis.T @ part
+            total -= 0.5 * float(along @ along) + along.size * float(np.log(weights.sizes[s]))
     return total
+
+
+def compared(design: Design, white: Array, weights: Weights) -> Array:
+    """Whitened rows (R, K), each segment's projected on its whitened instruments."""
+    out = white.copy()
+    for s, group in enumerate(design.groups):
+        instruments = design.instruments[s]
+        if instruments is not None:
+            basis = _whitened_basis(instruments, weights.colours[group])
+            out[design.rows(s)] = basis @ (basis.T @ white[design.rows(s)])
+    return out
+
+
+def _whitened_basis(instruments: Array, colour: Colour) -> Array:
+    """Orthonormal columns that span the instruments after whitening."""
+    return np.asarray(np.linalg.qr(colour.whitened(instruments))[0])
 
 
 def white_weights(design: Design) -> Weights:

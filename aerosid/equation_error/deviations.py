@@ -21,7 +21,18 @@ LAGS = 6
 
 def corrected_covariance(design: Design, solution: Solution) -> Array:
     """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares."""
-    scores = solution.slopes * solution.whitened[:, None]
+    meat = covariance_of_scores(design, solution.slopes * solution.whitened[:, None])
+    bread = solution.covariance
+    sandwich = bread @ meat @ bread
+    samples = design.target.size
+    freedom = samples / max(samples - bread.shape[0], 1)
+    variance = freedom * np.maximum(np.diag(bread), np.diag(sandwich))
+    scale = np.sqrt(variance / np.maximum(np.diag(bread), 1e-300))
+    return np.asarray(bread * np.outer(scale, scale))
+
+
+def covariance_of_scores(design: Design, scores: Array) -> Array:
+    """Covariance (P, P) of the sum of scores (R, P), those of all equations at one instant summed (Newey & West)."""
     meat = np.zeros((scores.shape[1], scores.shape[1]))
     for recording in {recording for recording, _ in design.segments}:
         members = [s for s, (place, _) in enumerate(design.segments) if place == recording]
@@ -34,10 +45,4 @@ def corrected_covariance(design: Design, solution: Solution) -> Array:
         for lag in range(1, LAGS + 1):
             part = summed[lag:].T @ summed[:-lag]
             meat += (1.0 - lag / (LAGS + 1.0)) * (part + part.T)
-    bread = solution.covariance
-    sandwich = bread @ meat @ bread
-    samples = design.target.size
-    freedom = samples / max(samples - scores.shape[1], 1)
-    variance = freedom * np.maximum(np.diag(bread), np.diag(sandwich))
-    scale = np.sqrt(variance / np.maximum(np.diag(bread), 1e-300))
-    return np.asarray(bread * np.outer(scale, scale))
+    return meat

@@ -28,19 +28,17 @@ CLOSE = 0.05
 class Frame:
     """What is compared: some equations of some recordings, with the settings.
 
-    `all_fitted`: whether coefficients are regressed on the validation recordings too. `gusts`: what the lift says of
-    the gusts of each recording, in the band, rad.
+    `all_fitted`: whether coefficients are regressed on the validation recordings too.
     """
 
     recordings: tuple[Recording, ...]
     kinds: tuple[str, ...]
     settings: EquationErrorSettings
     all_fitted: bool = False
-    gusts: tuple[Array, ...] = ()
 
     @cached_property
     def _equations(self) -> Equations:
-        return Equations(self.recordings, self.settings.blend, self.kinds, all_fitted=self.all_fitted, gusts=self.gusts)
+        return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
 
     def segments(self, point: Point) -> list[Segment]:
         """The equations at a point."""

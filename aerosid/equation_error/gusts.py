@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from aerosid.equation_error.estimate import Estimate
-from aerosid.equation_error.kinematic_equations import reconstruct
-from aerosid.equation_error.sensors import corrected
 
 Array = NDArray[np.float64]
 
@@ -32,47 +30,12 @@ class Turbulence:
     answer_error: float
 
 
-def gusts_from_lift(found: Estimate) -> tuple[Array, ...]:
-    """What lift and vane say of the gusts, rad, (n, 2) for each recording in the band; empty where nothing is known.
-
-    A gust turns the path within the second, and in the longer run the aircraft follows it, so that the inertial alpha
-    and its rate go with the gust: without these columns a vane in turbulence looks late and too weak. The first is what
-    is left of C_Z over its alpha derivative, fast gusts; the second what alpha shows beyond the inertial path over the
-    time of `blend`, slow ones, which the regressors of C_Z hold already.
-    """
-    model, design = found.point.model, found.design
-    slope = sum(_sign(e) * v for e, v in zip(model.entries, model.values, strict=True) if _is_lift(e))
-    seen = []
-    for n, recording in enumerate(found.frame.recordings):
-        place = (n, "C_Z")
-        if slope == 0.0 or place not in design.segments or (n, "alpha") not in design.segments:
-            seen.append(np.zeros(0))
-            continue
-        fast = found.solution.residuals[design.rows(design.segments.index(place))] / slope
-        true = corrected(recording, found.point.effects)
-        motion = reconstruct(recording, found.point.effects, true, found.frame.settings.blend)
-        slow = recording.band(motion.alpha - motion.path["alpha"])
-        seen.append(np.column_stack([fast, slow]))
-    return tuple(seen)
-
-
-def gust_share(found: Estimate) -> float:
-    """Standard deviation of the gusts over that of alpha, the greatest of all recordings; 0 in calm air."""
-    seen = turbulence_of(found)
-    if seen is None:
-        return 0.0
-    shares = [
-        seen.sigma / float(np.mean(recording.channels["V"])) / max(float(np.std(recording.channels["alpha"])), 1e-9)
-        for recording in found.frame.recordings
-    ]
-    return max(shares)
-
-
-def turbulence_of(found: Estimate) -> Turbulence | None:
+def turbulence_of(kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence that alpha's kinematic equation and C_Z show together; None where they do not agree on any.
 
-    The residual of alpha over the inertial path holds gusts and vane noise; that of C_Z holds its alpha derivative
-    times the gusts, as far as the regressor alpha is the inertial one (faster than `blend`).
+    `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of alpha over
+    the inertial path holds gusts and vane noise; that of C_Z holds its alpha derivative times the gusts, as far as the
+    regressor alpha is the inertial one (faster than `blend`).
     """
     model = found.point.model
     slope = sum(_sign(e) * v for e, v in zip(model.entries, model.values, strict=True) if _is_lift(e))
@@ -84,13 +47,9 @@ def turbulence_of(found: Estimate) -> Turbulence | None:
     memories: list[float] = []
     design = found.design
     for n, recording in enumerate(found.frame.recordings):
-        if (n, "alpha") not in design.segments or (n, "C_Z") not in design.segments:
+        if (n, "alpha") not in kinematic.design.segments or (n, "C_Z") not in design.segments:
             continue
-        rows = design.rows(design.segments.index((n, "alpha")))
-        seen = found.solution.residuals[rows]
-        for place, unknown in enumerate(design.unknowns):
-            if unknown[:2] == ("gust", n):  # what these columns took is the gust
-                seen = seen + found.solution.values[place] * design.columns[rows, place]
+        seen = kinematic.solution.residuals[kinematic.design.rows(kinematic.design.segments.index((n, "alpha")))]
         answered = found.solution.residuals[design.rows(design.segments.index((n, "C_Z")))] / slope
         step = recording.interval * recording.band.step
         width = found.frame.settings.blend / step

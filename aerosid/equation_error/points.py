@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,11 @@ from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
+from aerosid.equation_error.instruments import instruments_of
 from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
@@ -65,8 +67,8 @@ class Segment:
         Time from the middle of the record, s; empty where the equation has no drift.
     floor : float
         Least size of a residual that the recorder's resolution allows.
-    gust : ndarray, shape (n, G) or (0,)
-        What the lift says of the gusts that this equation's sensor sees; none where nothing is known of them.
+    instruments : ndarray, shape (n, K), optional
+        The space in which the equation is compared; None for all of it.
     """
 
     recording: int
@@ -75,7 +77,7 @@ class Segment:
     columns: dict[Entry, Array]
     time: Array
     floor: float
-    gust: Array = field(default_factory=lambda: np.zeros(0))
+    instruments: Array | None = None
 
 
 class Equations:
@@ -88,14 +90,13 @@ class Equations:
     def __init__(
         self,
         recordings: Sequence[Recording],
-        blend: float,
+        settings: EquationErrorSettings,
         kinds: Sequence[str] = EQUATIONS,
         *,
         all_fitted: bool = False,
-        gusts: Sequence[Array] = (),
     ) -> None:
-        self._gusts = gusts
-        self._recordings, self._blend = recordings, blend
+        self._recordings, self._blend = recordings, settings.blend
+        self._instruments = instruments_of(recordings, settings)
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
@@ -129,8 +130,8 @@ class Equations:
                 time = rows - 0.5 * (rows[0] + rows[-1])
                 for name, values in predicted_records(recording, effects, motion).items():
                     target = recording.band(recording.channels[name] - values)
-                    gust = self._gusts[n] if name == "alpha" and self._gusts else np.zeros(0)
-                    segments.append(Segment(n, name, target, {}, time, _floor(recording, name), gust))
+                    floor = _floor(recording, name)
+                    segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n]))
             kept[key] = motion, segments
         return kept[key]
 

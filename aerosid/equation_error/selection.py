@@ -30,6 +30,10 @@ AGREEMENT = 3.0
 """Deviations of their difference by which two recordings' numbers of one instrument may differ."""
 
 
+Admitted = Callable[[Estimate, Hypothesis], bool]
+"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+
+
 @dataclass(frozen=True)
 class Chosen:
     """A hypothesis that entered, with its numbers at the estimate's point.
@@ -61,10 +65,13 @@ class Rules:
     samples: int
     false_alarm: float
 
+    def chance(self, hypothesis: Hypothesis) -> float:
+        """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
+        return self.shares.get(hypothesis.label, max(self.shares.values())) * self.false_alarm
+
     def price(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
-        share = self.shares.get(hypothesis.label, max(self.shares.values()))
-        odds = -float(np.log(share * self.false_alarm))
+        odds = -float(np.log(self.chance(hypothesis)))
         return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
 
 
@@ -97,7 +104,7 @@ def forward(
     *,
     kinematic: bool,
     coefficients: Sequence[str] = (),
-    admitted: Callable[[Estimate, Estimate, Hypothesis], bool] = lambda _before, _after, _hypothesis: True,
+    admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again."""
@@ -118,7 +125,7 @@ def _best(
     rules: Rules,
     hypotheses: Sequence[Hypothesis],
     refused: set[tuple[str, str, str]],
-    admitted: Callable[[Estimate, Estimate, Hypothesis], bool],
+    admitted: Admitted,
     told: Callable[[str], None],
     coefficients: Sequence[str],
 ) -> tuple[Estimate, Hypothesis, float] | None:
@@ -159,7 +166,7 @@ def _best(
     for net, found, hypothesis in tried:
         if net <= 0.0:
             break
-        if not admitted(base, found, hypothesis):
+        if not admitted(found, hypothesis):
             told(f"  not admitted {hypothesis.label}")
             refused.add(hypothesis.label)
             continue
@@ -245,11 +252,11 @@ def backward(
     keep: Hypothesis | None = None,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
-    """The structure without what no longer pays its price; what kinematics proved is kept where others are judged."""
+    """The structure without what no longer pays its price."""
     while True:
         worst: tuple[float, Estimate, Chosen] | None = None
         for each in selected.chosen:
-            if each.hypothesis is keep or (each.kinematic and "C_m" in frame.kinds):
+            if each.hypothesis is keep:
                 continue
             lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
             loss = selected.estimate.log_likelihood - lone.log_likelihood - rules.price(each.hypothesis)
@@ -261,7 +268,7 @@ def backward(
         selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
 
 
-def recordings_agree(_before: Estimate, found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT) -> bool:
+def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT) -> bool:
     """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
     places = [
         p

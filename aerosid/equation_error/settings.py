@@ -62,12 +62,17 @@ class EquationErrorSettings:
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
         its place is listed as its alternative: odds of fifty to one.
-    gust_share : float
-        Standard deviation of gusts over that of alpha, 1, beyond which kinematics are not asked for scales of alpha,
-        a_z and V: in simulated gliders and light aircraft (seeds 0 to 26 of trials) they were named wrongly beyond it.
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
+    laguerre_times : tuple of float
+        Time constants, s, of the Laguerre functions of the controls that are tried as instruments: short
+        periods from an unmanned aircraft's to a large transport's.
+    laguerre_slower : float
+        How much slower the second set of Laguerre functions is: the airspeed and the attitude answer over some short
+        periods.
+    laguerre_order : int
+        Functions of each set: twice an oscillation's two states and a delay.
     least_rise : float
         Fall of R^2, 1, that goes with it at least: less is what the uncertainty of the effect's numbers does.
     """
@@ -89,7 +94,9 @@ class EquationErrorSettings:
     shortlist: int = 8
     fitted: int = 3
     most: int = 12
-    gust_share: float = 0.05
     doubt: float = 1.0
     least_rise: float = 0.002
+    laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
+    laguerre_slower: float = 8.0
+    laguerre_order: int = 5
     alike: float = 4.0

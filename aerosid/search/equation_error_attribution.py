@@ -19,7 +19,7 @@ from aerosid.effects.sudden import is_sudden, moment
 from aerosid.equation_error.alternatives import Alternative
 from aerosid.equation_error.decision import EquationErrorDecision, EvidenceFinding
 from aerosid.equation_error.estimate import Estimate
-from aerosid.equation_error.gusts import turbulence_of
+from aerosid.equation_error.gusts import Turbulence
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -76,7 +76,7 @@ def attribute_by_equations(
         stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
         before = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
     findings = [_finding(row, decision, stands) for row in decision.findings]
-    if calm is None and (gust := _gust(decision.completed)) is not None:
+    if calm is None and (gust := _gust(decision.turbulence)) is not None:
         findings.append(gust)
     return Attribution(
         before,
@@ -229,9 +229,8 @@ def _alternative(row: Alternative, asked: int) -> Finding:
     )
 
 
-def _gust(found: Estimate) -> Finding | None:
+def _gust(seen: Turbulence | None) -> Finding | None:
     """The turbulence that vane and lift show together, as a finding."""
-    seen = turbulence_of(found)
     if seen is None:
         return None
     return Finding(
