@@ -50,18 +50,35 @@ LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
 """By unit; a channel that is further off is wrong and not biased."""
 
 
-def bounded(hypothesis: Hypothesis) -> Hypothesis:
-    """A sensor's bias with the limits of an instrument in use; everything else as it is."""
-    if hypothesis.kind != "sensor_bias":
+FARTHEST = 0.5
+"""Mean chords by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft beyond."""
+
+
+def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
+    """The hypothesis with the limits of an instrument in use and of a flyable aircraft; most have those of their kind.
+
+    `mean_chord`: m.
+    """
+    if not hypothesis.effects:
         return hypothesis
-    (active,) = hypothesis.effects
-    assert isinstance(active.effect, OutputEffect)
+    (active, *_) = hypothesis.effects
     first = active.effect.parameters[0]
-    limit = LARGEST_BIAS.get(first.unit)
+    if hypothesis.kind == "sensor_bias":
+        limit = LARGEST_BIAS.get(first.unit)
+    else:
+        limit = FARTHEST * mean_chord if hypothesis.kind == "cg_shift" else None
     if limit is None:
         return hypothesis
-    parameter = replace(first, lowest=-limit, highest=limit)
-    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=(parameter,))),))
+    parameters = (replace(first, lowest=-limit, highest=limit), *active.effect.parameters[1:])
+    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
+
+
+def within_limits(found: Estimate, hypothesis: Hypothesis) -> bool:
+    """Whether the numbers of the last hypothesis of an estimate lie inside their limits: at one they prove nothing."""
+    if not hypothesis.effects:
+        return True
+    active = found.point.effects[-1]
+    return all(p.lowest < value < p.highest for p, value in zip(active.effect.parameters, active.values, strict=True))
 
 
 def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:

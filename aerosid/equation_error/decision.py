@@ -168,7 +168,8 @@ def decide(
     """
     recordings = read_recordings(identification, validation, settings)
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
-    asked = [bounded(h) for h in (*hypotheses, *position_hypotheses(channels)) if askable(h)]
+    every = (*hypotheses, *position_hypotheses(channels))
+    asked = [bounded(h, model.constants.mean_chord) for h in every if askable(h)]
     sensors = [h for h in asked if of_sensors(h) and h.where != "q_dot"]
     others = [h for h in asked if not of_sensors(h)]
     start = Point(model, tuple(free), tuple(given))
@@ -180,10 +181,10 @@ def decide(
     point = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
     begun = Selected(estimate(whole, point), ())
     rules = rules_for(asked, whole_rows(begun.estimate), settings.false_alarm, settings.factor_odds)
-    kept, refuted = _standing(_attributed(begun, others, coefficients, rules, told), fitted, settings, told)
+    kept, refuted = _standing(_attributed(begun, others, coefficients, rules, told), fitted, told)
     changed = replaced(kept, others, rules)
     if changed is not kept:
-        kept, more = _standing(changed, fitted, settings, told)
+        kept, more = _standing(changed, fitted, told)
         refuted = (*refuted, *more)
     point = kept.estimate.point
     lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
@@ -214,7 +215,27 @@ def _proved(
     """The instruments' faults that kinematics prove; coefficients do not undo them."""
     none = Selected(estimate(frame, start), ())
     found = forward(none, frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
-    return replaced(found, sensors, rules, recordings_agree)
+    found = replaced(found, sensors, rules, recordings_agree)
+    while (weak := _weakest(found.estimate, found.chosen)) is not None:
+        found = _left_out(found, weak)
+    return found
+
+
+def _weakest(found: Estimate, chosen: Sequence[Chosen]) -> Chosen | None:
+    """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep."""
+    rows = findings_of(found, corrected_covariance(found.design, found.solution), chosen)
+    weak = [row for row in rows if row.ratio < found.frame.settings.deviations]
+    if not weak:
+        return None
+    label = min(weak, key=lambda row: row.ratio).hypothesis.label
+    return next(each for each in chosen if each.hypothesis.label == label)
+
+
+def _left_out(selected: Selected, gone: Chosen) -> Selected:
+    """The structure without one, estimated anew."""
+    found = selected.estimate
+    lone = estimate(found.frame, without(found.point, gone), found.solution.weights, steps=4)
+    return Selected(lone, tuple(each for each in selected.chosen if each is not gone))
 
 
 def _attributed(
@@ -246,35 +267,31 @@ def worth(selected: Selected, rules: Rules) -> float:
 
 
 def _standing(
-    selected: Selected,
-    fitted: Frame,
-    settings: EquationErrorSettings,
-    told: Callable[[str], None],
+    selected: Selected, fitted: Frame, told: Callable[[str], None]
 ) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
     """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
-    whole = selected.estimate.frame
     while True:
         point = selected.estimate.point
         completed = estimate(fitted, point, weights_on(selected.estimate, fitted, point), steps=4)
-        weights = completed.solution.weights
-        rows = findings_of(completed, corrected_covariance(completed.design, completed.solution), selected.chosen)
-        weak = [row for row in rows if row.ratio < settings.deviations]
-        label = min(weak, key=lambda row: row.ratio).hypothesis.label if weak else None
-        if label is None:
-            for row in sorted(rows, key=lambda row: row.gain):
-                each = next(c for c in selected.chosen if c.hypothesis is row.hypothesis)
-                bare = estimate(fitted, without(completed.point, each), weights, steps=4)
-                if refused(whole, bare, completed, settings.doubt, settings.least_rise):
-                    label = row.hypothesis.label
-                    refuted.append(label)
-                    break
-        if label is None:
-            return selected, tuple(refuted)
-        told(f"  does not stand: {label} {[(r.hypothesis.label, round(r.ratio, 1)) for r in rows]} refuted {refuted}")
-        gone = next(each for each in selected.chosen if each.hypothesis.label == label)
-        lone = estimate(whole, without(selected.estimate.point, gone), selected.estimate.solution.weights, steps=4)
-        selected = Selected(lone, tuple(each for each in selected.chosen if each is not gone))
+        gone = _weakest(completed, selected.chosen)
+        if gone is None:
+            gone = _refused_one(selected, completed)
+            if gone is None:
+                return selected, tuple(refuted)
+            refuted.append(gone.hypothesis.label)
+        told(f"  does not stand: {gone.hypothesis.label}")
+        selected = _left_out(selected, gone)
+
+
+def _refused_one(selected: Selected, completed: Estimate) -> Chosen | None:
+    """The chosen one of least gain with which an unseen coefficient is predicted worse than without it."""
+    settings = completed.frame.settings
+    for each in sorted(selected.chosen, key=lambda each: each.gain):
+        bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
+        if refused(selected.estimate.frame, bare, completed, settings.doubt, settings.least_rise):
+            return each
+    return None
 
 
 def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Array]:

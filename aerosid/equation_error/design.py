@@ -20,8 +20,8 @@ HEIGHT = "h"
 """Integrated twice from the accelerometers: what is left of their zeros bends it."""
 
 Unknown = tuple[object, ...]
-"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording) or
-("effect", number of the effect, number of its parameter)."""
+"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording),
+("gust", equation) or ("effect", number of the effect, number of its parameter)."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,8 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             unknown = ("bend", each.equation, each.recording)
             put(unknown, s, 0.5 * each.time**2)
             precision[unknown] = 1.0 / settings.height_bend
+        if each.gust is not None:
+            put(("gust", each.equation), s, each.gust)
         for entry, values in each.columns.items():
             put(("one", entry, each.recording) if entry[1] == CONSTANT else ("term", entry), s, values)
     columns = np.zeros((int(bounds[-1]), len(place)))

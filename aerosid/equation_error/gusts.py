@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
+from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate
 
 Array = NDArray[np.float64]
@@ -34,47 +34,36 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence that alpha's kinematic equation and C_Z show together; None where they do not agree on any.
 
     `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of alpha over
-    the inertial path holds gusts and vane noise; that of C_Z holds its alpha derivative times the gusts, as far as the
-    regressor alpha is the inertial one (faster than `blend`).
+    the inertial path holds gusts and vane noise; the lift answers the gusts in it with its alpha derivative.
     """
-    model = found.point.model
+    model, design = found.point.model, found.design
     slope = sum(_sign(e) * v for e, v in zip(model.entries, model.values, strict=True) if _is_lift(e))
-    if slope == 0.0:
+    if slope == 0.0 or ("gust", "C_Z") not in design.unknowns:
         return None
-    products: list[Array] = []
-    squares: list[Array] = []
-    gusts: list[Array] = []
+    place = design.unknowns.index(("gust", "C_Z"))
+    answer = float(found.solution.values[place]) / slope
+    error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
+    # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
+    if answer < CERTAIN * error or not 0.5 - SLOPE * error < answer < 1.0 + SLOPE * error:
+        return None
+    winds: list[Array] = []
     memories: list[float] = []
-    design = found.design
+    independent = 0.0
     for n, recording in enumerate(found.frame.recordings):
         if (n, "alpha") not in kinematic.design.segments or (n, "C_Z") not in design.segments:
             continue
         seen = kinematic.solution.residuals[kinematic.design.rows(kinematic.design.segments.index((n, "alpha")))]
-        answered = found.solution.residuals[design.rows(design.segments.index((n, "C_Z")))] / slope
-        step = recording.interval * recording.band.step
-        width = found.frame.settings.blend / step
-        fast = seen - gaussian_filter1d(seen, width, mode="nearest")
-        products.append(fast * answered)
-        squares.append(fast * fast)
         speed = float(np.mean(recording.channels["V"]))
-        gusts.append(seen * speed)
         kept = float(seen[1:] @ seen[:-1]) / max(float(seen @ seen), 1e-300)
-        memories.append(-step / np.log(np.clip(kept, 1e-3, 0.999)) * speed)
-    if not products:
-        return None
-    total = float(np.sum(np.concatenate(squares)))
-    answer = float(np.sum(np.concatenate(products))) / max(total, 1e-300)
-    scores = np.concatenate([p - answer * s for p, s in zip(products, squares, strict=True)])
-    lagged = sum(2.0 * (1.0 - lag / 7.0) * float(scores[lag:] @ scores[:-lag]) for lag in range(1, 7))
-    error = float(np.sqrt(max(float(scores @ scores) + lagged, 1e-300))) / max(total, 1e-300)
-    # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
-    if answer < CERTAIN * error or not 0.5 - SLOPE * error < answer < 1.0 + SLOPE * error:
-        return None
-    wind = np.concatenate(gusts)
-    sigma = float(np.std(wind) * np.sqrt(min(answer, 1.0)))
-    length = float(np.median(memories))
-    independent = max(wind.size * step * speed / max(2.0 * length, step * speed), 2.0)
-    return Turbulence(sigma, sigma / float(np.sqrt(2.0 * independent)), length, answer, error)
+        step = recording.interval * recording.band.step
+        memory = -step / float(np.log(np.clip(kept, 1e-3, 0.999)))
+        winds.append(seen * speed)
+        memories.append(memory * speed)
+        independent += seen.size * step / max(2.0 * memory, step)
+    sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(answer, 1.0)))
+    return Turbulence(
+        sigma, sigma / float(np.sqrt(2.0 * max(independent, 2.0))), float(np.median(memories)), answer, error
+    )
 
 
 def _is_lift(entry: tuple[str, object]) -> bool:

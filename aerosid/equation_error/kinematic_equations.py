@@ -32,7 +32,8 @@ class Motion:
     """The motion that the sensors, corrected for their faults, show; all (N,), SI.
 
     `alpha`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path` holds the
-    integrated theta, alpha, V, h as far as their sensors are there.
+    integrated theta, alpha, V, h as far as their sensors are there. `gust`: what the vane shows beyond `alpha`, fast
+    gusts and its noise.
     """
 
     V: Array
@@ -45,6 +46,7 @@ class Motion:
     a_x: Array
     a_z: Array
     path: Mapping[str, Array]
+    gust: Array
 
 
 def accelerations_at_centre(
@@ -125,7 +127,7 @@ def reconstruct(
         path["h"] = _aligned(running_integral(climb, interval), h)
     if "theta" not in true:
         path.pop("V", None)
-    return Motion(speed, alpha, q, theta, h, q_dot, alpha_dot, a_x, a_z, path)
+    return Motion(speed, alpha, q, theta, h, q_dot, alpha_dot, a_x, a_z, path, alpha_vane - alpha)
 
 
 def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:

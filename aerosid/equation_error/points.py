@@ -69,6 +69,8 @@ class Segment:
         Least size of a residual that the recorder's resolution allows.
     instruments : ndarray, shape (n, K), optional
         The space in which the equation is compared; None for all of it.
+    gust : ndarray, shape (n,), optional
+        What the vane shows beyond the angle of attack of the terms; None where it shows nothing more.
     """
 
     recording: int
@@ -78,6 +80,7 @@ class Segment:
     time: Array
     floor: float
     instruments: Array | None = None
+    gust: Array | None = None
 
 
 class Equations:
@@ -142,12 +145,13 @@ def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, ti
     names = [name for name in COEFFICIENT if name in equations.target]
     stacked = [equations.target[name] for name in names]
     keys: list[tuple[str, Entry | None]] = [(name, None) for name in names]
+    beyond = recording.band(motion.gust) if motion.gust.any() else None
     for entry in point.free:
         for name, series in equations.column(entry).items():
             keys.append((name, entry))
             stacked.append(series)
     banded = recording.band(np.column_stack(stacked))
-    found = {name: Segment(n, name, banded[:, i], {}, time, 0.0) for i, name in enumerate(names)}
+    found = {name: Segment(n, name, banded[:, i], {}, time, 0.0, gust=beyond) for i, name in enumerate(names)}
     for i, (name, key) in enumerate(keys):
         if key is not None:
             found[name].columns[key] = banded[:, i]

@@ -16,6 +16,7 @@ from aerosid.equation_error.candidates import (
     scores,
     started,
     term_candidates,
+    within_limits,
 )
 from aerosid.equation_error.design import regress, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
@@ -166,7 +167,7 @@ def _best(
     for net, found, hypothesis in tried:
         if net <= 0.0:
             break
-        if not admitted(found, hypothesis):
+        if not (within_limits(found, hypothesis) and admitted(found, hypothesis)):
             told(f"  not admitted {hypothesis.label}")
             refused.add(hypothesis.label)
             continue

@@ -41,6 +41,7 @@ def regression(weights: Array, seed: int) -> tuple[Design, Weights, Array, list[
         (("term", 0), ("term", 1), ("term", 2)),
         np.zeros(3),
         np.zeros(2),
+        (None, None),
     )
     dense = [size**2 * covariance(weights, n) for size, n in zip(sizes, lengths, strict=True)]
     return design, Weights({("C_m", 0.1): colour_of(weights)}, sizes), target, dense
@@ -81,6 +82,7 @@ def test_a_prior_is_a_measurement_of_zero() -> None:
         design.unknowns,
         np.array([0.0, 1e6, 0.0]),
         design.floors,
+        design.instruments,
     )
     assert abs(solve(held, given).values[1]) < 1e-5
 
