@@ -41,10 +41,7 @@ class Alternative:
 
 def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
     """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first."""
-    rows: list[Alternative] = []
-    for each in selected.chosen:
-        rows.extend(in_place_of(selected, each, asked))
-    return tuple(rows)
+    return tuple(row for each in selected.chosen for row in in_place_of(selected, each, asked))
 
 
 def replaced(
@@ -87,7 +84,14 @@ CLEARLY = 1.0
 
 
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
-    """What could stand in place of one, the likeliest first."""
+    """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew."""
+    key = (each.hypothesis.label, tuple(h.label for h in asked))
+    if key not in selected.instead:
+        selected.instead[key] = _in_place_of(selected, each, asked)
+    return selected.instead[key]
+
+
+def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
     taken = {other.hypothesis.label for other in selected.chosen}

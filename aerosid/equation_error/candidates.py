@@ -13,7 +13,7 @@ from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
-from aerosid.equation_error.design import compared, design_of, whiten
+from aerosid.equation_error.design import compared, design_of, whiten, whitened_instruments
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
 from aerosid.flight_model.aerodynamics import Entry
@@ -166,7 +166,8 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
         return np.zeros(0)
     stacked = np.column_stack([each.columns for each in candidates])
     weights = base.solution.weights
-    white = compared(base.design, whiten(base.design, stacked, weights), weights)
+    bases = whitened_instruments(base.design, weights)
+    white = compared(base.design, whiten(base.design, stacked, weights), bases)
     slopes, covariance = base.solution.slopes, base.solution.covariance
     along = slopes.T @ white
     innovations = base.solution.whitened

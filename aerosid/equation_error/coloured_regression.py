@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular, toeplitz
+from scipy.linalg import toeplitz
 
 Array = NDArray[np.float64]
 
@@ -21,8 +21,14 @@ WHITE = np.ones(1)
 
 @dataclass(frozen=True)
 class Colour:
-    """An autoregression: `weights` (p + 1,) of the whitening filter, the first 1; `start` (p, p) Cholesky factor of
-    the first p samples' covariance where the innovations have unit variance.
+    """An autoregression.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (p + 1,)
+        Of the whitening filter, the first 1.
+    start : ndarray, shape (p, p)
+        Inverse of the Cholesky factor of the first p samples' covariance where the innovations have unit variance.
     """
 
     weights: Array
@@ -36,13 +42,13 @@ class Colour:
         white = values.copy()
         for lag in range(1, order + 1):
             white[lag:] += self.weights[lag] * values[:-lag]
-        white[:order] = solve_triangular(self.start, values[:order], lower=True)
+        white[:order] = self.start @ values[:order]
         return np.asarray(white)
 
     @property
     def log_start(self) -> float:
-        """Logarithm of the determinant of `start`."""
-        return float(np.sum(np.log(np.diag(self.start)))) if self.start.size else 0.0
+        """Logarithm of the determinant of the first samples' Cholesky factor."""
+        return -float(np.sum(np.log(np.diag(self.start)))) if self.start.size else 0.0
 
 
 def colour_of(weights: Array) -> Colour:
@@ -50,7 +56,8 @@ def colour_of(weights: Array) -> Colour:
     order = weights.size - 1
     if order == 0:
         return Colour(weights, np.zeros((0, 0)))
-    return Colour(weights, np.asarray(np.linalg.cholesky(toeplitz(_autocovariance(weights))), dtype=np.float64))
+    factor = np.linalg.cholesky(toeplitz(_autocovariance(weights)))
+    return Colour(weights, np.tril(np.linalg.inv(factor)))
 
 
 def _autocovariance(weights: Array) -> Array:

@@ -176,7 +176,8 @@ def whiten(design: Design, values: Array, weights: Weights) -> Array:
 def solve(design: Design, weights: Weights) -> Solution:
     """Generalised least squares at given weights; unknowns that nothing shows keep zero with an infinite deviation."""
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
-    y, x = white[:, 0], compared(design, white[:, 1:], weights)
+    bases = whitened_instruments(design, weights)
+    y, x = white[:, 0], compared(design, white[:, 1:], bases)
     gram = x.T @ x + np.diag(design.precisions**2)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     eigenvalues, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
@@ -191,41 +192,44 @@ def solve(design: Design, weights: Weights) -> Solution:
         covariance,
         residuals,
         weights,
-        log_likelihood(design, innovations, weights) - 0.5 * prior,
+        log_likelihood(design, innovations, weights, bases) - 0.5 * prior,
         innovations,
         x,
     )
 
 
-def log_likelihood(design: Design, innovations: Array, weights: Weights) -> float:
-    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes."""
+def log_likelihood(
+    design: Design, innovations: Array, weights: Weights, bases: Sequence[Array | None] | None = None
+) -> float:
+    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
+    bases = whitened_instruments(design, weights) if bases is None else bases
     total = 0.0
     for s, group in enumerate(design.groups):
         part, colour = innovations[design.rows(s)], weights.colours[group]
-        instruments = design.instruments[s]
-        if instruments is None:
+        basis = bases[s]
+        if basis is None:
             total -= 0.5 * float(part @ part) + part.size * float(np.log(weights.sizes[s])) + colour.log_start
         else:
-            basis = _whitened_basis(instruments, colour)
             along = basis.T @ part
             total -= 0.5 * float(along @ along) + along.size * float(np.log(weights.sizes[s]))
     return total
 
 
-def compared(design: Design, white: Array, weights: Weights) -> Array:
+def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:
     """Whitened rows (R, K), each segment's projected on its whitened instruments."""
     out = white.copy()
-    for s, group in enumerate(design.groups):
-        instruments = design.instruments[s]
-        if instruments is not None:
-            basis = _whitened_basis(instruments, weights.colours[group])
+    for s, basis in enumerate(bases):
+        if basis is not None:
             out[design.rows(s)] = basis @ (basis.T @ white[design.rows(s)])
     return out
 
 
-def _whitened_basis(instruments: Array, colour: Colour) -> Array:
-    """Orthonormal columns that span the instruments after whitening."""
-    return np.asarray(np.linalg.qr(colour.whitened(instruments))[0])
+def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
+    """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
+    return [
+        None if instruments is None else np.asarray(np.linalg.qr(weights.colours[group].whitened(instruments))[0])
+        for group, instruments in zip(design.groups, design.instruments, strict=True)
+    ]
 
 
 def white_weights(design: Design) -> Weights:

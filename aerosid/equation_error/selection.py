@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,10 +50,14 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Selected:
-    """A structure and its estimate; `chosen` in the order of the point's added effects and terms."""
+    """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
+
+    `instead`: what was found to do in place of each, kept as long as the structure.
+    """
 
     estimate: Estimate
     chosen: tuple[Chosen, ...]
+    instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
