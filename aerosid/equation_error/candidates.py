@@ -17,6 +17,7 @@ from aerosid.equation_error.design import compared, design_of, whiten, whitened_
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
 
@@ -50,8 +51,19 @@ LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
 """By unit; a channel that is further off is wrong and not biased."""
 
 
+LARGEST_SCALE = {"rad": 0.4, "m/s": 0.4, "m": 0.4}
+"""Share by which a scale may be off, by the channel's unit: vanes and probes see the aircraft's own flow."""
+
+LARGEST_INERTIAL_SCALE = 0.15
+"""The same of every other channel, accelerometers and gyros: they are calibrated on the ground, against gravity."""
+
 FARTHEST = 0.5
 """Mean chords by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft beyond."""
+
+
+def unit_of(channel: str) -> str:
+    """The unit of a channel."""
+    return CHANNELS[channel].unit if channel in CHANNELS else ""
 
 
 def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
@@ -63,13 +75,17 @@ def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
         return hypothesis
     (active, *_) = hypothesis.effects
     first = active.effect.parameters[0]
-    if hypothesis.kind == "sensor_bias":
-        limit = LARGEST_BIAS.get(first.unit)
-    else:
-        limit = FARTHEST * mean_chord if hypothesis.kind == "cg_shift" else None
+    limits = {
+        "sensor_bias": LARGEST_BIAS.get(first.unit),
+        "sensor_scale": LARGEST_SCALE.get(unit_of(hypothesis.where), LARGEST_INERTIAL_SCALE),
+        "cg_shift": FARTHEST * mean_chord,
+    }
+    limit = limits.get(hypothesis.kind)
     if limit is None:
         return hypothesis
-    parameters = (replace(first, lowest=-limit, highest=limit), *active.effect.parameters[1:])
+    bound = replace(first, lowest=first.null - limit, highest=first.null + limit)
+    trials = tuple(trial for trial in first.trials if bound.lowest <= trial <= bound.highest)
+    parameters = (replace(bound, trials=trials or (first.null,)), *active.effect.parameters[1:])
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 

@@ -232,6 +232,17 @@ def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]
     ]
 
 
+def gain_over(base: Design, plain: float, found: Solution) -> float:
+    """Gain in ln L of a solution over a base that lacks something, whose own likelihood is `plain`.
+
+    Where equations are compared in the space of instruments, both are judged by the wider structure's noise: what the
+    base does not explain is no noise, and a few instruments could not tell it from noise by themselves.
+    """
+    if all(instruments is None for instruments in base.instruments):
+        return found.log_likelihood - plain
+    return found.log_likelihood - solve(base, found.weights).log_likelihood
+
+
 def white_weights(design: Design) -> Weights:
     """Weights to begin with: no colour, sizes of the residuals of ordinary least squares by equation."""
     sizes = np.ones(len(design.segments))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, regress, solve
+from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, gain_over, regress, solve
 from aerosid.equation_error.points import Equations, Point, Segment
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -58,6 +58,10 @@ class Estimate:
     def log_likelihood(self) -> float:
         """Of all equations."""
         return self.solution.log_likelihood
+
+    def gain_over(self, base: Estimate) -> float:
+        """Gain in ln L over the estimate of a structure that lacks something."""
+        return gain_over(base.design, base.log_likelihood, self.solution)
 
     def value(self, unknown: Unknown) -> float:
         """The estimate of a linear unknown."""

@@ -19,7 +19,7 @@ from aerosid.equation_error.candidates import (
     term_candidates,
     within_limits,
 )
-from aerosid.equation_error.design import regress, solve, uncoloured
+from aerosid.equation_error.design import gain_over, regress, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
@@ -155,7 +155,7 @@ def _best(
         candidate = candidates[n]
         names = [("trial", i) for i in range(candidate.columns.shape[1])]
         solution = regress(base.design.beside(candidate.columns, names), frame.settings, base.solution.weights, 2)
-        gain = solution.log_likelihood - base.log_likelihood - rules.price(candidate.hypothesis)
+        gain = gain_over(base.design, base.log_likelihood, solution) - rules.price(candidate.hypothesis)
         step = solution.values[-candidate.columns.shape[1] :]
         ranked.append((gain, n, step, solution.weights))
     ranked.sort(key=lambda row: -row[0])
@@ -166,7 +166,7 @@ def _best(
             break
         hypothesis = started(candidates[n], step.tolist())
         found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
-        net = found.log_likelihood - base.log_likelihood - rules.price(hypothesis)
+        net = found.gain_over(base) - rules.price(hypothesis)
         tried.append((net, found, hypothesis))
         tried.sort(key=lambda row: -row[0])
     for net, found, hypothesis in tried:
@@ -225,7 +225,7 @@ def with_separation(
         found = estimate(
             frame, joined(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
         )
-        net = found.log_likelihood - selected.estimate.log_likelihood - rules.price(hypothesis)
+        net = found.gain_over(selected.estimate) - rules.price(hypothesis)
         told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
         if net > 0.0 and (best is None or net > best[0]):
             best = net, found, hypothesis
@@ -265,7 +265,7 @@ def backward(
             if each.hypothesis is keep:
                 continue
             lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
-            loss = selected.estimate.log_likelihood - lone.log_likelihood - rules.price(each.hypothesis)
+            loss = selected.estimate.gain_over(lone) - rules.price(each.hypothesis)
             if loss < 0.0 and (worst is None or loss < worst[0]):
                 worst = loss, lone, each
         if worst is None:

@@ -61,7 +61,8 @@ class EquationErrorSettings:
         Effects that may be named; a flight that lacks more misses something that is no sum of effects.
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
-        its place is listed as its alternative: odds of fifty to one.
+        its place is listed as its alternative. Two standard deviations of the difference between structures neither of
+        which holds the other, sqrt(2 x 8) (Vuong, Econometrica 57, 1989).
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
@@ -99,4 +100,4 @@ class EquationErrorSettings:
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
-    alike: float = 4.0
+    alike: float = 8.0
