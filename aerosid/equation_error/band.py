@@ -56,10 +56,10 @@ class Band:
         return np.asarray(filtered[skip : skip + kept])
 
 
-def choose_band(
+def band_end(
     rates: Sequence[Array], interval: float, ratio: float, depth: float, limits: tuple[float, float, float]
-) -> Band:
-    """The band up to which the pitch rate's power stands above its floor.
+) -> float:
+    """The frequency, Hz, up to which the pitch rate's power stands above its floor.
 
     Parameters
     ----------
@@ -76,7 +76,11 @@ def choose_band(
     lowest, highest, share = limits
     highest = min(highest, share / interval)
     ends = [_end(rate, interval, ratio, depth) for rate in rates]
-    end = float(np.clip(np.median(ends), min(lowest, highest), highest))
+    return float(np.clip(np.median(ends), min(lowest, highest), highest))
+
+
+def band_up_to(end: float, interval: float) -> Band:
+    """The low-pass and decimation to a frequency, Hz, of samples at an interval, s."""
     step = max(1, int(0.5 / (interval * end) + 1e-9))
     if step == 1:
         return Band(1, np.ones(1))

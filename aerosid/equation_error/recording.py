@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
-from aerosid.equation_error.band import Band, choose_band
+from aerosid.equation_error.band import Band, band_end, band_up_to
 from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -73,12 +74,40 @@ def read_recordings(
     """All recordings, those to be fitted first, with the band chosen from all of them together."""
     made = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
     limits = (settings.band_lowest, settings.band_highest, settings.band_share)
-    bands: dict[float, Band] = {}
+    ends: dict[float, float] = {}
     for each in made:
-        if each.interval not in bands:
+        if each.interval not in ends:
             rates = [other.channels["q"] for other in made if other.interval == each.interval]
-            bands[each.interval] = choose_band(rates, each.interval, settings.band_ratio, settings.band_depth, limits)
-    return tuple(replace(each, band=bands[each.interval]) for each in made)
+            ends[each.interval] = band_end(rates, each.interval, settings.band_ratio, settings.band_depth, limits)
+    return tuple(_refined(each, ends[each.interval], settings.coarsest) for each in made)
+
+
+def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
+    """The recording in its band, with samples between its own by cubic splines where they lie too far apart.
+
+    What is late is found between samples along straight lines, which would make it too small as well.
+    """
+    factor = int(np.ceil(recording.interval / coarsest - 1e-6))
+    if factor <= 1:
+        return replace(recording, band=band_up_to(end, recording.interval))
+    manoeuvre = recording.manoeuvre
+    time = manoeuvre.flight.time
+    interval = recording.interval / factor
+    fine = time[0] + interval * np.arange(factor * (time.size - 1) + 1)
+    flight = manoeuvre.flight._replace(
+        time=fine,
+        inputs=CubicSpline(time, manoeuvre.flight.inputs)(fine),
+        measured=np.column_stack([np.interp(fine, time, column) for column in manoeuvre.flight.measured.T]),
+    )
+    return replace(
+        recording,
+        manoeuvre=replace(manoeuvre, flight=flight),
+        interval=interval,
+        channels={name: CubicSpline(time, values)(fine) for name, values in recording.channels.items()},
+        # The rounding of a sample is in all that lie beside it.
+        resolution={name: step * np.sqrt(factor) for name, step in recording.resolution.items()},
+        band=band_up_to(end, interval),
+    )
 
 
 def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:

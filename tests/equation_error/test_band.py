@@ -4,9 +4,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerosid.equation_error.band import choose_band
+from aerosid.equation_error.band import Band, band_end, band_up_to
 
 LIMITS = (0.8, 4.0, 0.25)
+
+
+def choose_band(rates: list[np.ndarray], interval: float, depth: float) -> Band:
+    return band_up_to(band_end(rates, interval, 10.0, depth, LIMITS), interval)
 
 
 def pitching(samples: int, interval: float, noise: float) -> np.ndarray:
@@ -18,14 +22,14 @@ def pitching(samples: int, interval: float, noise: float) -> np.ndarray:
 
 @given(st.floats(-5.0, 5.0), st.floats(-1.0, 1.0))
 def test_lines_pass_unchanged(level: float, slope: float) -> None:
-    band = choose_band([pitching(800, 0.02, 1e-3)], 0.02, 10.0, 1e-4, LIMITS)
+    band = choose_band([pitching(800, 0.02, 1e-3)], 0.02, 1e-4)
     time = 0.02 * np.arange(800)
     line = level + slope * time
     np.testing.assert_allclose(band(line), line[band.rows(800)], atol=1e-9)
 
 
 def test_motion_passes_and_what_lies_beyond_does_not() -> None:
-    band = choose_band([pitching(2000, 0.02, 1e-3)], 0.02, 10.0, 1e-4, LIMITS)
+    band = choose_band([pitching(2000, 0.02, 1e-3)], 0.02, 1e-4)
     assert band.step > 1
     time = 0.02 * np.arange(2000)
     rows = band.rows(2000)
@@ -36,7 +40,7 @@ def test_motion_passes_and_what_lies_beyond_does_not() -> None:
 
 
 def test_the_band_of_several_columns_is_that_of_each() -> None:
-    band = choose_band([pitching(900, 0.02, 1e-3)], 0.02, 10.0, 1e-4, LIMITS)
+    band = choose_band([pitching(900, 0.02, 1e-3)], 0.02, 1e-4)
     columns = np.random.default_rng(2).standard_normal((900, 3))
     together = band(columns)
     for k in range(3):
@@ -44,6 +48,6 @@ def test_the_band_of_several_columns_is_that_of_each() -> None:
 
 
 def test_noise_narrows_the_band() -> None:
-    quiet = choose_band([pitching(1500, 0.02, 1e-5)], 0.02, 10.0, 1e-8, LIMITS)
-    noisy = choose_band([pitching(1500, 0.02, 2e-2)], 0.02, 10.0, 1e-8, LIMITS)
+    quiet = choose_band([pitching(1500, 0.02, 1e-5)], 0.02, 1e-8)
+    noisy = choose_band([pitching(1500, 0.02, 2e-2)], 0.02, 1e-8)
     assert noisy.step >= quiet.step
