@@ -16,7 +16,7 @@ from aerosid.equation_error.candidates import (
     started,
     term_candidates,
 )
-from aerosid.equation_error.design import gain_over, regress
+from aerosid.equation_error.design import regress
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
 from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, is_told, without
@@ -101,7 +101,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     if "C_m" in frame.kinds:
         candidates = [*term_candidates(frame, bare, open_), *candidates]
     gains = scores(bare, candidates)
-    worth = selected.estimate.gain_over(bare)
+    worth = selected.estimate.log_likelihood - bare.log_likelihood
     order: list[int] = []
     labels: set[tuple[str, str, str]] = set()
     for n in np.argsort(-gains):
@@ -115,12 +115,12 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         candidate = candidates[n]
         names = [("trial", i) for i in range(candidate.columns.shape[1])]
         trial = regress(bare.design.beside(candidate.columns, names), settings, bare.solution.weights, 2)
-        if worth - gain_over(bare.design, bare.log_likelihood, trial) > 4.0 * settings.alike + 0.3 * worth:
+        if worth - (trial.log_likelihood - bare.log_likelihood) > 4.0 * settings.alike + 0.3 * worth:
             continue
         step = trial.values[-candidate.columns.shape[1] :]
         hypothesis = started(candidate, step.tolist())
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
-        behind = worth - found.gain_over(bare)
+        behind = worth - (found.log_likelihood - bare.log_likelihood)
         if behind < settings.alike + 0.03 * worth:
             rows.append(_row(found, hypothesis, each.hypothesis, worth - behind, behind))
     return sorted(rows, key=lambda row: row.behind)

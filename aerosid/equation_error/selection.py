@@ -19,7 +19,7 @@ from aerosid.equation_error.candidates import (
     term_candidates,
     within_limits,
 )
-from aerosid.equation_error.design import gain_over, regress, solve, uncoloured
+from aerosid.equation_error.design import Weights, gain_over, regress, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
@@ -150,38 +150,68 @@ def _best(
     order = list(
         dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
     )
-    ranked = []
-    for n in order:
-        candidate = candidates[n]
-        names = [("trial", i) for i in range(candidate.columns.shape[1])]
-        solution = regress(base.design.beside(candidate.columns, names), frame.settings, base.solution.weights, 2)
-        gain = gain_over(base.design, base.log_likelihood, solution) - rules.price(candidate.hypothesis)
-        step = solution.values[-candidate.columns.shape[1] :]
-        ranked.append((gain, n, step, solution.weights))
-    ranked.sort(key=lambda row: -row[0])
-    tried: list[tuple[float, Estimate, Hypothesis]] = []
-    told("   ranked " + ", ".join(f"{candidates[n].hypothesis.label} {gain:.1f}" for gain, n, _, _ in ranked[:6]))
-    for gain, n, step, weights in ranked:
-        if gain < -4.0 or len(tried) == frame.settings.fitted or (tried and gain < tried[0][0] - 6.0):
+    tried: list[_Trial] = []
+    for linear in _ranked(base, [candidates[n] for n in order], rules):
+        if len(tried) == frame.settings.fitted or (tried and linear.worth < tried[0].worth - 6.0):
             break
-        hypothesis = started(candidates[n], step.tolist())
-        found = estimate(frame, joined(base.point, hypothesis), weights, steps=6)
-        net = found.gain_over(base) - rules.price(hypothesis)
-        tried.append((net, found, hypothesis))
-        tried.sort(key=lambda row: -row[0])
-    for net, found, hypothesis in tried:
-        if net <= 0.0:
-            break
-        if not (within_limits(found, hypothesis) and admitted(found, hypothesis)):
-            told(f"  not admitted {hypothesis.label}")
-            refused.add(hypothesis.label)
+        found = estimate(frame, joined(base.point, linear.hypothesis), linear.weights, steps=6)
+        price = rules.price(linear.hypothesis)
+        worth = found.log_likelihood - base.log_likelihood - price
+        tried.append(_Trial(worth, found.gain_over(base) - price, found, linear.hypothesis))
+        tried.sort(key=lambda trial: -trial.worth)
+    told("   tried " + ", ".join(f"{t.hypothesis.label} {t.worth:.1f} {t.net:.1f}" for t in tried))
+    for trial in tried:
+        if trial.net <= 0.0:
             continue
-        told(
-            f"  enters {hypothesis.label} net {net:.1f} others "
-            + ", ".join(f"{h.label} {g:.1f}" for g, _, h in tried if h is not hypothesis)
-        )
-        return found, hypothesis, net + rules.price(hypothesis)
+        if within_limits(trial.estimate, trial.hypothesis) and admitted(trial.estimate, trial.hypothesis):
+            told(f"  enters {trial.hypothesis.label}")
+            return trial.estimate, trial.hypothesis, trial.net + rules.price(trial.hypothesis)
+        told(f"  not admitted {trial.hypothesis.label}")
+        refused.add(trial.hypothesis.label)
     return None
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A hypothesis with all numbers estimated anew.
+
+    `worth`: ln L beyond the base's and the price, each structure with the noise that it shows itself, by which
+    hypotheses are ranked; `net`: the gain beyond the price with the noise of the wider one, which decides.
+    """
+
+    worth: float
+    net: float
+    estimate: Estimate
+    hypothesis: Hypothesis
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """A hypothesis to first order in its numbers, which are set where the regression puts them."""
+
+    worth: float
+    hypothesis: Hypothesis
+    weights: Weights
+
+
+def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
+    """Candidates that may pay their price, by their worth to first order with the colour estimated anew."""
+    rows = []
+    for candidate in candidates:
+        names = [("trial", i) for i in range(candidate.columns.shape[1])]
+        wide = base.design.beside(candidate.columns, names)
+        solution = regress(wide, base.frame.settings, base.solution.weights, 2)
+        price = rules.price(candidate.hypothesis)
+        if gain_over(base.design, base.log_likelihood, solution) - price < NEARLY:
+            continue
+        step = solution.values[-candidate.columns.shape[1] :]
+        worth = solution.log_likelihood - base.log_likelihood - price
+        rows.append(_Linear(worth, started(candidate, step.tolist()), solution.weights))
+    return sorted(rows, key=lambda row: -row.worth)
+
+
+NEARLY = -4.0
+"""Gain in ln L beyond the price, to first order, from which a hypothesis is worth an estimate of its own."""
 
 
 TIMINGS = (
