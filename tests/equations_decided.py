@@ -7,6 +7,7 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.equation_error.proved_faults import prove_faults
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.candidate_terms import candidate_entries
@@ -20,4 +21,4 @@ def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) 
     unseen = [prepare(log, aircraft, model.columns) for log in others]
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
-    return decide(model, free, (), hypotheses, aircraft.coefficients, manoeuvres, unseen)
+    return decide(prove_faults(model, free, (), hypotheses, manoeuvres, unseen), aircraft.coefficients)

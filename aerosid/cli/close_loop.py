@@ -42,7 +42,7 @@ def loop_settings(
     aircraft_class: str | None = None,
     next_flight: bool = True,
     limits: Sequence[str] = (),
-    method: str = "likelihood",
+    method: str = "evidence",
 ) -> LoopSettings:
     """The settings that the words of the command line ask for.
 

@@ -161,8 +161,11 @@ def close_loop_command(
     ] = False,
     method: Annotated[
         str,
-        typer.Option(help="What decides the structure: likelihood, equations (on trial), or iebmee, d(t) alone."),
-    ] = "likelihood",
+        typer.Option(
+            help="What decides the structure: evidence (likelihood in calm air, equations elsewhere), likelihood, "
+            "equations, or iebmee, d(t) alone."
+        ),
+    ] = "evidence",
     prefilter: Annotated[
         str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",

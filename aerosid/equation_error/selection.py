@@ -221,8 +221,15 @@ TIMINGS = (
 """Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
 
 
+ONE_DISTANCE = frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")})
+"""Kinematics show how far the vane is from the accelerometer along the body, and not where either is."""
+
+
 def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
-    """Whether a chosen hypothesis says already when the same channel answers."""
+    """Whether a chosen hypothesis says already when the same channel answers, or how far two sensors are apart."""
+    name = (hypothesis.kind, hypothesis.where)
+    if name in ONE_DISTANCE and any((each.hypothesis.kind, each.hypothesis.where) in ONE_DISTANCE for each in chosen):
+        return True
     return any(
         each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
         for each in chosen

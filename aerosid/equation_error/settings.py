@@ -69,6 +69,11 @@ class EquationErrorSettings:
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
+    closed : float
+        Kinematic residual over the noise of successive samples, 1, up to which the kinematics of a flight are closed:
+        white noise leaves at most 1 in the band, half as much again is for that of the integrated accelerometers.
+        Beyond it the air moves or the recorder makes a noise of its own, open-loop errors are no measurement noise, and
+        the equations decide.
     laguerre_times : tuple of float
         Time constants, s, of the Laguerre functions of the controls that are tried as instruments: short
         periods from an unmanned aircraft's to a large transport's.
@@ -101,6 +106,7 @@ class EquationErrorSettings:
     most: int = 12
     doubt: float = 1.0
     least_rise: float = 0.002
+    closed: float = 1.5
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
     laguerre_order: int = 5

@@ -130,7 +130,7 @@ def identify(
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
     if asked and aircraft.axes in CASES["iebmee"]:
-        second = second_opinion(question, told.found, settings, progress)
+        second = second_opinion(question, told, settings, progress)
     return Identification(
         aircraft,
         plain,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from aerosid import compatibility
@@ -12,7 +11,8 @@ from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
-from aerosid.errors import AircraftError, EstimationError
+from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
+from aerosid.errors import AircraftError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
@@ -78,16 +78,19 @@ class Question:
 class Answer:
     """What a method found, what one coefficient could not tell from it, and what the method has to say.
 
-    `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked.
+    `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked; `deciding`:
+    the method whose answer it is.
     """
 
     found: Attribution
     search: StructureSearch
     rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
+    deciding: Method = "likelihood"
 
 
 CASES: dict[Method, tuple[Axes, ...]] = {
+    "evidence": (LONGITUDINAL, LATERAL, SIX),
     "equations": (LONGITUDINAL,),
     "likelihood": (LONGITUDINAL, LATERAL, SIX),
     "iebmee": (LONGITUDINAL,),
@@ -120,6 +123,7 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
         Where the declared model cannot be simulated.
     """
     methods: dict[Method, Callable[[Question, LoopSettings, Progress], Answer]] = {
+        "evidence": by_evidence,
         "equations": by_equations,
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
@@ -127,34 +131,74 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
     return methods[settings.method](question, settings, progress)
 
 
+def by_evidence(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+    """The likelihood of the simulated flight where kinematics close at the sensors' noise, the equations elsewhere.
+
+    In air that moves, and behind recorders that filter, an open-loop simulation follows no flight: its errors are not
+    the measurement noise that the likelihood takes them for.
+    """
+    faults = _proved_faults(question, settings, progress)
+    if faults is None:
+        return by_likelihood(question, settings, progress)
+    ratio = faults.noise_ratio
+    if ratio <= settings.equation_error.closed:
+        return by_likelihood(question, settings, progress)
+    found = _by_equations(faults, question, settings)
+    said = (
+        f"Kinematics leave up to {ratio:.2g} times the noise that successive samples show: the air moves, or the "
+        "recorder filters. The kinematic and coefficient equations decide (method equations); errors of open-loop "
+        "simulations are predictions, no measure of the model."
+    )
+    return replace(found, notes=(said, *found.notes))
+
+
 def by_equations(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Kinematic and coefficient equations with coloured residuals, then maximum likelihood where the air is calm.
+    """Kinematic and coefficient equations with coloured residuals.
 
     A study of terms alone, with a start of its own, is answered by the likelihood.
     """
-    if settings.catalogue == "terms":
+    faults = _proved_faults(question, settings, progress)
+    if faults is None:
         return by_likelihood(question, settings, progress)
-    before = None
-    with suppress(EstimationError):  # the equations need no simulation of the whole record
-        before = _declared_estimate(question, settings, progress)
+    return _by_equations(faults, question, settings)
+
+
+RECONSTRUCTED = ("V", "alpha", "q", "a_x", "a_z")
+"""Channels without which there is no path to compare the vane and the airspeed with."""
+
+
+def _proved_faults(question: Question, settings: LoopSettings, progress: Progress) -> ProvedFaults | None:
+    """What kinematics prove of the instruments; None where terms alone are asked for or a channel is missing."""
+    if settings.catalogue == "terms" or question.aircraft.axes not in CASES["equations"]:
+        return None
+    flights = (*question.manoeuvres, *question.others)
+    if not all(set(RECONSTRUCTED) <= set(each.outputs) for each in flights):
+        return None
     progress("tracing the residual")
-    hypotheses = question.hypotheses(settings.catalogue)
-    coefficients = question.aircraft.coefficients
-    decision = decide(
+    return prove_faults(
         question.declared,
         question.free,
         question.given,
-        hypotheses,
-        coefficients,
+        question.hypotheses(settings.catalogue),
         question.manoeuvres,
         question.others,
         settings.equation_error,
     )
-    found = attribute_by_equations(decision, question.manoeuvres, before)
+
+
+def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings) -> Answer:
+    """The coefficients' decision, given what kinematics prove of the instruments."""
+    coefficients = question.aircraft.coefficients
+    found = attribute_by_equations(decide(faults, coefficients), question.manoeuvres)
     search = StructureSearch(
-        question.manoeuvres, hypotheses, coefficients, found.before, settings.attribution, question.declared
+        question.manoeuvres,
+        question.hypotheses(settings.catalogue),
+        coefficients,
+        found.before,
+        settings.attribution,
+        question.declared,
     )
-    return Answer(found, search)
+    return Answer(found, search, deciding="equations")
 
 
 def _declared_estimate(question: Question, settings: LoopSettings, progress: Progress) -> Refinement:
@@ -221,7 +265,7 @@ def by_model_error(question: Question, settings: LoopSettings, progress: Progres
         settings.attribution,
         question.declared,
     )
-    return Answer(found, search, notes=tuple(told_of_unseen(selection)))
+    return Answer(found, search, notes=tuple(told_of_unseen(selection)), deciding="iebmee")
 
 
 def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:

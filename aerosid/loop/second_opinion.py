@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.methods import Answer, Question, by_model_error
 from aerosid.loop.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings, Progress
 from aerosid.notation import number
@@ -57,8 +57,8 @@ class SecondOpinion:
     structures : tuple of RivalStructure
         Side by side, where the methods differ; one row where they agree.
     error_ratio : float or None
-        Where they differ: the error of the model that d(t) names over that of the likelihood's, channel by channel, the
-        median; below 1 the former predicts better. None where a simulation left its range.
+        Where they differ: the error of the model that d(t) names over that of the deciding method's, channel by
+        channel, the median; below 1 the former predicts better. None where a simulation left its range.
     """
 
     agrees: bool
@@ -68,17 +68,18 @@ class SecondOpinion:
     error_ratio: float | None = None
 
 
-def second_opinion(question: Question, found: Attribution, settings: LoopSettings, progress: Progress) -> SecondOpinion:
-    """What method iebmee says of the same flights, beside what was found by the likelihood.
+def second_opinion(question: Question, first: Answer, settings: LoopSettings, progress: Progress) -> SecondOpinion:
+    """What method iebmee says of the same flights, beside what the deciding method found.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
     """
     progress("asking the model error d(t)")
+    found = first.found
     role = "validation" if question.others else "identification"
     flights = question.others or question.manoeuvres
     names = _names(found)
     errors = _errors(found, flights)
-    own = RivalStructure("likelihood", names, _over_noise(errors, flights))
+    own = RivalStructure(first.deciding, names, _over_noise(errors, flights))
     try:
         other = by_model_error(question, replace(settings, model_error=QUICK), lambda _stage: None).found
     except EstimationError as error:
@@ -91,10 +92,14 @@ def second_opinion(question: Question, found: Attribution, settings: LoopSetting
     rival = RivalStructure("iebmee", others, _over_noise(theirs, flights))
     ratio = _ratio(theirs, errors)
     sentence = (
-        f"The two methods differ: the likelihood names {_listed(names)}, the model error d(t) alone (method iebmee) "
-        f"{_listed(others)}. {_told(ratio, role, len(flights))}"
+        f"The two methods differ: {DECIDING[first.deciding]} {_listed(names)}, the model error d(t) alone "
+        f"(method iebmee) {_listed(others)}. {_told(ratio, role, len(flights))}"
     )
     return SecondOpinion(False, sentence, role, (own, rival), ratio)
+
+
+DECIDING = {"likelihood": "the likelihood names", "equations": "the equations name"}
+"""The methods that decide where d(t) is asked second, each with its verb."""
 
 
 def no_second_opinion(error: EstimationError) -> str:

@@ -11,9 +11,9 @@ from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 
-Method = Literal["likelihood", "equations", "iebmee"]
+Method = Literal["evidence", "likelihood", "equations", "iebmee"]
 
-METHODS: tuple[Method, ...] = ("likelihood", "equations", "iebmee")
+METHODS: tuple[Method, ...] = ("evidence", "likelihood", "equations", "iebmee")
 """The first decides unless another one is asked for."""
 
 Progress = Callable[[str], None]
@@ -28,9 +28,10 @@ class LoopSettings:
     ----------
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
-    method : "likelihood", "equations" or "iebmee"
+    method : "evidence", "likelihood", "equations" or "iebmee"
         What decides the structure: score tests of the simulated flight's likelihood, the kinematic and coefficient
-        equations with coloured residuals, or the model error d(t) of Parameswaran & Raol 1994.
+        equations with coloured residuals, or the model error d(t) of Parameswaran & Raol 1994. With "evidence" the
+        first where kinematics close at the sensors' noise, the second where they do not.
     model_error : ModelErrorSearchSettings
         Of method iebmee.
     attribution : AttributionSettings
@@ -64,7 +65,7 @@ class LoopSettings:
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
-    method: Method = "likelihood"
+    method: Method = "evidence"
     model_error: ModelErrorSearchSettings = field(default_factory=ModelErrorSearchSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     equation_error: EquationErrorSettings = field(default_factory=EquationErrorSettings)

@@ -1,7 +1,7 @@
-"""Attribution from the equation-error decision: maximum likelihood on from it in calm air, its own estimate elsewhere.
+"""Attribution from the equation-error decision: its own estimate stands, and simulation is a prediction only.
 
 In air that moves an open-loop simulation follows no flight: its residuals are the air's, and derivatives fitted to them
-are off by several of their deviations. There the regression's estimate stands, and simulation is a prediction only.
+are off by several of their deviations.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden, moment
 from aerosid.equation_error.alternatives import Alternative
-from aerosid.equation_error.decision import EquationErrorDecision, EvidenceFinding
+from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.estimate import Estimate
+from aerosid.equation_error.evidence import EvidenceFinding
 from aerosid.equation_error.gusts import Turbulence
 from aerosid.errors import EstimationError
-from aerosid.estimation.deviations import Deviations, deviations
+from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, named
@@ -35,9 +35,6 @@ Array = NDArray[np.float64]
 
 STATES_ALONE = RefinementSettings(steps=20, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=0.1)
 """With the derivatives held, initial states and noise are a short way."""
-
-ON_FROM_IT = RefinementSettings(steps=25, cost_tolerance=0.05)
-"""From the regression's estimate the likelihood's own is a short way, where there is one."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +45,7 @@ class _Stands:
     spread: Deviations
 
 
-def attribute_by_equations(
-    decision: EquationErrorDecision,
-    manoeuvres: Sequence[Manoeuvre],
-    likeliest: Refinement | None,
-) -> Attribution:
+def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Attribution:
     """The decision as an attribution.
 
     Parameters
@@ -61,22 +54,16 @@ def attribute_by_equations(
         What the equations show.
     manoeuvres : sequence of Manoeuvre
         The identification flights.
-    likeliest : Refinement or None
-        The declared structure's maximum-likelihood estimate, where it could be simulated.
 
     Raises
     ------
     EstimationError
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
-    calm = _in_calm_air(decision, manoeuvres) if likeliest is not None else None
-    if calm is not None and likeliest is not None:
-        before, stands = likeliest, calm
-    else:
-        stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
-        before = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
+    before = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
     findings = [_finding(row, decision, stands) for row in decision.findings]
-    if calm is None and (gust := _gust(decision.turbulence)) is not None:
+    if (gust := _gust(decision.turbulence)) is not None:
         findings.append(gust)
     return Attribution(
         before,
@@ -87,18 +74,6 @@ def attribute_by_equations(
         (),
         decision.refuted,
     )
-
-
-def _in_calm_air(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> _Stands | None:
-    """The likelihood's estimate of the structure, where it leaves nothing but noise."""
-    point = decision.completed.point
-    try:
-        found = refine(point.model, manoeuvres, point.free, effects=_simulated(point.effects), settings=ON_FROM_IT)
-    except EstimationError:
-        return None
-    if unexplained_channels(found, manoeuvres):
-        return None
-    return _Stands(found, deviations(found, manoeuvres))
 
 
 def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:

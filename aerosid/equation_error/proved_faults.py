@@ -1,0 +1,150 @@
+"""Instruments' faults by flight-path reconstruction: what the kinematics of all recordings together prove of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.alternatives import replaced
+from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
+from aerosid.equation_error.channels import KINEMATIC
+from aerosid.equation_error.design import design_of, whiten
+from aerosid.equation_error.deviations import corrected_covariance
+from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate
+from aerosid.equation_error.evidence import left_out, weakest
+from aerosid.equation_error.points import Point
+from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.selection import Selected, forward, recordings_agree, rules_for
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+
+Array = NDArray[np.float64]
+
+USUAL = EquationErrorSettings()
+"""The settings of a loop unless told otherwise."""
+
+TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
+"""Coefficients in which a term of alphadot says no more than a_z = V (alphadot - q), whatever the aerodynamics."""
+
+
+@dataclass(frozen=True)
+class ProvedFaults:
+    """What kinematics prove of the instruments of some recordings.
+
+    Attributes
+    ----------
+    start : Point
+        The declared model, as the coefficients' search begins with it.
+    asked : tuple of Hypothesis
+        Everything that may be missing, with its limits.
+    selected : Selected
+        The faults, estimated from the kinematic equations.
+    """
+
+    start: Point
+    asked: tuple[Hypothesis, ...]
+    selected: Selected
+
+    @property
+    def noise_ratio(self) -> float:
+        """The largest kinematic residual over the noise that successive samples of its channel show.
+
+        About one half to one where white noise is all that is left; moving air, coloured noise and recordings that
+        were filtered afterwards leave more.
+        """
+        found = self.selected.estimate
+        ratios = []
+        for s, (place, channel) in enumerate(found.design.segments):
+            manoeuvre = found.frame.recordings[place].manoeuvre
+            noise = float(manoeuvre.noise[manoeuvre.row(channel)])
+            ratios.append(float(np.std(found.solution.residuals[found.design.rows(s)])) / max(noise, 1e-300))
+        return max(ratios, default=0.0)
+
+
+def askable(hypothesis: Hypothesis) -> bool:
+    """Whether the equations can judge a hypothesis as it stands; sudden changes are looked for by the engine itself."""
+    if hypothesis.time is not None or hypothesis.where == "q_dot":
+        return False
+    return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
+
+
+def prove_faults(
+    model: AerodynamicModel,
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    hypotheses: Sequence[Hypothesis],
+    identification: Sequence[Manoeuvre],
+    validation: Sequence[Manoeuvre] = (),
+    settings: EquationErrorSettings = USUAL,
+    told: Callable[[str], None] = lambda _text: None,
+) -> ProvedFaults:
+    """The instruments' faults that kinematics prove; coefficients do not undo them.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        The declared one, with columns for every candidate's channel.
+    free : sequence of Entry
+        Its terms that are estimated.
+    given : sequence of ActiveEffect
+        Declared effects, their numbers held.
+    hypotheses : sequence of Hypothesis
+        What may be missing.
+    identification, validation : sequence of Manoeuvre
+        Structure is chosen on all of them; derivatives come from the first alone.
+    told : callable
+        Hears what enters and leaves, for a journal.
+    """
+    recordings = read_recordings(identification, validation, settings)
+    channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
+    every = (*hypotheses, *position_hypotheses(channels))
+    asked = tuple(bounded(h, model.constants.mean_chord) for h in every if askable(h))
+    sensors = [h for h in asked if of_sensors(h)]
+    start = Point(model, tuple(free), tuple(given))
+    frame = Frame(recordings, KINEMATIC, settings)
+    none = Selected(estimate(frame, start), ())
+    rules = rules_for(asked, none.estimate.design.target.size, settings.false_alarm, settings.factor_odds)
+    found = forward(none, frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
+    found = replaced(found, sensors, rules, recordings_agree)
+    while (weak := weakest(found.estimate, found.chosen)) is not None:
+        found = left_out(found, weak)
+    return ProvedFaults(start, asked, found)
+
+
+def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Array]:
+    """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
+
+    The numbers stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere. Their uncertainty
+    is passed on to the derivatives to first order.
+    """
+    point = replace(found.point, effects=(*proved.point.effects, *found.point.effects[len(proved.point.effects) :]))
+    free = [(i, k) for i, active in enumerate(proved.point.effects) for k in range(len(active.values))]
+    covariance = corrected_covariance(found.design, found.solution)
+    if not free:
+        return replace(found, point=point), covariance
+    linear = [p for p, unknown in enumerate(found.design.unknowns) if unknown[0] != "effect"]
+    bare = design_of(found.frame.segments(found.point), found.frame.settings)
+    columns = effect_columns(found.frame, bare, found.solution.values[linear], point, free)
+    white = whiten(found.design, columns, found.solution.weights)
+    answers = -found.solution.covariance @ found.solution.slopes.T @ white
+    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in free]
+    kinematic = corrected_covariance(proved.design, proved.solution)[np.ix_(places, places)]
+    solution = replace(
+        found.solution,
+        values=np.append(found.solution.values, proved.solution.values[places]),
+        covariance=_joint(found.solution.covariance, answers, proved.solution.covariance[np.ix_(places, places)]),
+        slopes=np.column_stack([found.solution.slopes, white]),
+    )
+    design = found.design.beside(columns, [("effect", i, k) for i, k in free])
+    return Estimate(found.frame, point, design, solution), _joint(covariance, answers, kinematic)
+
+
+def _joint(own: Array, answers: Array, given: Array) -> Array:
+    """Covariance of some unknowns that answer others, and of those others."""
+    return np.block([[own + answers @ given @ answers.T, answers @ given], [given @ answers.T, given]])
