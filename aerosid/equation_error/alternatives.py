@@ -115,7 +115,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         candidate = candidates[n]
         names = [("trial", i) for i in range(candidate.columns.shape[1])]
         trial = regress(bare.design.beside(candidate.columns, names), settings, bare.solution.weights, 2)
-        if worth - (trial.log_likelihood - bare.log_likelihood) > 4.0 * settings.alike + 0.3 * worth:
+        if worth - (trial.log_likelihood - bare.log_likelihood) > 2.0 * settings.alike + 0.3 * worth:
             continue
         step = trial.values[-candidate.columns.shape[1] :]
         hypothesis = started(candidate, step.tolist())

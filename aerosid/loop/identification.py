@@ -129,7 +129,8 @@ def identify(
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
-    if asked and aircraft.axes in CASES["iebmee"]:
+    # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
+    if asked and aircraft.axes in CASES["iebmee"] and told.deciding == "likelihood":
         second = second_opinion(question, told, settings, progress)
     return Identification(
         aircraft,

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
@@ -14,6 +15,7 @@ from aerosid.estimation.maximum_likelihood import refine_on
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.derivative_table import is_shown
 from aerosid.search.attribution import Attribution
+from aerosid.search.equation_error_attribution import with_initial_states
 from aerosid.search.final_significance import significant
 from aerosid.search.finding_rows import findings_of
 from aerosid.search.structure_search import StructureSearch
@@ -67,8 +69,13 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     kept: dict[Entry, float] = {}
     while hidden := _not_shown(found, declared, excited=excited):
         kept |= {entry: found.completed.model.value(entry) for entry in hidden}
+        values = {entry: declared[entry] for entry in hidden}
         try:
-            found = significant(_held(found, {entry: declared[entry] for entry in hidden}, search), search)
+            found = (
+                _conditioned(found, values, search)
+                if found.regressed
+                else significant(_held(found, values, search), search)
+            )
         except EstimationError:
             return Completion(found, kept, broke_down=True)
     return Completion(found, kept)
@@ -101,6 +108,53 @@ def _held(found: Attribution, values: Mapping[Entry, float], search: StructureSe
         beside = replace(beside, values=beside.values[places], deviations=beside.deviations[places])
     findings = findings_of(search, restricted, spread)
     return replace(found, completed=restricted, completed_deviations=spread, filter_error=beside, findings=findings)
+
+
+def _conditioned(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
+    """The regression with some entries held, its simulation with initial states of its own."""
+    completed, spread = found.completed, found.completed_deviations
+    held = [n for n, entry in enumerate(completed.free) if entry in values]
+    rest = [n for n, entry in enumerate(completed.free) if entry not in values]
+    places = completed.model.indices(completed.free)
+    numbers = completed.model.values.copy()
+    numbers[places] = restricted(
+        completed.model.values[places], spread.covariance, held, [values[completed.free[n]] for n in held]
+    )
+    model = completed.model.with_values(numbers)
+    free = tuple(completed.free[n] for n in rest)
+    estimate = with_initial_states(model, free, completed.effects, search.manoeuvres)
+    findings = tuple(
+        replace(finding, value=model.value(finding.entry)) if finding.entry in free else finding
+        for finding in found.findings
+    )
+    return replace(found, completed=estimate, completed_deviations=_only(spread, rest), findings=findings)
+
+
+def restricted(
+    values: NDArray[np.float64], covariance: NDArray[np.float64], held: Sequence[int], at: Sequence[float]
+) -> NDArray[np.float64]:
+    """A linear regression's values (K,) with some of them held at others.
+
+    Parameters
+    ----------
+    values : ndarray, shape (K,)
+        Estimated freely.
+    covariance : ndarray, shape (K, K)
+        Theirs.
+    held : sequence of int
+        Places of those that are held.
+    at : sequence of float
+        Where.
+
+    Notes
+    -----
+    theta_r + P_rh P_hh^-1 (at - theta_h): Seber & Lee, Linear Regression Analysis, section 3.8.
+    """
+    fixed = list(held)
+    away = np.asarray(at) - values[fixed]
+    moved = values + covariance[:, fixed] @ np.linalg.lstsq(covariance[np.ix_(fixed, fixed)], away, rcond=None)[0]
+    moved[fixed] = at
+    return np.asarray(moved)
 
 
 def _only(spread: Deviations, places: Sequence[int]) -> Deviations:

@@ -137,13 +137,13 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
     In air that moves, and behind recorders that filter, an open-loop simulation follows no flight: its errors are not
     the measurement noise that the likelihood takes them for.
     """
-    faults = _proved_faults(question, settings, progress)
+    faults = _proved_faults(question, settings)
     if faults is None:
         return by_likelihood(question, settings, progress)
     ratio = faults.noise_ratio
     if ratio <= settings.equation_error.closed:
         return by_likelihood(question, settings, progress)
-    found = _by_equations(faults, question, settings)
+    found = _by_equations(faults, question, settings, progress)
     said = (
         f"Kinematics leave up to {ratio:.2g} times the noise that successive samples show: the air moves, or the "
         "recorder filters. The kinematic and coefficient equations decide (method equations); errors of open-loop "
@@ -157,24 +157,23 @@ def by_equations(question: Question, settings: LoopSettings, progress: Progress)
 
     A study of terms alone, with a start of its own, is answered by the likelihood.
     """
-    faults = _proved_faults(question, settings, progress)
+    faults = _proved_faults(question, settings)
     if faults is None:
         return by_likelihood(question, settings, progress)
-    return _by_equations(faults, question, settings)
+    return _by_equations(faults, question, settings, progress)
 
 
 RECONSTRUCTED = ("V", "alpha", "q", "a_x", "a_z")
 """Channels without which there is no path to compare the vane and the airspeed with."""
 
 
-def _proved_faults(question: Question, settings: LoopSettings, progress: Progress) -> ProvedFaults | None:
+def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults | None:
     """What kinematics prove of the instruments; None where terms alone are asked for or a channel is missing."""
     if settings.catalogue == "terms" or question.aircraft.axes not in CASES["equations"]:
         return None
     flights = (*question.manoeuvres, *question.others)
     if not all(set(RECONSTRUCTED) <= set(each.outputs) for each in flights):
         return None
-    progress("tracing the residual")
     return prove_faults(
         question.declared,
         question.free,
@@ -186,8 +185,9 @@ def _proved_faults(question: Question, settings: LoopSettings, progress: Progres
     )
 
 
-def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings) -> Answer:
+def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """The coefficients' decision, given what kinematics prove of the instruments."""
+    progress("tracing the residual")
     coefficients = question.aircraft.coefficients
     found = attribute_by_equations(decide(faults, coefficients), question.manoeuvres)
     search = StructureSearch(

@@ -43,7 +43,7 @@ class LoopSettings:
     paper_chain : bool
         Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
     second_opinion : bool
-        Whether method iebmee is asked too where another one decides.
+        Whether method iebmee is asked too where the likelihood decides.
     linear_analysis : bool
         Whether modes and flying qualities of the models are wanted.
     kinematics : bool

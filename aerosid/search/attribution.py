@@ -56,6 +56,9 @@ class Attribution:
         Those of them that flights which were not fitted show by themselves: they are among the findings.
     fallen : tuple of Finding
         What entered and whose final number does not stand: `final_significance`.
+    regressed : bool
+        Whether the estimate is a regression's and no simulated flight's: what is held in it moves the other numbers by
+        their covariance, and no fit to a simulation comes after it.
     """
 
     before: Refinement
@@ -69,6 +72,7 @@ class Attribution:
     unproven: tuple[Unproven, ...] = ()
     confirmed: tuple[Confirmed, ...] = ()
     fallen: tuple[Finding, ...] = ()
+    regressed: bool = False
 
     @property
     def terms(self) -> tuple[Entry, ...]:

@@ -27,7 +27,7 @@ from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, named
 
@@ -73,6 +73,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         tuple(_alternative(row, decision.asked) for row in decision.alternatives),
         (),
         decision.refuted,
+        regressed=True,
     )
 
 
@@ -84,29 +85,54 @@ def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _Stands:
     """The regression's estimate with the initial states and noise that its simulation needs."""
     point = found.point
-    held = [frozen(active) for active in point.effects]
-    fitted = refine(point.model, manoeuvres, (), effects=held, settings=STATES_ALONE)
-    likelihood = Likelihood(point.model, tuple(manoeuvres), point.free)
+    refinement = with_initial_states(point.model, point.free, _simulated(point.effects), manoeuvres, point.effects)
+    return _Stands(refinement, _deviations(found, covariance, refinement))
+
+
+def with_initial_states(
+    model: AerodynamicModel,
+    free: Sequence[Entry],
+    effects: Sequence[ActiveEffect],
+    manoeuvres: Sequence[Manoeuvre],
+    acting: Sequence[ActiveEffect] | None = None,
+) -> Refinement:
+    """A model of given numbers with the initial states and the noise that its simulation needs.
+
+    Parameters
+    ----------
+    free : sequence of Entry
+        Which of its terms are told as estimated.
+    effects : sequence of ActiveEffect
+        As the likelihood takes them.
+    acting : sequence of ActiveEffect, optional
+        Those that act while the states are found, where others.
+
+    Raises
+    ------
+    EstimationError
+        Where it cannot be simulated over the whole record from any initial state.
+    """
+    held = [frozen(active) for active in (effects if acting is None else acting)]
+    fitted = refine(model, manoeuvres, (), effects=held, settings=STATES_ALONE)
+    likelihood = Likelihood(model, tuple(manoeuvres), tuple(free))
     likelihood.held_to_data = fitted.held_to_data
-    effects = _simulated(point.effects)
-    at = likelihood.evaluate(point.model.values, fitted.states, effects, fitted.variance)
+    at = likelihood.evaluate(model.values, fitted.states, tuple(effects), fitted.variance)
     if at is None:
         raise EstimationError(
             "the model that the equations show cannot be simulated over the whole record; shorten it with --from and "
             "--to."
         )
-    refinement = Refinement(
-        model=point.model,
-        free=point.free,
+    return Refinement(
+        model=model,
+        free=tuple(free),
         states=at.states,
-        effects=effects,
+        effects=tuple(effects),
         variance=at.variance,
         cost=at.cost,
         information=at.information,
         converged=True,
         held_to_data=likelihood.held_to_data,
     )
-    return _Stands(refinement, _deviations(found, covariance, refinement))
 
 
 def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> Deviations:
