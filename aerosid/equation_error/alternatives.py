@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, 
 class Alternative:
     """What could stand in place of a chosen hypothesis.
 
-    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more.
+    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more;
+    `own` the share of its columns that no other explains.
     """
 
     hypothesis: Hypothesis
@@ -37,6 +38,7 @@ class Alternative:
     behind: float
     instead_of: Hypothesis
     estimate: Estimate = field(repr=False, compare=False)
+    own: float = 1.0
 
 
 def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
@@ -74,7 +76,8 @@ def _better(
         for row in in_place_of(selected, each, asked)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
-        if better > CLEARLY and admitted(row.estimate, row.hypothesis):
+        distinct = not row.hypothesis.entries or row.own >= row.estimate.frame.settings.distinct
+        if better > CLEARLY and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
 
@@ -100,11 +103,11 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     candidates = effect_candidates(frame, bare, open_)
     if "C_m" in frame.kinds:
         candidates = [*term_candidates(frame, bare, open_), *candidates]
-    gains = scores(bare, candidates)
+    scored = scores(bare, candidates)
     worth = selected.estimate.log_likelihood - bare.log_likelihood
     order: list[int] = []
     labels: set[tuple[str, str, str]] = set()
-    for n in np.argsort(-gains):
+    for n in np.argsort(-scored.gains):
         if candidates[n].hypothesis.label not in labels:
             labels.add(candidates[n].hypothesis.label)
             order.append(int(n))
@@ -122,7 +125,8 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - (found.log_likelihood - bare.log_likelihood)
         if behind < settings.alike + 0.03 * worth:
-            rows.append(_row(found, hypothesis, each.hypothesis, worth - behind, behind))
+            row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
+            rows.append(replace(row, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
 
 

@@ -176,10 +176,27 @@ def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
     return replace(candidate.hypothesis, effects=(replace(active, values=(aim, *active.values[1:])),))
 
 
-def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
-    """Gain in ln L of each candidate at the base's colour (C,), from its columns alone."""
+@dataclass(frozen=True)
+class Scored:
+    """What candidates would bring, to first order in their numbers.
+
+    Attributes
+    ----------
+    gains : ndarray, shape (C,)
+        In ln L at the base's colour.
+    own : ndarray, shape (C,)
+        Share of each candidate's whitened columns that no other column explains, the least of its numbers.
+    """
+
+    gains: Array
+    own: Array
+
+
+def scores(base: Estimate, candidates: Sequence[Candidate]) -> Scored:
+    """The gain of each candidate from its columns alone, and how far they are its own."""
+    gains, own = np.zeros(len(candidates)), np.zeros(len(candidates))
     if not candidates:
-        return np.zeros(0)
+        return Scored(gains, own)
     stacked = np.column_stack([each.columns for each in candidates])
     weights = base.solution.weights
     bases = whitened_instruments(base.design, weights)
@@ -187,7 +204,6 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
     slopes, covariance = base.solution.slopes, base.solution.covariance
     along = slopes.T @ white
     innovations = base.solution.whitened
-    gains = np.zeros(len(candidates))
     place = 0
     for n, each in enumerate(candidates):
         k = each.columns.shape[1]
@@ -195,8 +211,13 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Array:
         place += k
         total = part.T @ part
         left = total - toward.T @ covariance @ toward
-        if np.linalg.eigvalsh(left)[0] <= 1e-6 * max(float(np.trace(total)), 1e-300):
+        own[n] = float(np.linalg.eigvalsh(left)[0]) / max(float(np.trace(total)), 1e-300)
+        if own[n] <= COLLINEAR:
             continue
         pull = part.T @ innovations
         gains[n] = 0.5 * float(pull @ np.linalg.solve(left, pull))
-    return gains
+    return Scored(gains, own)
+
+
+COLLINEAR = 1e-6
+"""Share of its own below which a column says nothing that others do not say."""

@@ -239,12 +239,15 @@ def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
 
 def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
     """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
-    gains = scores(base, candidates)
+    scored = scores(base, candidates)
+    gains = scored.gains
     order: list[int] = []
     seen: set[tuple[str, str, str]] = set()
     for n in np.argsort(-gains):
         label = candidates[n].hypothesis.label
         if label in seen or gains[n] < 0.3 * rules.price(candidates[n].hypothesis):
+            continue
+        if candidates[n].hypothesis.entries and scored.own[n] < frame.settings.distinct:
             continue
         seen.add(label)
         order.append(int(n))

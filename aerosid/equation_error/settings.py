@@ -62,6 +62,10 @@ class EquationErrorSettings:
         Candidates a round whose numbers, and all others, are estimated anew: the likeliest of the shortlist.
     most : int
         Effects that may be named; a flight that lacks more misses something that is no sum of effects.
+    distinct : float
+        Share, 1, of a term's whitened column that no other column explains, without which the term is not named: a
+        tenth of its size. In usual manoeuvres alphadot leaves less beside q and alpha, which then stand for it; it is
+        listed as an alternative. By reasoning; the first recording on which it decided is the Twin Otter 018.
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
         its place is listed as its alternative. Two standard deviations of the difference between structures neither of
@@ -110,4 +114,5 @@ class EquationErrorSettings:
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
+    distinct: float = 0.01
     alike: float = 8.0
