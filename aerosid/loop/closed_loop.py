@@ -148,6 +148,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
     progress("simulating every log")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
+    # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
+    shares = {(row.log, row.coefficient): row for row in completed.shares}
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
@@ -165,7 +167,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
-        coefficients=tuple(coefficients),
+        coefficients=tuple(shares.get((row.log, row.coefficient), row) for row in coefficients),
         errors=tuple(errors),
         simulated=tuple(simulated),
         screening=(),

@@ -12,6 +12,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.search.backward_elimination import certain
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_rows import findings_of
@@ -59,6 +60,8 @@ class Attribution:
     regressed : bool
         Whether the estimate is a regression's and no simulated flight's: what is held in it moves the other numbers by
         their covariance, and no fit to a simulation comes after it.
+    shares : tuple of CoefficientRow
+        Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     """
 
     before: Refinement
@@ -73,6 +76,7 @@ class Attribution:
     confirmed: tuple[Confirmed, ...] = ()
     fallen: tuple[Finding, ...] = ()
     regressed: bool = False
+    shares: tuple[CoefficientRow, ...] = ()
 
     @property
     def terms(self) -> tuple[Entry, ...]:

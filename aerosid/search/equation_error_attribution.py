@@ -28,6 +28,7 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, named
 
@@ -61,12 +62,12 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
     stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
-    before = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
     findings = [_finding(row, decision, stands) for row in decision.findings]
     if (gust := _gust(decision.turbulence)) is not None:
         findings.append(gust)
     return Attribution(
-        before,
+        declared,
         stands.refinement,
         stands.spread,
         tuple(findings),
@@ -74,6 +75,9 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         (),
         decision.refuted,
         regressed=True,
+        shares=tuple(
+            CoefficientRow(after.coefficient, after.recording, before.r2, after.r2) for before, after in decision.shares
+        ),
     )
 
 

@@ -1,0 +1,44 @@
+"""Which method decides, and what the result tells of it, on a flight in moving air."""
+
+import numpy as np
+import pytest
+from turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
+
+BRIEF = LoopSettings(next_flight=False, linear_analysis=False, paper_chain=False)
+SEEDS = 7000
+
+
+@pytest.fixture(scope="module")
+def moved() -> ClosedLoop:
+    aircraft = aircraft_of(BODIES[0], 0.08, np.random.default_rng(SEEDS))
+    wrong = Wrong(delay={"alpha": 0.12})
+    logs = [flown(name, BODIES[0], SEEDS + n, air=0.6, wrong=wrong, seconds=24.0) for n, name in enumerate("ab")]
+    return close_loop(logs[:1], aircraft, logs[1:], settings=BRIEF)
+
+
+def test_in_moving_air_the_equations_decide_and_the_result_says_so(moved: ClosedLoop) -> None:
+    assert any("method equations" in note for note in moved.notes)
+    assert moved.second_opinion is None
+    first = moved.effects[0]
+    assert (first.kind, first.where) in {("sensor_delay", "alpha"), ("sensor_lag", "alpha")}
+    assert abs(first.value - 0.12) < 4.0 * first.std_error
+
+
+def test_its_shares_are_those_of_the_regression_and_no_unseen_one_falls(moved: ClosedLoop) -> None:
+    unseen = [row for row in moved.coefficients if row.log == "b"]
+    assert {row.coefficient for row in unseen} == {"C_X", "C_Z", "C_m"}
+    for row in unseen:
+        assert row.r2_after > row.r2_before - 0.002
+        assert row.r2_after > 0.7
+
+
+def test_its_derivatives_are_those_of_the_regression(moved: ClosedLoop) -> None:
+    body = BODIES[0]
+    for row in moved.derivatives:
+        if row.term in {"alpha", "delta_e"} and row.coefficient == "C_m":
+            assert row.std_error is not None
+            assert abs(row.value - body.terms[row.coefficient, row.term]) < 4.0 * row.std_error
