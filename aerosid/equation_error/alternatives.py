@@ -13,10 +13,9 @@ from aerosid.equation_error.candidates import (
     effect_candidates,
     joined,
     scores,
-    started,
     term_candidates,
+    to_first_order,
 )
-from aerosid.equation_error.design import regress
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
 from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, is_told, without
@@ -100,9 +99,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
-    candidates = effect_candidates(frame, bare, open_)
-    if "C_m" in frame.kinds:
-        candidates = [*term_candidates(frame, bare, open_), *candidates]
+    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
     scored = scores(bare, candidates)
     worth = selected.estimate.log_likelihood - bare.log_likelihood
     order: list[int] = []
@@ -115,13 +112,9 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             break
     rows = []
     for n in order:
-        candidate = candidates[n]
-        names = [("trial", i) for i in range(candidate.columns.shape[1])]
-        trial = regress(bare.design.beside(candidate.columns, names), settings, bare.solution.weights, 2)
+        trial, hypothesis = to_first_order(bare, candidates[n])
         if worth - (trial.log_likelihood - bare.log_likelihood) > 2.0 * settings.alike + 0.3 * worth:
             continue
-        step = trial.values[-candidate.columns.shape[1] :]
-        hypothesis = started(candidate, step.tolist())
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - (found.log_likelihood - bare.log_likelihood)
         if behind < settings.alike + 0.03 * worth:

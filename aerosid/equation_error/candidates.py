@@ -13,7 +13,7 @@ from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
-from aerosid.equation_error.design import compared, design_of, whiten, whitened_instruments
+from aerosid.equation_error.design import Solution, compared, design_of, regress, whiten, whitened_instruments
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
 from aerosid.flight_model.aerodynamics import Entry
@@ -174,6 +174,15 @@ def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
         aim = away if (away - first.null) * float(step[0]) > 0.0 else first.null + first.step * np.sign(step[0])
         aim = float(np.clip(aim, first.lowest, first.highest))
     return replace(candidate.hypothesis, effects=(replace(active, values=(aim, *active.values[1:])),))
+
+
+def to_first_order(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
+    """The regression with a candidate's columns, the colour estimated anew, and the hypothesis where it puts it."""
+    names = [("trial", i) for i in range(candidate.columns.shape[1])]
+    solution = regress(
+        base.design.beside(candidate.columns, names), base.frame.settings, base.solution.weights, rounds=2
+    )
+    return solution, started(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
 
 
 @dataclass(frozen=True)

@@ -8,5 +8,3 @@ COEFFICIENT = ("C_X", "C_Z", "C_m")
 
 MEASURED_BY = {"C_X": "a_x", "C_Z": "a_z", "C_m": "q"}
 """The sensor whose faults are seen in each coefficient's own equation."""
-
-EQUATIONS = (*KINEMATIC, *COEFFICIENT)

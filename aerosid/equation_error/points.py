@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.channels import COEFFICIENT, EQUATIONS, KINEMATIC
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
 from aerosid.equation_error.instruments import instruments_of
 from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct
@@ -63,8 +63,8 @@ class Segment:
         Measured less what is known.
     columns : mapping of Entry to ndarray, shape (n,)
         What one unit of each free term adds, where it adds anything.
-    ramp : ndarray, shape (n,)
-        Time from the middle of the record, s; empty where the equation has no drift.
+    time : ndarray, shape (n,)
+        From the middle of the record, s.
     floor : float
         Least size of a residual that the recorder's resolution allows.
     instruments : ndarray, shape (n, K), optional
@@ -94,7 +94,7 @@ class Equations:
         self,
         recordings: Sequence[Recording],
         settings: EquationErrorSettings,
-        kinds: Sequence[str] = EQUATIONS,
+        kinds: Sequence[str],
         *,
         all_fitted: bool = False,
     ) -> None:

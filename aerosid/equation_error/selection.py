@@ -15,11 +15,11 @@ from aerosid.equation_error.candidates import (
     effect_candidates,
     joined,
     scores,
-    started,
     term_candidates,
+    to_first_order,
     within_limits,
 )
-from aerosid.equation_error.design import Weights, gain_over, regress, solve, uncoloured
+from aerosid.equation_error.design import Weights, gain_over, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
@@ -198,15 +198,12 @@ def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> li
     """Candidates that may pay their price, by their worth to first order with the colour estimated anew."""
     rows = []
     for candidate in candidates:
-        names = [("trial", i) for i in range(candidate.columns.shape[1])]
-        wide = base.design.beside(candidate.columns, names)
-        solution = regress(wide, base.frame.settings, base.solution.weights, 2)
+        solution, hypothesis = to_first_order(base, candidate)
         price = rules.price(candidate.hypothesis)
         if gain_over(base.design, base.log_likelihood, solution) - price < NEARLY:
             continue
-        step = solution.values[-candidate.columns.shape[1] :]
         worth = solution.log_likelihood - base.log_likelihood - price
-        rows.append(_Linear(worth, started(candidate, step.tolist()), solution.weights))
+        rows.append(_Linear(worth, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.worth)
 
 
