@@ -301,17 +301,19 @@ def formats() -> None:
     from aerosid.logs.formats import FORMATS
 
     table = Table(title="Log formats (each may be compressed with gzip)")
-    for heading in ("format", "suffixes", "channel map", "content"):
+    for heading in ("format", "suffixes", "map", "extra", "content"):
         table.add_column(heading)
     for name, entry in FORMATS.items():
-        need = "not needed" if entry.self_describing else "needed"
-        table.add_row(name, " ".join(entry.suffixes), need, entry.description)
+        need = "none" if entry.self_describing else entry.ready_map or "needed"
+        table.add_row(name, " ".join(entry.suffixes), need, entry.extra or "", entry.description)
     console().print(table)
     rows = [
         {
             "name": name,
             "suffixes": list(entry.suffixes),
-            "needs_channel_map": not entry.self_describing,
+            "needs_channel_map": not entry.self_describing and entry.ready_map is None,
+            "ready_map": entry.ready_map,
+            "extra": entry.extra,
             "content": entry.description,
         }
         for name, entry in FORMATS.items()

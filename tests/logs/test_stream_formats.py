@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime as dt
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -246,7 +247,29 @@ def test_a_missing_extra_is_one_sentence(monkeypatch: pytest.MonkeyPatch, module
 
     monkeypatch.setattr(missing_library.importlib, "import_module", absent)
     with pytest.raises(LogError, match=rf"install it with `pip install 'aerosid\[{extra}\]'`\.$"):
-        missing_library.library(module, "log.bin", "such")
+        missing_library.library(module, "log.bin")
+
+
+EXTRA_FILES = {
+    "h5py": ("a.h5", b"\x89HDF\r\n\x1a\n"),
+    "pymavlink.dialects.v20.ardupilotmega": ("a.tlog", b"\x00"),
+    "asammdf": ("a.mf4", b"MDF     "),
+    "nptdms": ("a.tdms", b"TDSm"),
+    "chapter10": ("a.ch10", b"\x25\xeb"),
+    "aerofiles.igc": ("a.igc", b"AXXX001"),
+}
+
+
+@pytest.mark.parametrize(("module", "extra"), sorted(EXTRAS.items()))
+def test_a_file_whose_extra_is_missing_is_refused_before_its_map_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, extra: str
+) -> None:
+    name, content = EXTRA_FILES[module]
+    (tmp_path / name).write_bytes(content)
+    monkeypatch.setitem(sys.modules, module, None)
+    for read in (read_log, read_recording):
+        with pytest.raises(LogError, match=rf"{name}: .*install it with `pip install 'aerosid\[{extra}\]'`\.$"):
+            read(tmp_path / name)
 
 
 def test_a_map_that_names_nothing_that_is_there(tmp_path: Path) -> None:

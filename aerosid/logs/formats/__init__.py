@@ -17,6 +17,7 @@ from aerosid.logs.flight_log import FlightLog, longest_stretch, stretches, with_
 from aerosid.logs.formats.ascii_columns import holds_words
 from aerosid.logs.formats.assembly import Assembled, Place, assemble_mapped, assemble_native, cut_at_holes
 from aerosid.logs.formats.catalogue import FORMATS, Format
+from aerosid.logs.formats.missing_library import require_extra
 from aerosid.logs.formats.native_csv import looks_native
 from aerosid.logs.formats.table import RawTable, shown
 from aerosid.logs.recording import Recording, Stream, column
@@ -253,7 +254,9 @@ def _assemble(path: Path, data: bytes, channels: Channels | None, recording: Rec
         name = _guess_format(path, data, mapped=False)
         if FORMATS[name].self_describing:
             return cut_at_holes(assemble_native(_native(path, data), label), label)
-        ready = FORMATS[name].ready_map
+        extra, ready = FORMATS[name].extra, FORMATS[name].ready_map
+        if extra is not None:
+            require_extra(extra, label)
         if ready is None:
             raise ChannelMapError(
                 f"{label}: a file of format `{name}` does not say what its columns mean; write a channel map "

@@ -41,7 +41,7 @@ def read_hdf5(data: bytes, path: str) -> Recording:
     transposed, text as uint16, and a cell array as references: text and references are no channels. HDF5 says of no
     data set that it is time; the channel map does.
     """
-    h5py = library("h5py", path, "MATLAB 7.3 and HDF5")
+    h5py = library("h5py", path)
     try:
         file = h5py.File(io.BytesIO(data), "r")
     except OSError as error:

@@ -38,7 +38,7 @@ def read_igc(data: bytes, path: str) -> Recording:
     back by more than half a day is midnight. The extensions' numbers are as written: what unit a TAS has, the file
     does not say.
     """
-    reader = library("aerofiles.igc", path, "IGC")
+    reader = library("aerofiles.igc", path)
     try:
         parsed = reader.Reader(skip_duplicates=False).read(io.StringIO(data.decode("latin-1")))
     except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead aerofiles to

@@ -51,7 +51,7 @@ def read_irig106(data: bytes, path: str) -> Recording:
     aircraft's own comes first. Packets of different channels need not be in the order of time. Time packets give the
     day of the year and no year, so absolute time is not claimed.
     """
-    chapter10 = library("chapter10", path, "IRIG 106 chapter 10")
+    chapter10 = library("chapter10", path)
     channels: dict[str, _Collected] = {}
     counts: dict[str, int] = {}
     time_packets: list[tuple[int, datetime]] = []

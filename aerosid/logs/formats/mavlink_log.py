@@ -49,7 +49,7 @@ def read_tlog(data: bytes, path: str) -> Recording:
     https://mavlink.io/en/guide/serialization.html). The stamps of the file are the ground station's, taken on
     arrival; the aircraft's own stamp is first wherever a message carries it, or else the last one before the message.
     """
-    dialect = library(_DIALECT, path, "MAVLink")
+    dialect = library(_DIALECT, path)
     table = dialect.mavlink_map
     seeds = np.full(1 << 16, -1, dtype=np.int64)
     for number, message in table.items():

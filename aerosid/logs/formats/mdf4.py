@@ -39,7 +39,7 @@ def read_mdf4(data: bytes, path: str) -> Recording:
     LogError
         If asammdf is not installed, the file is damaged, or it holds frames of a bus and no signals.
     """
-    asammdf = library("asammdf", path, "MDF 4")
+    asammdf = library("asammdf", path)
     if not data.startswith(MAGIC):
         raise LogError(f"{path}: the file does not start as an MDF file does; check that it is the right file.")
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)

@@ -16,9 +16,31 @@ EXTRAS = {
     "chapter10": "irig106",
     "aerofiles.igc": "igc",
 }
+# Extra: what it reads, in words.
+_READS = {
+    "hdf5": "MATLAB 7.3 and HDF5",
+    "mavlink": "MAVLink",
+    "mdf4": "MDF 4",
+    "tdms": "TDMS",
+    "irig106": "IRIG 106 chapter 10",
+    "igc": "IGC",
+}
 
 
-def library(module: str, path: str, what: str) -> ModuleType:
+def require_extra(extra: str, path: str) -> None:
+    """Nothing, where the library of an extra is installed: asked before anything else of such a file.
+
+    Raises
+    ------
+    LogError
+        If it is not.
+    """
+    for module, installs in EXTRAS.items():
+        if installs == extra:
+            library(module, path)
+
+
+def library(module: str, path: str) -> ModuleType:
     """The module, imported now.
 
     Parameters
@@ -27,8 +49,6 @@ def library(module: str, path: str, what: str) -> ModuleType:
         A key of `EXTRAS`.
     path : str
         The file that needs it, for the message.
-    what : str
-        The format, in words.
 
     Raises
     ------
@@ -40,6 +60,6 @@ def library(module: str, path: str, what: str) -> ModuleType:
     except ImportError:
         extra = EXTRAS[module]
         raise LogError(
-            f"{path}: {what} files are read by the library {module.split('.')[0]}, which is not installed; install it "
+            f"{path}: {_READS[extra]} files are read by the library {module.split('.')[0]}, which is not installed; install it "
             f"with `pip install 'aerosid[{extra}]'`."
         ) from None

@@ -41,7 +41,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
     Channels of one group, length, start and rate are one stream. A channel whose properties name no rate
     (`wf_increment`) has no clock: the map gives it, it is not guessed.
     """
-    nptdms = library("nptdms", path, "TDMS")
+    nptdms = library("nptdms", path)
     if not data.startswith(MAGIC):
         raise LogError(f"{path}: the file does not start as a TDMS file does; check that it is the right file.")
     with _warnings_kept() as warnings:
