@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
 from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.column_lookup import Found, LookupProblem, find_column
+from aerosid.logs.column_lookup import LookupProblem, find_column
 from aerosid.logs.flight_log import ChannelSource
 from aerosid.logs.formats.assembly import Assembled, Place, derive, glossary_factor, held_unit, initialised, scaled
 from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
 from aerosid.logs.raster import DEFAULTS, RasterSettings, Track, onto_one_raster
 from aerosid.logs.recording import TICKS, Clock, FloatArray, IntArray, Recording, Stream
 from aerosid.logs.stamps import back_steps, flight_span, spread_repeats, unusable
-from aerosid.signals.clock_alignment import ClockFit, fit_clocks
+from aerosid.logs.stream_alignment import MappedChannel, align_streams, unaligned_streams
 
 _SINCE_1970 = 1e8  # s: stamps beyond are a date, and time then counts from the recording's first second
 _LOOSE_STAMPS = 1e-3  # s; two stamps of one sample that differ by more, or vary so much, are worth a sentence
 _LARGEST_DELAY = 1.0  # s between sampling and writing; more is another clock's zero
 _WHOLE_CLOCK = ("HH:MM:SS", "H:M:S", "DDD:HH:MM:SS")  # units of a time that is read as text
-
-
-@dataclass
-class _Channel:
-    """One channel on its way: where it is from, and its samples on its own stamps."""
-
-    name: str
-    entry: ChannelColumnMap
-    found: tuple[Found, ...]
-    clock: Clock
-    values: FloatArray
-    unit: str
-    held: bool
-    time: FloatArray
 
 
 class _Unusable(ValueError):
@@ -79,7 +64,8 @@ def map_recording(
         channel.time = _on_log_clock(channel, origin)
         _order(channel, boot, notes)
     _trim_strays(recording, channels, origin, notes)
-    _align(channels, mapping, place, notes)
+    notes += align_streams(channels, mapping, place)
+    notes += unaligned_streams(channels, mapping)
     tracks = [Track(channel.name, channel.time, channel.values, channel.held) for channel in channels]
     drops = tuple((at - origin, length) for at, length in recording.drop_outs)
     segments, raster_notes = onto_one_raster(tracks, drops, mapping.raster, place.log, settings)
@@ -100,7 +86,7 @@ def _grouped(notes: list[str], names: tuple[str, ...]) -> list[str]:
 def _assembled(
     time: FloatArray,
     values: dict[str, FloatArray],
-    channels: list[_Channel],
+    channels: list[MappedChannel],
     mapping: ChannelMap,
     place: Place,
     notes: list[str],
@@ -131,7 +117,7 @@ def _first_usable(
     alternatives: tuple[ChannelColumnMap, ...],
     place: Place,
     notes: list[str],
-) -> _Channel | None:
+) -> MappedChannel | None:
     """The first alternative that is recorded on a usable clock; None where none is and none need be."""
     if name == "time":
         raise ChannelMapError(f"{place.map}: [channels] holds time; give it by the key `time` above [channels].")
@@ -154,7 +140,7 @@ def _first_usable(
     return None
 
 
-def _choice_notes(channel: _Channel, of_several: bool) -> list[str]:
+def _choice_notes(channel: MappedChannel, of_several: bool) -> list[str]:
     name, notes = channel.name, []
     if of_several:
         notes.append(f"{name}: taken from {' + '.join(found.label for found in channel.found)}")
@@ -169,7 +155,9 @@ def _choice_notes(channel: _Channel, of_several: bool) -> list[str]:
     return notes
 
 
-def _channel(recording: Recording, mapping: ChannelMap, name: str, entry: ChannelColumnMap, place: Place) -> _Channel:
+def _channel(
+    recording: Recording, mapping: ChannelMap, name: str, entry: ChannelColumnMap, place: Place
+) -> MappedChannel:
     found = tuple(find_column(recording, column) for column in entry.parts)
     stream = found[0].stream
     if any(one.stream is not stream for one in found):
@@ -196,7 +184,7 @@ def _channel(recording: Recording, mapping: ChannelMap, name: str, entry: Channe
     with np.errstate(all="ignore"):
         values = scaled(name, entry, initialised(name, recorded, []).sum(axis=1), unit, place)
     values = np.where(np.isfinite(values), values, np.nan)
-    return _Channel(name, entry, found, clock, values, unit, held, np.empty(0))
+    return MappedChannel(name, entry, found, clock, values, unit, held, np.empty(0))
 
 
 def _clock(recording: Recording, mapping: ChannelMap, entry: ChannelColumnMap, stream: Stream) -> Clock:
@@ -241,7 +229,7 @@ def _mapped_clock(
     return Clock(found.name, factor * stamps.astype(np.float64) + offset, TICKS[unit])
 
 
-def _stamp_notes(channel: _Channel) -> list[str]:
+def _stamp_notes(channel: MappedChannel) -> list[str]:
     """How a stream's stamps differ from each other, where that could matter."""
     stream, mine = channel.found[0].stream, channel.clock
     notes = []
@@ -268,7 +256,7 @@ def _stamp_notes(channel: _Channel) -> list[str]:
     return notes
 
 
-def _origin(channels: list[_Channel]) -> int:
+def _origin(channels: list[MappedChannel]) -> int:
     """Zero of the log's time on the recorder's clock, s: a whole second where stamps are dates, else 0."""
     first = min(float(channel.clock.ticks.min()) * channel.clock.tick for channel in channels)
     return int(first) if first > _SINCE_1970 else 0
@@ -283,14 +271,14 @@ def _start_notes(recording: Recording, origin: int) -> list[str]:
     return []
 
 
-def _on_log_clock(channel: _Channel, origin: int) -> FloatArray:
+def _on_log_clock(channel: MappedChannel, origin: int) -> FloatArray:
     clock = channel.clock
     counts = origin * round(1.0 / clock.tick) if clock.tick < 1.0 else origin
     # The value at t is the recording at t + delay.
     return clock.seconds(counts) - channel.entry.delay
 
 
-def _longest_boot(channels: list[_Channel], notes: list[str]) -> int | None:
+def _longest_boot(channels: list[MappedChannel], notes: list[str]) -> int | None:
     """The run of the recorder that holds most samples, where it began anew within the file."""
     booted = [channel for channel in channels if channel.found[0].stream.boots is not None]
     if not booted:
@@ -311,12 +299,12 @@ def _longest_boot(channels: list[_Channel], notes: list[str]) -> int | None:
     return longest
 
 
-def _boots(channel: _Channel) -> IntArray:
+def _boots(channel: MappedChannel) -> IntArray:
     boots = channel.found[0].stream.boots
     return np.zeros(channel.values.size, dtype=np.int64) if boots is None else boots
 
 
-def _order(channel: _Channel, boot: int | None, notes: list[str]) -> None:
+def _order(channel: MappedChannel, boot: int | None, notes: list[str]) -> None:
     """Samples of one run, in order of time, no two at one stamp."""
     if boot is not None:
         mine = _boots(channel) == boot
@@ -336,7 +324,7 @@ def _order(channel: _Channel, boot: int | None, notes: list[str]) -> None:
         notes.append(f"{channel.name}: {note}")
 
 
-def _trim_strays(recording: Recording, channels: list[_Channel], origin: int, notes: list[str]) -> None:
+def _trim_strays(recording: Recording, channels: list[MappedChannel], origin: int, notes: list[str]) -> None:
     """Leaves out what is stamped far outside the flight."""
     names = {channel.clock.name for channel in channels}
     stamps = []
@@ -354,38 +342,3 @@ def _trim_strays(recording: Recording, channels: list[_Channel], origin: int, no
             channel.time <= span.stop + abs(channel.entry.delay)
         )
         channel.time, channel.values = channel.time[inside], channel.values[inside]
-
-
-def _align(channels: list[_Channel], mapping: ChannelMap, place: Place, notes: list[str]) -> None:
-    """Brings the stamps of a stream onto another's clock, from a signal that both hold."""
-    by_name = {channel.name: channel for channel in channels}
-    for name, reference in mapping.align.items():
-        lacking = [key for key in (name, reference) if key not in by_name]
-        if lacking:
-            raise ChannelMapError(
-                f"{place.map}: [align] names {lacking[0]}, which is no channel of the map; correct it."
-            )
-        moved, fixed = by_name[name], by_name[reference]
-        fit = fit_clocks(*_finite(fixed), *_finite(moved))
-        if fit is None:
-            raise LogError(
-                f"{place.log}: {name} and {reference} do not show the same signal, so their clocks cannot be laid over "
-                "each other; remove the pair from [align]."
-            )
-        notes.append(_fit_note(name, reference, fit))
-        for channel in channels:
-            if channel.found[0].stream is moved.found[0].stream:
-                channel.time = fit.first(channel.time)
-
-
-def _finite(channel: _Channel) -> tuple[FloatArray, FloatArray]:
-    there = np.isfinite(channel.values)
-    return channel.time[there], channel.values[there]
-
-
-def _fit_note(name: str, reference: str, fit: ClockFit) -> str:
-    return (
-        f"the clock of {name} is ahead of that of {reference} by {fit.offset:.5g} +- {fit.offset_std:.2g} s at "
-        f"{fit.at:.5g} s and gains {1e6 * fit.drift:.3g} +- {1e6 * fit.drift_std:.2g} ppm (correlation "
-        f"{fit.correlation:.3f}); both are taken out"
-    )

@@ -300,7 +300,10 @@ def _brought_note(track: Track, base: Track | float, interval: float, settings: 
     if _falls(step, interval, settings):
         edge = settings.resampling.passed / interval
         delay = filter_delay(interval, settings.resampling)
-        return f"low-passed above {edge:.3g} Hz and brought {rates}; the filter's delay of {delay:.2g} s is taken out"
+        return (
+            f"low-passed above {edge:.3g} Hz and brought {rates}; the filter's delay of {delay:.2g} s is taken out, "
+            "nearer to an end it takes out less"
+        )
     if _rises_too_far(step, interval, settings):
         if _drives(track.name):
             return f"interpolated {rates} as a slow quantity"

@@ -100,7 +100,7 @@ def fit_clocks(
         max(time[0], other_time[0] - settings.largest_offset),
         min(time[-1], other_time[-1] + settings.largest_offset),
     )
-    if not high - low > 20.0 * step:
+    if not high - low > 20.0 * step or not min(np.ptp(values), np.ptp(other_values)) > 0.0:
         return None
     first = CubicSpline(*_even(time, values, step))
     grid, target = _even(other_time, other_values, step)

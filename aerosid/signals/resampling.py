@@ -28,6 +28,10 @@ class ResamplingSettings:
     finest_step : float
         Median steps; samples closer than this are averaged before a curve is laid through them, as noise between two
         near-coincident samples would become any slope.
+    end_fit : float
+        Wanted intervals over which a parabola gives the value that a record is turned about at its ends. Of sines at
+        random phases in the half filter's length next to an end, root-mean-square: 40 Hz onto 50 Hz leaves 9 % of
+        itself (24 % about the last sample itself), 3 Hz is changed by 0.7 %, 1 Hz by less than 0.1 %.
     """
 
     passed: float = 0.3
@@ -35,6 +39,7 @@ class ResamplingSettings:
     attenuation: float = 60.0
     same_rate: float = 1.25
     finest_step: float = 0.25
+    end_fit: float = 5.0
 
 
 DEFAULTS = ResamplingSettings()
@@ -94,7 +99,8 @@ def low_pass_to(
     -----
     A cubic spline through the samples is read at half the source's step, so that jitter is no noise; a Kaiser-windowed
     sinc, symmetric and therefore late by half its length only, is applied there and the delay taken out. The record is
-    continued beyond its ends by turning it about its end points.
+    continued beyond its ends by turning it about its end values, which a parabola gives; nearer to an end than half
+    the filter's length less is taken out, as no filter without delay can do both there.
     """
     from scipy.interpolate import CubicSpline
     from scipy.signal import oaconvolve
@@ -107,7 +113,8 @@ def low_pass_to(
     cut_off = 0.5 * (settings.passed + settings.stopped) / interval
     lags = step * np.arange(-half, half + 1)
     kernel = np.sinc(2.0 * cut_off * lags) * np.kaiser(2 * half + 1, _kaiser_beta(settings.attenuation))
-    smooth = oaconvolve(_continued(even, half), kernel / kernel.sum(), mode="valid")
+    fitted = max(3, round(settings.end_fit * interval / float(step)))
+    smooth = oaconvolve(_continued(even, half, fitted), kernel / kernel.sum(), mode="valid")
     return np.asarray(CubicSpline(grid, smooth)(wanted), dtype=np.float64)
 
 
@@ -126,13 +133,23 @@ def _apart(time: FloatArray, values: FloatArray, least: float) -> tuple[FloatArr
     return np.bincount(group, time) / count, np.bincount(group, values) / count
 
 
-def _continued(values: FloatArray, reach: int) -> FloatArray:
-    """The values with `reach` more on each side, turned about the end points; flat where the record is too short."""
+def _continued(values: FloatArray, reach: int, fitted: int) -> FloatArray:
+    """The values with `reach` more on each side, turned about the end values; flat where the record is too short."""
     reach_held = min(reach, values.size - 1)
-    left = 2.0 * values[0] - values[reach_held:0:-1]
-    right = 2.0 * values[-1] - values[-2 : -reach_held - 2 : -1]
+    left = 2.0 * _end_value(values[:fitted]) - values[reach_held:0:-1]
+    right = 2.0 * _end_value(values[::-1][:fitted]) - values[-2 : -reach_held - 2 : -1]
     short = reach - reach_held
     return np.concatenate([np.full(short, left[0]), left, values, right, np.full(short, right[-1])])
+
+
+def _end_value(values: FloatArray) -> float:
+    """The first value by a parabola through all of them, the nearest weighted most."""
+    if values.size < 4:
+        return float(values[0])
+    away = np.arange(values.size) / values.size
+    return float(
+        np.polynomial.polynomial.polyfit(away, values, 2, w=np.sqrt(np.kaiser(2 * away.size, 4.0)[away.size :]))[0]
+    )
 
 
 def interpolate_to(time: FloatArray, values: FloatArray, wanted: FloatArray, reach: float) -> FloatArray:

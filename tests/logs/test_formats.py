@@ -130,7 +130,18 @@ def test_units_against_their_definitions(unit: str, wanted: str, factor: float) 
 
 @pytest.mark.parametrize(
     ("unit", "wanted"),
-    [("m", "rad"), ("%", "rad"), ("Hz", "rad/s"), ("deg", "1"), ("MPA", "Pa"), ("dB", "1"), ("m^99", "m"), ("m/", "m")],
+    [
+        ("m", "rad"),
+        ("%", "rad"),
+        ("Hz", "rad/s"),
+        ("deg", "1"),
+        ("MPA", "Pa"),
+        ("dB", "1"),
+        ("m^99", "m"),
+        ("m/", "m"),
+        ("A0", "m"),
+        ("m^0", "1"),
+    ],
 )
 def test_units_of_another_kind_are_refused(unit: str, wanted: str) -> None:
     with pytest.raises(UnitProblem, match="unit"):

@@ -36,21 +36,73 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(5)
 
 
-def test_the_slowest_motion_channel_sets_the_raster_and_keeps_its_samples(
-    tmp_path: Path, rng: np.random.Generator
-) -> None:
-    """Jittered 250 Hz onto the jittered stamps of 50 Hz: the 3 Hz sine within .5 %, the 40 Hz one gone."""
-    fast = 1.0 + np.arange(0.0, 20.0, 0.004) + rng.uniform(-8e-4, 8e-4, 5000)
-    slow = 1.0 + np.arange(0.0, 20.0, 0.02) + rng.uniform(-2e-3, 2e-3, 1000)
-    q = np.sin(2 * np.pi * 3.0 * fast) + np.sin(2 * np.pi * 40.0 * fast)
-    theta = np.cos(slow)
+JITTER = ("uniform", "normal")
+
+
+def jittered(kind: str, step: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Stamps that are off their even places by 20 % of the step: at most, or as a standard deviation."""
+    off = 0.2 * step * (rng.uniform(-1.0, 1.0, count) if kind == "uniform" else rng.normal(size=count))
+    return np.sort(1.0 + step * np.arange(count) + off)
+
+
+def brought(folder: Path, kind: str, frequency: float, rng: np.random.Generator) -> FlightLog:
+    """A sine at 250 Hz brought to the 50 Hz of an attitude."""
+    fast, slow = jittered(kind, 0.004, 5000, rng), jittered(kind, 0.02, 1000, rng)
     channels = {"q": {"column": "gyro.x", "unit": "rad/s"}, "theta": {"column": "att.x", "unit": "rad"}}
-    log = read_log(write(tmp_path, stream("gyro", fast, q), stream("att", slow, theta)), channels)
-    inside = (log.time > 2.0) & (log.time < 20.0)
-    assert_allclose(log["q"][inside], np.sin(2 * np.pi * 3.0 * log.time[inside]), atol=0.015)
+    sine = np.sin(2 * np.pi * frequency * fast)
+    return read_log(write(folder, stream("gyro", fast, sine), stream("att", slow, np.cos(slow))), channels)
+
+
+@pytest.mark.parametrize("kind", JITTER)
+def test_a_sine_keeps_amplitude_and_time_as_it_comes_down_in_rate(
+    tmp_path: Path, rng: np.random.Generator, kind: str
+) -> None:
+    """3 Hz from jittered 250 Hz onto jittered 50 Hz: amplitude within .5 %, delay within 1 ms."""
+    log = brought(tmp_path, kind, 3.0, rng)
+    turn = 2 * np.pi * 3.0 * log.time
+    along, across = np.linalg.lstsq(np.column_stack([np.sin(turn), np.cos(turn)]), log["q"], rcond=None)[0]
+    assert abs(np.hypot(along, across) - 1.0) < 0.005
+    assert abs(np.arctan2(across, along)) / (2 * np.pi * 3.0) < 1e-3
     assert_allclose(log["theta"], np.cos(log.time), atol=1e-6)
     assert said(log, "raster: 50", "the stamps of theta")
     assert said(log, "q: low-passed above 15 Hz and brought from 2", "delay of 0.18 s is taken out")
+
+
+@pytest.mark.parametrize("kind", JITTER)
+def test_what_would_alias_is_gone(tmp_path: Path, rng: np.random.Generator, kind: str) -> None:
+    """40 Hz onto 50 Hz would show as 10 Hz; next to the ends, which no filter sees whole, some of it is left."""
+    log = brought(tmp_path, kind, 40.0, rng)
+    inside = (log.time > 1.2) & (log.time < 20.8)
+    assert np.abs(log["q"][inside]).max() < 0.01
+    assert np.sqrt(np.mean(log["q"] ** 2)) < 0.02
+    assert log.time[0] < 1.05
+    assert log.time[-1] > 20.95
+
+
+def test_a_table_is_brought_to_the_raster_of_its_map(tmp_path: Path, rng: np.random.Generator) -> None:
+    """The same of one table: its switch is held, its sine low-passed."""
+    time = jittered("uniform", 0.004, 5000, rng)
+    rows = np.column_stack([time, np.sin(6 * np.pi * time) + np.sin(80 * np.pi * time), time > 10.0])
+    path = tmp_path / "fast.csv"
+    path.write_text("t,rate,gear\n" + "\n".join(",".join(f"{x:.7g}" for x in row) for row in rows) + "\n")
+    channels = {"q": {"column": "rate", "unit": "rad/s"}, "gear": {"column": 3, "unit": "1", "held": True}}
+    log = read_log(path, {"schema": 1, "raster": 50, "time": {"column": "t", "unit": "s"}, "channels": channels})
+    assert_allclose(np.diff(log.time), 0.02, rtol=1e-9)
+    inside = slice(10, -10)
+    assert_allclose(log["q"][inside], np.sin(6 * np.pi * log.time[inside]), atol=0.011)
+    assert_array_equal(log["gear"], log.time >= time[time > 10.0][0])
+    assert said(log, "raster: 50 Hz, as the map says")
+
+
+def test_a_raster_that_a_table_cannot_fill_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "slow.csv"
+    path.write_text("t,rate\n" + "\n".join(f"{k},{k}" for k in range(30)) + "\n")
+    with pytest.raises(LogError, match="no stretch of 10 samples"):
+        read_log(
+            path,
+            {"schema": 1, "raster": 0.2, "time": {"column": "t", "unit": "s"},
+             "channels": {"q": {"column": "rate", "unit": "rad/s"}}},
+        )  # fmt: skip
 
 
 def test_a_raster_told_by_rate(tmp_path: Path) -> None:
@@ -153,6 +205,9 @@ def aligned(folder: Path, rng: np.random.Generator, align: bool) -> FlightLog:
 def test_clocks_are_laid_over_each_other_if_asked(tmp_path: Path, rng: np.random.Generator) -> None:
     apart, together = aligned(tmp_path, rng, False), aligned(tmp_path, rng, True)
     note = next(note for note in together.notes if "is ahead of that of q by" in note)
+    assert "both are taken out" in note
+    left = next(note for note in apart.notes if "is ahead of that of q by" in note)
+    assert '`q_logger = "q"` in [align] does it' in left
     words = note.replace("(", " ").split()
     offset, deviation = float(words[words.index("by") + 1]), float(words[words.index("+-") + 1])
     drift, drift_deviation = float(words[words.index("gains") + 1]), float(words[words.index("gains") + 3])
@@ -172,5 +227,8 @@ def test_an_alignment_of_unlike_signals_is_refused(tmp_path: Path, rng: np.rando
     channels = {"q": {"column": "a.x", "unit": "rad/s"}, "r": {"column": "b.x", "unit": "rad/s"}}
     with pytest.raises(LogError, match="r and q do not show the same signal"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"r": "q"}})
+    still = write(tmp_path, stream("a", time, np.sin(time)), stream("b", time, np.ones(1200)))
+    with pytest.raises(LogError, match="r and q do not show the same signal"):
+        read_log(still, {"schema": 1, "channels": channels, "align": {"r": "q"}})
     with pytest.raises(ChannelMapError, match="names w, which is no channel of the map"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"w": "q"}})

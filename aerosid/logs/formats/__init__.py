@@ -314,6 +314,8 @@ def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place, recording
         content = read_delimited_text(data, place.log, dialect)
     else:
         content = FORMATS[name].read(data, place.log)
+    if isinstance(content, RawTable) and mapping.resamples:
+        content = _as_recording(name, content)
     if isinstance(content, RawTable):
         return cut_at_holes(assemble_mapped(content, mapping, place.log, place.map), place.log)
     from aerosid.logs.mapped_recording import map_recording

@@ -161,6 +161,13 @@ class ChannelMap(BaseModel):
     align: dict[str, StrictStr] = {}
     text: TextMap | None = None
 
+    @property
+    def resamples(self) -> bool:
+        """Whether the map asks for what is done to streams of several clocks, of a table too."""
+        whole = self.raster is not None or self.clock is not None or bool(self.align)
+        entries = [entry for alternatives in self.channels.values() for entry in alternatives]
+        return whole or any(entry.held or entry.time is not None or entry.clock is not None for entry in entries)
+
 
 def find_channel_map(log: Path, given: Path | None) -> Path | None:
     """The map for a log: the given one, LOG.channels.toml beside it, channels.toml in its folder, or none."""

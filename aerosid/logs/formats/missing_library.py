@@ -60,6 +60,6 @@ def library(module: str, path: str) -> ModuleType:
     except ImportError:
         extra = EXTRAS[module]
         raise LogError(
-            f"{path}: {_READS[extra]} files are read by the library {module.split('.')[0]}, which is not installed; install it "
-            f"with `pip install 'aerosid[{extra}]'`."
+            f"{path}: {_READS[extra]} files are read by the library {module.split('.')[0]}, which is not installed; "
+            f"install it with `pip install 'aerosid[{extra}]'`."
         ) from None

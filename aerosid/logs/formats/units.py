@@ -160,6 +160,8 @@ def _canonical(unit: str, registry: pint.UnitRegistry[float], *, gravity: bool) 
         if match is None or not match["name"]:
             raise UnitProblem(f"has the unit {shown(unit)}, which is not known")
         power = sign * int(match["power"] or 1)
+        if power == 0:
+            raise UnitProblem(f"has the unit {shown(unit)}, which is not known")
         name = _pint_name(match["name"], unit, registry, gravity=gravity)
         factors.append(name if power == 1 else f"({name})**({power})")
         separator = _SEPARATOR.match(text, match.end())

@@ -1,0 +1,121 @@
+"""Alignment of recorders' clocks: offset and drift between streams from a signal that both hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.errors import ChannelMapError, LogError
+from aerosid.logs.column_lookup import Found
+from aerosid.logs.formats.assembly import Place
+from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
+from aerosid.logs.recording import Clock, FloatArray
+from aerosid.nomenclature import CHANNELS
+from aerosid.signals.clock_alignment import ClockFit, fit_clocks
+
+_SURE = 3.0  # standard errors of the offset from which on two clocks are said to differ
+
+
+@dataclass
+class MappedChannel:
+    """One channel of a map on its way into a log.
+
+    Attributes
+    ----------
+    name : str
+        The channel.
+    entry : ChannelColumnMap
+        What the map says of it.
+    found : tuple of Found
+        Its columns, where they are; all of one stream.
+    clock : Clock
+        Its stamps as recorded.
+    values : ndarray, shape (N,)
+        In the log's unit; NaN where a sample is missing.
+    unit : str
+        As recorded.
+    held : bool
+        Whether a sample holds until the next.
+    time : ndarray, shape (N,)
+        Its stamps on the log's clock, s.
+    """
+
+    name: str
+    entry: ChannelColumnMap
+    found: tuple[Found, ...]
+    clock: Clock
+    values: FloatArray
+    unit: str
+    held: bool
+    time: FloatArray
+
+
+def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Place) -> list[str]:
+    """Brings the stamps of streams onto others' clocks, as the map asks, and says so, a sentence each.
+
+    Parameters
+    ----------
+    channels : list of MappedChannel
+        Their `time` is changed.
+    mapping : ChannelMap
+        Its `align`.
+    place : Place
+        The two files, for messages.
+
+    Raises
+    ------
+    ChannelMapError
+        If a pair names no channel.
+    LogError
+        If the two do not show the same signal.
+    """
+    notes = []
+    by_name = {channel.name: channel for channel in channels}
+    for name, reference in mapping.align.items():
+        lacking = [key for key in (name, reference) if key not in by_name]
+        if lacking:
+            raise ChannelMapError(
+                f"{place.map}: [align] names {lacking[0]}, which is no channel of the map; correct it."
+            )
+        moved, fixed = by_name[name], by_name[reference]
+        fit = fit_clocks(*_finite(fixed), *_finite(moved))
+        if fit is None:
+            raise LogError(
+                f"{place.log}: {name} and {reference} do not show the same signal, so their clocks cannot be laid over "
+                "each other; remove the pair from [align]."
+            )
+        notes.append(f"{_fit_note(name, reference, fit)}; both are taken out")
+        for channel in channels:
+            if channel.found[0].stream is moved.found[0].stream:
+                channel.time = fit.first(channel.time)
+    return notes
+
+
+def unaligned_streams(channels: list[MappedChannel], mapping: ChannelMap) -> list[str]:
+    """How the clocks of streams run that hold one quantity, `q` and `q_logger`, where nobody asked; a sentence each."""
+    notes = []
+    by_name = {channel.name: channel for channel in channels}
+    for name, other in by_name.items():
+        reference = by_name.get(name.rpartition("_")[0])
+        if reference is None or name in CHANNELS or name in mapping.align:
+            continue
+        if reference.name not in CHANNELS or reference.found[0].stream is other.found[0].stream:
+            continue
+        fit = fit_clocks(*_finite(reference), *_finite(other))
+        if fit is not None and abs(fit.offset) > _SURE * fit.offset_std:
+            notes.append(f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] does it')
+    return notes
+
+
+def _finite(channel: MappedChannel) -> tuple[FloatArray, FloatArray]:
+    there = np.isfinite(channel.values)
+    return channel.time[there], channel.values[there]
+
+
+def _fit_note(name: str, reference: str, fit: ClockFit) -> str:
+    return (
+        f"the clock of {name} is ahead of that of {reference} by {fit.offset:.5g} +- {fit.offset_std:.2g} s at "
+        f"{fit.at:.5g} s and gains {1e6 * fit.drift:.3g} +- {1e6 * fit.drift_std:.2g} ppm (correlation "
+        f"{fit.correlation:.3f})"
+    )
