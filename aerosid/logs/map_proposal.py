@@ -13,6 +13,7 @@ from aerosid.logs.column_lookup import find_column
 from aerosid.logs.fitting_map import fitting_ready_map, found_in
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import ready_maps
+from aerosid.logs.formats.channel_map import load_channel_map
 from aerosid.logs.recording import TICKS, FloatArray, Recording
 from aerosid.logs.stamps import unusable
 from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
@@ -92,7 +93,7 @@ def propose_map(recording: Recording, path: str, settings: ProposalSettings | No
     ready = fitting_ready_map(recording)
     if ready is not None:
         channels = _from_ready_map(recording, ready)
-        text = ready_maps()[ready].read_text(encoding="utf-8")
+        text = _with_named(ready_maps()[ready], {k: v for k, v in _by_name(recording).items() if k not in channels})
         return Proposal(recording.format, None, channels, _level_flight(recording, channels, settings) + text)
     time = _time_column(recording)
     channels = _by_name(recording)
@@ -129,6 +130,18 @@ def _from_ready_map(recording: Recording, name: str) -> dict[str, ProposedChanne
         )
         for channel, (entry, columns) in found_in(recording, name).items()
     }
+
+
+def _with_named(ready: Path, named: dict[str, ProposedChannel]) -> str:
+    """A ready map, with what it does not look for and the recording names, to be confirmed, after its channels."""
+    text, derived = ready.read_text(encoding="utf-8"), load_channel_map(ready).derived
+    # Among a hundred messages P is a gain and AX a filter's state: letters alone say nothing there.
+    telling = {k: v for k, v in named.items() if k not in derived and len(_plain(v.column.rpartition(".")[2])) > 2}
+    lines = [_line(name, replace(one, asked=True)) for name, one in telling.items()]
+    if not lines:
+        return text
+    before, mark, after = text.partition("\n[derived]")
+    return "\n".join([before.rstrip("\n"), *lines, ""]) + mark + after
 
 
 def _plain(name: str) -> str:
@@ -235,17 +248,21 @@ def _toml(form: str, time: tuple[str, str] | None, channels: dict[str, ProposedC
     lines += ["", "[channels]"]
     if not channels:
         lines.append('# no name tells what a column is; say it as in  alpha = { column = "its name", unit = "deg" }')
-    for name, proposed in channels.items():
-        parts = [f"column = {_quoted(proposed.column)}"]
-        if proposed.unit:
-            parts.append(f"unit = {_quoted(proposed.unit)}")
-        if proposed.sign != 1:
-            parts.append(f"sign = {proposed.sign}")
-        if proposed.offset:
-            parts.append(f"offset = {proposed.offset:g}")
-        hidden = "# confirm: " if proposed.asked or not proposed.unit else ""
-        lines.append(f"{hidden}{name} = {{ {', '.join(parts)} }}  # {'; '.join(proposed.reasons)}")
+    lines += [_line(name, proposed) for name, proposed in channels.items()]
     return "\n".join(lines) + "\n"
+
+
+def _line(name: str, proposed: ProposedChannel) -> str:
+    """One channel of a map; behind `#` where it is to be confirmed first."""
+    parts = [f"column = {_quoted(proposed.column)}"]
+    if proposed.unit:
+        parts.append(f"unit = {_quoted(proposed.unit)}")
+    if proposed.sign != 1:
+        parts.append(f"sign = {proposed.sign}")
+    if proposed.offset:
+        parts.append(f"offset = {proposed.offset:g}")
+    hidden = "# confirm: " if proposed.asked or not proposed.unit else ""
+    return f"{hidden}{name} = {{ {', '.join(parts)} }}  # {'; '.join(proposed.reasons)}"
 
 
 def _quoted(text: str) -> str:

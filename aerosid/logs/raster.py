@@ -23,6 +23,7 @@ from aerosid.signals.resampling import (
 # What follows the aircraft's motion by the second: the slowest of these sets the raster.
 MOTION = (
     "V", "alpha", "beta", "u", "v", "w", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot",
+    "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z",
 )  # fmt: skip
 CONTROL = "delta_"
 _SAME = 0.02  # rates that differ by less are one, in a note
@@ -155,7 +156,12 @@ def onto_one_raster(
             f"{label}: at the {1.0 / interval:.3g} Hz of {source} no stretch of {settings.fewest} samples lies between "
             f"{start:.6g} and {stop:.6g} s and its {len(cuts)} holes; record longer, or leave that channel out."
         )
-    notes = [*_raster_notes(base, interval, tracks, settings), *hole_notes(cuts, len(segments), settings.fewest)]
+    faster = _faster_note(base, leading, settings) if raster is None else []
+    notes = [
+        *_raster_notes(base, interval, tracks, settings),
+        *faster,
+        *hole_notes(cuts, len(segments), settings.fewest),
+    ]
     return segments, notes
 
 
@@ -288,6 +294,17 @@ def _raster_notes(base: Track | float, interval: float, tracks: list[Track], set
         if note:
             notes.append(f"{track.name}: {note}")
     return notes
+
+
+def _faster_note(base: Track | float, leading: list[Track], settings: RasterSettings) -> list[str]:
+    """What keeps the rest where one slow motion channel brings all others down to its rate."""
+    motion = [track for track in leading if track.name in MOTION and track is not base]
+    if not (isinstance(base, Track) and motion):
+        return []
+    slowest, following = 1.0 / median_step(base.time), min(1.0 / median_step(track.time) for track in motion)
+    if following < settings.finest * slowest:
+        return []
+    return [f"{base.name} alone is so slow: `raster = {following:.2g}`, the rate of the next one, keeps what is faster"]
 
 
 def _brought_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:

@@ -8,7 +8,6 @@ inertia, in 1/s and 1/s^2.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -102,17 +101,18 @@ def _from_equation(
 ) -> list[ExpectedDeviation]:
     # A surface that rested is not asked for: it would only take what it has in common with the constant.
     terms = [name for name in equation.terms if name in log and (not name.startswith("delta_") or name in moved)]
-    if equation.left not in log or "V" not in log or len(terms) < 2:
+    if equation.left not in log or "V" not in log or len(terms) < 2 or not np.isfinite(log["V"]).any():
         return []
     every = max(1, log.samples // _MOST)
-    names = [equation.left, "V", *terms]
+    speed = float(np.nanmean(log["V"]))
+    names = [equation.left, *terms]
     table = {name: _bridged(log, name) for name in names}
     if any(values is None for values in table.values()):
         return []
     columns = {name: values for name, values in table.items() if values is not None}
     left = columns[equation.left]
     if equation.derived:
-        left = _slope(log, left, float(np.mean(columns["V"])) / _GRAVITY)
+        left = _slope(log, left, speed / _GRAVITY)
     rows = np.column_stack([columns[name] for name in terms])[::every]
     rows = np.column_stack([rows - rows.mean(axis=0), np.ones(rows.shape[0])])
     right = left[::every]
@@ -129,7 +129,7 @@ def _from_equation(
         deviations = np.zeros(len(terms))
     else:
         deviations = np.sqrt(np.maximum(np.diag(coloured_covariance(rows, residual).corrected)[:-1], 0.0))
-    scale = _scales(equation, terms, columns, aircraft)
+    scale = _scales(equation, terms, speed, aircraft)
     return [
         ExpectedDeviation(
             *scale[name][:2], float(value * scale[name][2]), float(deviation * abs(scale[name][2])), scale[name][3]
@@ -157,10 +157,9 @@ def _slope(log: FlightLog, rate: FloatArray, unit: float) -> FloatArray:
 
 
 def _scales(
-    equation: _Equation, terms: list[str], columns: Mapping[str, FloatArray], aircraft: Aircraft | None
+    equation: _Equation, terms: list[str], speed: float, aircraft: Aircraft | None
 ) -> dict[str, tuple[str, str, float, str]]:
     """Name, term, factor and unit of each derivative."""
-    speed = float(np.mean(columns["V"]))
     result = {}
     for name in terms:
         rate = name in ("p", "q", "r")

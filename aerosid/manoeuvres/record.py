@@ -158,7 +158,7 @@ def flight_records(log: FlightLog, settings: FinderSettings) -> tuple[FlightReco
     for first, stop in pairwise(bounds):
         count = int((log.time[stop - 1] - log.time[first]) / interval) + 1
         if count >= 20 and count <= _MOST_SAMPLES:
-            pieces.append(_resampled(log, slice(first, stop), interval, airborne))
+            pieces.append(_resampled(log, slice(first, stop), interval, airborne, settings))
     window = max(1, round(settings.still_window * speed / GRAVITY / interval))
     scales = _surface_scales(log, pieces, window, speed / GRAVITY, settings)
     return tuple(_record(time, channels, air, interval, speed, window, scales) for time, channels, air in pieces)
@@ -169,16 +169,16 @@ _Piece = tuple[FloatArray, dict[str, FloatArray], BoolArray]
 
 def _airborne(log: FlightLog, settings: FinderSettings) -> BoolArray:
     """Where the log flies: above the ground on which it stood, fast enough to carry itself."""
-    speed = log["V"]
+    speed = _bridged(log.time, log["V"], settings)
     known = np.isfinite(speed)
     if "h_agl" in log and np.isfinite(log["h_agl"]).any():
-        return known & (np.nan_to_num(log["h_agl"]) > settings.clear_of_ground)
+        return known & (np.nan_to_num(_bridged(log.time, log["h_agl"], settings)) > settings.clear_of_ground)
     flying = known & (speed > settings.flying_share * float(np.nanpercentile(speed, 95.0)))
     if "h" not in log or not flying.any():
         return flying
     first, last = int(np.flatnonzero(flying)[0]), int(np.flatnonzero(flying)[-1])
     index = np.arange(log.samples)
-    height = log["h"]
+    height = _bridged(log.time, log["h"], settings)
     # Before its first airspeed a recorder stands: the air data computer starts, or its pitot has no pressure yet.
     stood = np.isfinite(height) & (np.nan_to_num(speed) < settings.standing)
     ground = np.full(log.samples, -np.inf)
@@ -197,18 +197,33 @@ def _airborne(log: FlightLog, settings: FinderSettings) -> BoolArray:
     return clear
 
 
-def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray) -> _Piece:
+def _bridged(time: FloatArray, values: FloatArray, settings: FinderSettings) -> FloatArray:
+    """A channel between its own samples, which may be rarer than the log's, but not across a hole in them; (N,)."""
+    at = np.flatnonzero(np.isfinite(values))
+    if at.size < 2 or at.size == values.size:
+        return values
+    steps = np.diff(time[at])
+    reach = settings.hole * float(np.median(steps))
+    filled = np.interp(time, time[at], values[at])
+    filled[(time < time[at[0]] - reach) | (time > time[at[-1]] + reach)] = np.nan
+    for k in np.flatnonzero(steps > reach):
+        filled[at[k] + 1 : at[k + 1]] = np.nan
+    return filled
+
+
+def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray, settings: FinderSettings) -> _Piece:
     """Every channel that is there throughout, averaged over the raster's interval where the log is finer."""
     time = log.time[part]
     raster = time[0] + interval * np.arange(int((time[-1] - time[0]) / interval + 1e-9) + 1)
     width = max(1, round(interval / float(np.median(np.diff(time)))))
     channels: dict[str, FloatArray] = {}
-    for name, values in log.channels.items():
-        held = np.isfinite(values[part])
+    for name in log.channels:
+        values = _bridged(time, log[name][part], settings)
+        held = np.isfinite(values)
         # A channel that is mostly missing says nothing between its samples.
         if (np.count_nonzero(held) < 0.5 * time.size and name not in _NEEDED) or not held.any():
             continue
-        filled = np.interp(time, time[held], values[part][held])
+        filled = np.interp(time, time[held], values[held])
         channels[name] = np.interp(raster, time, uniform_filter1d(filled, width, mode="nearest"))
     there = np.interp(raster, time, airborne[part].astype(np.float64)) > 0.5
     for name in _NEEDED:
