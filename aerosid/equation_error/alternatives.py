@@ -11,11 +11,13 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     effect_candidates,
+    implausibility,
     joined,
     scores,
     term_candidates,
     to_first_order,
 )
+from aerosid.equation_error.design import gain_over
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
 from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, is_told, without
@@ -70,8 +72,9 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
+    price = rules.price(each.hypothesis) + _implausibility_of(selected, each)
     rows = [
-        (rules.price(each.hypothesis) - rules.price(row.hypothesis) - row.behind, row)
+        (price - rules.price(row.hypothesis) - implausibility(row.estimate, row.hypothesis) - row.behind, row)
         for row in in_place_of(selected, each, asked)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
@@ -79,6 +82,16 @@ def _better(
         if better > CLEARLY and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
+
+
+def _implausibility_of(selected: Selected, each: Chosen) -> float:
+    """That of a chosen one at its value in the whole structure."""
+    point = selected.estimate.point
+    names = {active.name for active in each.hypothesis.effects}
+    active = tuple(one for one in point.effects if one.values and one.name in names)
+    if not active:
+        return 0.0
+    return implausibility(replace(selected.estimate, point=replace(point, effects=active)), each.hypothesis)
 
 
 CLEARLY = 1.0
@@ -101,7 +114,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
     candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
     scored = scores(bare, candidates)
-    worth = selected.estimate.log_likelihood - bare.log_likelihood
+    worth = selected.estimate.gain_over(bare)
     order: list[int] = []
     labels: set[tuple[str, str, str]] = set()
     for n in np.argsort(-scored.gains):
@@ -113,10 +126,10 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     rows = []
     for n in order:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        if worth - (trial.log_likelihood - bare.log_likelihood) > 2.0 * settings.alike + 0.3 * worth:
+        if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * settings.alike + 0.3 * worth:
             continue
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
-        behind = worth - (found.log_likelihood - bare.log_likelihood)
+        behind = worth - found.gain_over(bare)
         if behind < settings.alike + 0.03 * worth:
             row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
             rows.append(replace(row, own=float(scored.own[n])))

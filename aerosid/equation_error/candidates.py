@@ -89,6 +89,22 @@ def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 
+CALIBRATED = ("sensor_bias", "sensor_scale")
+"""Kinds whose limits say what instruments in use are off by at most."""
+
+
+def implausibility(found: Estimate, hypothesis: Hypothesis) -> float:
+    """What the size of an instrument's fault takes off ln L: its limit is three standard deviations of what is usual.
+
+    `found`: an estimate with the hypothesis last among its effects.
+    """
+    if hypothesis.kind not in CALIBRATED:
+        return 0.0
+    active = found.point.effects[-1]
+    (parameter, *_), (value, *_) = active.effect.parameters, active.values
+    return 0.5 * (6.0 * (value - parameter.null) / (parameter.highest - parameter.lowest)) ** 2
+
+
 def within_limits(found: Estimate, hypothesis: Hypothesis) -> bool:
     """Whether the numbers of the last hypothesis of an estimate lie inside their limits: at one they prove nothing."""
     if not hypothesis.effects:

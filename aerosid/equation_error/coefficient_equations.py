@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
+from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import as_read, bias
@@ -114,12 +115,14 @@ class CoefficientEquations:
         if any("alpha_dot_hat" in term.variables for _, term in (*free, *model.entries)) or ahead_of(model):
             forces = self._modelled(model, thrusting)
             self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces, columns)
-        known = self._known_loads(model, columns, thrusting)
+        known = self._known_loads(columns, thrusting)
         known["C_m"] = thrust * constants.thrust_z_arm / constants.I_yy
         ahead, below = _shift(model, columns)
         if ahead.any() or below.any():
             lever = self._mass * (ahead * forces["C_Z"] - below * forces["C_X"])
             known["C_m"] = known["C_m"] + lever / constants.I_yy
+        for name, series in self._arms(model, columns, known["C_m"]).items():
+            known[name] = known[name] + series
         held = set(free)
         for entry, value in zip(model.entries, model.values, strict=True):
             if entry not in held and value != 0.0:
@@ -158,22 +161,44 @@ class CoefficientEquations:
         channel = "q" if name == "C_m" else _channel(name)
         return as_read(self._recording, self._effects, channel, series[:, None])[:, 0]
 
-    def _known_loads(
-        self, model: AerodynamicModel, columns: Mapping[str, Array], thrusting: Mapping[str, Array]
-    ) -> dict[str, Array]:
-        """Accelerations at the accelerometers that no free term makes: thrust and lever arms."""
+    def _known_loads(self, columns: Mapping[str, Array], thrusting: Mapping[str, Array]) -> dict[str, Array]:
+        """Accelerations at the accelerometers that no free term makes: thrust and declared lever arms."""
         motion, recording = self._motion, self._recording
-        p, r = columns["p"], columns["r"]
-        offsets = accelerometer_offsets(recording, self._effects, motion.q, motion.q_dot, p, r)
+        offsets = accelerometer_offsets(recording, (), motion.q, motion.q_dot, columns["p"], columns["r"])
         known = dict(thrusting)
         for name in known:
             if _channel(name) in recording.channels:
                 known[name] = known[name] + offsets[_channel(name)]
-        # Sensors keep their places in the aircraft when the centre of gravity moves.
-        ahead, below = _shift(model, columns)
-        known["C_X"] = known["C_X"] + (motion.q**2 + r**2) * ahead - (motion.q_dot + p * r) * below
-        known["C_Z"] = known["C_Z"] - (p * r - motion.q_dot) * ahead + (p**2 + motion.q**2) * below
         return known
+
+    def _arms(self, model: AerodynamicModel, columns: Mapping[str, Array], given: Array) -> dict[str, Array]:
+        """What further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
+
+        With the pitch acceleration of the model's moment and of what is `given` beside it, rad/s^2. The measured one
+        answers the gusts that the forces answer: an arm would be seen where there is none.
+        """
+        motion, recording = self._motion, self._recording
+        ahead, below = _shift(model, columns)
+        placed = any(isinstance(active.effect, PositionEffect) for active in self._effects)
+        if not (placed or ahead.any() or below.any()):
+            return {}
+        turning = given
+        for entry, value in zip(model.entries, model.values, strict=True):
+            if entry[0] == "C_m" and value != 0.0:
+                turning = turning + value * self._accelerations(entry)["C_m"]
+        p, q, r = columns["p"], motion.q, columns["r"]
+        here = accelerometer_offsets(recording, self._effects, q, turning, p, r)
+        declared = accelerometer_offsets(recording, (), q, turning, p, r)
+        # Sensors keep their places in the aircraft when the centre of gravity moves.
+        shifted = {
+            "C_X": (q**2 + r**2) * ahead - (turning + p * r) * below,
+            "C_Z": -(p * r - turning) * ahead + (p**2 + q**2) * below,
+        }
+        for name in shifted:
+            channel = _channel(name)
+            if channel in recording.channels:
+                shifted[name] = shifted[name] + here[channel] - declared[channel]
+        return shifted
 
     def _modelled(self, model: AerodynamicModel, thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Specific forces along x and z as the model gives them, m/s^2.

@@ -93,11 +93,7 @@ def decide(
     point = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
     begun = Selected(estimate(whole, point), ())
     rules = rules_for(asked, begun.estimate.design.target.size, settings.false_alarm, settings.factor_odds)
-    kept, refuted = _standing(_attributed(begun, others, coefficients, rules, told), fitted, told)
-    changed = replaced(kept, others, rules)
-    if changed is not kept:
-        kept, more = _standing(changed, fitted, told)
-        refuted = (*refuted, *more)
+    kept, refuted = _voted(begun, fitted, others, coefficients, rules, told)
     point = kept.estimate.point
     lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
     completed, covariance = with_proved_faults(proved.estimate, lone)
@@ -114,6 +110,35 @@ def decide(
         asked=len(asked),
         refuted=refuted,
     )
+
+
+ROUNDS = 3
+"""Times that the search goes on without what the unseen recordings refused."""
+
+
+def _voted(
+    begun: Selected,
+    fitted: Frame,
+    others: Sequence[Hypothesis],
+    coefficients: Sequence[str],
+    rules: Rules,
+    told: Callable[[str], None],
+) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
+    """What the coefficients lack and every recording can bear; what was refused may have stood in another's place."""
+    refuted: tuple[tuple[str, str, str], ...] = ()
+    whole = begun.estimate.frame
+    found = _attributed(begun, others, coefficients, rules, told)
+    for _ in range(ROUNDS):
+        kept, refused_now = _standing(found, fitted, told)
+        refuted = (*refuted, *refused_now)
+        open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
+        found = replaced(kept, open_, rules)
+        if refused_now:
+            found = forward(found, whole, rules, open_, kinematic=False, coefficients=coefficients, told=told)
+        if {each.hypothesis.label for each in found.chosen} == {each.hypothesis.label for each in kept.chosen}:
+            return kept, refuted
+    kept, refused_now = _standing(found, fitted, told)
+    return kept, (*refuted, *refused_now)
 
 
 def _attributed(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.channels import KINEMATIC
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
+from aerosid.equation_error.instruments import TRENDS
 from aerosid.equation_error.points import Segment
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
@@ -77,10 +78,14 @@ class Design:
 
 @dataclass(frozen=True)
 class Weights:
-    """What the residuals are like: the colour of each equation, the size of each segment's innovations (S,)."""
+    """What the residuals are like: the colour of each equation, the size of each segment's innovations (S,).
+
+    `excess`: the factor in power, by equation, that is in the sizes because it is compared in a space of instruments.
+    """
 
     colours: Mapping[tuple[str, float], Colour]
     sizes: Array
+    excess: Mapping[tuple[str, float], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ class Solution:
 
     `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
     of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike, each
-    segment's in the space of its instruments.
+    segment's in the space of its instruments; `penalty` what the unknowns' prior takes off ln L.
     """
 
     values: Array
@@ -99,6 +104,7 @@ class Solution:
     log_likelihood: float
     whitened: Array = field(repr=False)
     slopes: Array = field(repr=False)
+    penalty: float = 0.0
 
 
 def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
@@ -150,6 +156,7 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         by_group.setdefault(group, []).append(s)
     sizes = np.ones(len(design.segments))
     colours: dict[tuple[str, float], Colour] = {}
+    excess: dict[tuple[str, float], float] = {}
     for (equation, interval), members in by_group.items():
         parts = [residuals[design.rows(s)] for s in members]
         rough = [max(float(np.std(part)), 1e-300) for part in parts]
@@ -158,10 +165,48 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
             longest = settings.memory / interval
         colour = fit_colour(parts, rough, settings.order, longest)
         colours[equation, interval] = colour
-        for s, part in zip(members, parts, strict=True):
-            white = colour.whitened(part[:, None])[:, 0]
-            sizes[s] = max(float(np.sqrt(np.mean(white**2))), design.floors[s], 1e-12)
-    return Weights(colours, sizes)
+        white = {s: colour.whitened(part[:, None])[:, 0] for s, part in zip(members, parts, strict=True)}
+        for s in members:
+            sizes[s] = max(float(np.sqrt(np.mean(white[s] ** 2))), design.floors[s], 1e-12)
+        excess[equation, interval] = _excess(design, members, colour, white, sizes, settings)
+        sizes[members] *= np.sqrt(excess[equation, interval])
+    return Weights(colours, sizes, excess)
+
+
+def _excess(
+    design: Design,
+    members: Sequence[int],
+    colour: Colour,
+    white: Mapping[int, Array],
+    sizes: Array,
+    settings: EquationErrorSettings,
+) -> float:
+    """Power of one equation's whitened residuals in the space of its instruments over their power in all directions.
+
+    A low order does not whiten what is slow altogether, and what the controls move is slow: the noise is that which is
+    left where the equation is compared, with what is usual as prior knowledge (scaled inverse chi squared).
+    """
+    free, power = 0, 0.0
+    for s in members:
+        instruments = design.instruments[s]
+        if instruments is not None:
+            basis = _whitened_basis(colour, instruments)
+            power += float(np.sum((basis.T @ white[s]) ** 2)) / sizes[s] ** 2
+            free += freedom(design, s)
+    if free == 0:
+        return 1.0
+    known = settings.usual_freedom
+    return (power + known * settings.usual_excess) / (free + known)
+
+
+def freedom(design: Design, segment: int) -> int:
+    """Directions in which a segment is compared, less those of its constant and its drifts."""
+    instruments = design.instruments[segment]
+    return 0 if instruments is None else max(instruments.shape[1] - TRENDS, 0)
+
+
+def _whitened_basis(colour: Colour, instruments: Array) -> Array:
+    return np.asarray(np.linalg.qr(colour.whitened(instruments))[0])
 
 
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
@@ -186,15 +231,16 @@ def solve(design: Design, weights: Weights) -> Solution:
     values = covariance @ (x.T @ y)
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
-    prior = float(np.sum((design.precisions * values) ** 2))
+    penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))
     return Solution(
         values,
         covariance,
         residuals,
         weights,
-        log_likelihood(design, innovations, weights, bases) - 0.5 * prior,
+        log_likelihood(design, innovations, weights, bases) - penalty,
         innovations,
         x,
+        penalty,
     )
 
 
@@ -227,20 +273,44 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
 def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
     """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
     return [
-        None if instruments is None else np.asarray(np.linalg.qr(weights.colours[group].whitened(instruments))[0])
+        None if instruments is None else _whitened_basis(weights.colours[group], instruments)
         for group, instruments in zip(design.groups, design.instruments, strict=True)
     ]
 
 
-def gain_over(base: Design, plain: float, found: Solution) -> float:
+def gain_over(base: Design, plain: float, found: Solution, settings: EquationErrorSettings) -> float:
     """Gain in ln L of a solution over a base that lacks something, whose own likelihood is `plain`.
 
-    Where equations are compared in the space of instruments, both are judged by the wider structure's noise: what the
-    base does not explain is no noise, and a few instruments could not tell it from noise by themselves.
+    Where equations are compared in the space of instruments, both are solved with the colours of the wider structure,
+    and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
+    with the prior knowledge of the noise, honest however few the instruments are.
     """
     if all(instruments is None for instruments in base.instruments):
         return found.log_likelihood - plain
-    return found.log_likelihood - solve(base, found.weights).log_likelihood
+    lacking = solve(base, found.weights)
+    bases = whitened_instruments(base, found.weights)
+    return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
+
+
+def _averaged(
+    design: Design, solution: Solution, bases: Sequence[Array | None], settings: EquationErrorSettings
+) -> float:
+    """Ln L at the solution's colours, each equation's size in the space of its instruments integrated out."""
+    total = -solution.penalty
+    powers: dict[tuple[str, float], float] = {}
+    free: dict[tuple[str, float], int] = {}
+    for s, group in enumerate(design.groups):
+        part, basis = solution.whitened[design.rows(s)], bases[s]
+        if basis is None:
+            total -= 0.5 * float(part @ part)
+        else:
+            powers[group] = powers.get(group, 0.0) + float(np.sum((basis.T @ part) ** 2))
+            free[group] = free.get(group, 0) + freedom(design, s)
+    known = settings.usual_freedom
+    for group, power in powers.items():
+        usual = known * settings.usual_excess / solution.weights.excess.get(group, 1.0)
+        total -= 0.5 * (free[group] + known) * float(np.log(power + usual))
+    return total
 
 
 def white_weights(design: Design) -> Weights:

@@ -61,7 +61,7 @@ class Estimate:
 
     def gain_over(self, base: Estimate) -> float:
         """Gain in ln L over the estimate of a structure that lacks something."""
-        return gain_over(base.design, base.log_likelihood, self.solution)
+        return gain_over(base.design, base.log_likelihood, self.solution, self.frame.settings)
 
     def value(self, unknown: Unknown) -> float:
         """The estimate of a linear unknown."""
@@ -145,7 +145,7 @@ def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
     known = dict(zip(found.design.segments, found.solution.weights.sizes, strict=True))
     segments = frame.segments(point)
     sizes = np.array([known[each.recording, each.equation] for each in segments])
-    return Weights(found.solution.weights.colours, sizes)
+    return replace(found.solution.weights, sizes=sizes)
 
 
 def _small(full: Solution, linear: int, step: Array) -> bool:
@@ -156,9 +156,8 @@ def _small(full: Solution, linear: int, step: Array) -> bool:
 def _stepped(
     frame: Frame, point: Point, design: Design, full: Solution, free: Sequence[tuple[int, int]], step: Array
 ) -> tuple[Point | None, Design, Solution]:
-    """The point after the step, shortened until the likelihood does not fall."""
-    start = regress(design, frame.settings, full.weights, rounds=1)
-    before = start.log_likelihood
+    """The point after the step, shortened until the likelihood with the same colours does not fall."""
+    start = solve(design, full.weights)
     share = 1.0
     for _ in range(HALVINGS):
         effects = list(point.effects)
@@ -166,8 +165,8 @@ def _stepped(
             effects[i] = effects[i].beside(k, share * float(change))
         trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
         fresh = design_of(frame.segments(trial), frame.settings)
-        solved = regress(fresh, frame.settings, full.weights)
-        if solved.log_likelihood > before - CLOSE:
+        if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
+            solved = regress(fresh, frame.settings, full.weights)
             return _with_terms(trial, fresh, solved.values), fresh, solved
         share *= 0.4
     return None, design, start

@@ -13,13 +13,14 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     Candidate,
     effect_candidates,
+    implausibility,
     joined,
     scores,
     term_candidates,
     to_first_order,
     within_limits,
 )
-from aerosid.equation_error.design import Weights, gain_over, solve, uncoloured
+from aerosid.equation_error.design import Weights, design_of, gain_over, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
@@ -152,14 +153,13 @@ def _best(
     )
     tried: list[_Trial] = []
     for linear in _ranked(base, [candidates[n] for n in order], rules):
-        if len(tried) == frame.settings.fitted or (tried and linear.worth < tried[0].worth - 6.0):
+        if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
             break
-        found = estimate(frame, joined(base.point, linear.hypothesis), linear.weights, steps=6)
-        price = rules.price(linear.hypothesis)
-        worth = found.log_likelihood - base.log_likelihood - price
-        tried.append(_Trial(worth, found.gain_over(base) - price, found, linear.hypothesis))
-        tried.sort(key=lambda trial: -trial.worth)
-    told("   tried " + ", ".join(f"{t.hypothesis.label} {t.worth:.1f} {t.net:.1f}" for t in tried))
+        found = estimate(frame, _begun(frame, base, linear), linear.weights, steps=6)
+        net = found.gain_over(base) - rules.price(linear.hypothesis) - implausibility(found, linear.hypothesis)
+        tried.append(_Trial(net, found, linear.hypothesis))
+        tried.sort(key=lambda trial: -trial.net)
+    told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
             continue
@@ -171,15 +171,31 @@ def _best(
     return None
 
 
+def _begun(frame: Frame, base: Estimate, linear: _Linear) -> Point:
+    """The point to begin an estimate from: where the regression puts it, or at a trial value that is likelier.
+
+    What one column says of a delay of the length of a control's steps is far off; from there Gauss-Newton goes astray.
+    """
+    aimed = joined(base.point, linear.hypothesis)
+    if not linear.hypothesis.effects:
+        return aimed
+    (active,) = linear.hypothesis.effects
+    trials = [trial for trial in active.effect.parameters[0].trials if trial != active.effect.parameters[0].null]
+    if len(trials) < 2:
+        return aimed
+    points = [aimed]
+    for trial in trials:
+        moved = replace(active, values=(trial, *active.values[1:]))
+        points.append(replace(aimed, effects=(*aimed.effects[:-1], moved)))
+    designs = [design_of(frame.segments(point), frame.settings) for point in points]
+    likelihoods = [solve(design, linear.weights).log_likelihood for design in designs]
+    return points[int(np.argmax(likelihoods))]
+
+
 @dataclass(frozen=True)
 class _Trial:
-    """A hypothesis with all numbers estimated anew.
+    """A hypothesis with all numbers estimated anew; `net`: its gain in ln L beyond its price."""
 
-    `worth`: ln L beyond the base's and the price, each structure with the noise that it shows itself, by which
-    hypotheses are ranked; `net`: the gain beyond the price with the noise of the wider one, which decides.
-    """
-
-    worth: float
     net: float
     estimate: Estimate
     hypothesis: Hypothesis
@@ -187,24 +203,24 @@ class _Trial:
 
 @dataclass(frozen=True)
 class _Linear:
-    """A hypothesis to first order in its numbers, which are set where the regression puts them."""
+    """A hypothesis to first order in its numbers, which are set where the regression puts them; `net` as above."""
 
-    worth: float
+    net: float
     hypothesis: Hypothesis
     weights: Weights
 
 
 def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
-    """Candidates that may pay their price, by their worth to first order with the colour estimated anew."""
+    """Candidates that may pay their price, by their gain to first order with the colour estimated anew."""
     rows = []
     for candidate in candidates:
         solution, hypothesis = to_first_order(base, candidate)
-        price = rules.price(candidate.hypothesis)
-        if gain_over(base.design, base.log_likelihood, solution) - price < NEARLY:
-            continue
-        worth = solution.log_likelihood - base.log_likelihood - price
-        rows.append(_Linear(worth, hypothesis, solution.weights))
-    return sorted(rows, key=lambda row: -row.worth)
+        net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - rules.price(
+            candidate.hypothesis
+        )
+        if net >= NEARLY:
+            rows.append(_Linear(net, hypothesis, solution.weights))
+    return sorted(rows, key=lambda row: -row.net)
 
 
 NEARLY = -4.0

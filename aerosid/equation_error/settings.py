@@ -86,6 +86,13 @@ class EquationErrorSettings:
         periods.
     laguerre_order : int
         Functions of each set: twice an oscillation's two states and a delay.
+    usual_excess : float
+        Power of whitened kinematic residuals in the space of the instruments over their power in all directions, 1,
+        that is expected: four poles do not whiten what is slow. Mean of 40 simulated flights in turbulence with nothing
+        missing (benchmarks/turbulent_flights.py, seeds 4000 to 4039).
+    usual_freedom : float
+        Degrees of freedom that this expectation counts for: about as many as one flight has of its own; the spread over
+        those flights was no wider than that of chi squared.
     least_rise : float
         Fall of R^2, 1, that goes with it at least: less is what the uncertainty of the effect's numbers does.
     """
@@ -116,3 +123,5 @@ class EquationErrorSettings:
     laguerre_order: int = 5
     distinct: float = 0.01
     alike: float = 8.0
+    usual_excess: float = 1.4
+    usual_freedom: float = 20.0

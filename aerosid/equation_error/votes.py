@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.design import design_of
+from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame
 from aerosid.signals.fit_statistics import theil
 
@@ -32,37 +33,52 @@ class Share:
     theil: float
 
 
-def left_over(frame: Frame, found: Estimate) -> dict[tuple[int, str], tuple[Array, Array]]:
-    """What was measured and what is left of it, (n,) each about its mean, of each coefficient and recording.
+@dataclass(frozen=True)
+class LeftOver:
+    """One coefficient of one recording beside what a model says of it, constants free there.
 
-    The model's values are the estimate's own, on every recording.
+    `measured`, `left` (n,) about their means; `uncertain`: the mean square, on such a recording, of what the
+    deviations of the model's numbers do.
+    """
+
+    measured: Array
+    left: Array
+    uncertain: float
+
+
+def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> dict[tuple[int, str], LeftOver]:
+    """What an estimate's own numbers leave of each coefficient of every recording.
+
+    `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
     """
     design = design_of(frame.segments(found.point), frame.settings)
-    shared = {
-        unknown: value
-        for unknown, value in zip(found.design.unknowns, found.solution.values, strict=True)
-        if unknown[0] == "term"
-    }
-    values = np.array([shared.get(unknown, 0.0) for unknown in design.unknowns])
-    own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "one"]
+    known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
+    rows_of = [found.design.unknowns.index(unknown) for unknown in known]
+    terms = [design.unknowns.index(unknown) for unknown in known]
+    covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
+    free = ("one",) if gusts else ("one", "gust")
+    own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
     result = {}
     for s, (recording, equation) in enumerate(design.segments):
         if equation not in COEFFICIENT:
             continue
         rows = design.rows(s)
-        left = design.target[rows] - design.columns[rows] @ values
+        target, slopes = design.target[rows], design.columns[rows][:, terms]
         constant = design.columns[rows][:, own]
-        constant = np.column_stack([np.ones(left.size), constant[:, np.any(constant != 0.0, axis=0)]])
-        left = left - constant @ np.linalg.lstsq(constant, left, rcond=None)[0]
-        result[recording, equation] = (design.target[rows] - design.target[rows].mean(), left)
+        constant = np.column_stack([np.ones(target.size), constant[:, np.any(constant != 0.0, axis=0)]])
+        basis = np.linalg.svd(constant, full_matrices=False)[0][:, : np.linalg.matrix_rank(constant)]
+        left = target - slopes @ found.solution.values[rows_of]
+        left, slopes = left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
+        uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
+        result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
     return result
 
 
 def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
     """R^2 and Theil's coefficient of every coefficient and recording."""
     rows = []
-    for (place, equation), (measured, left) in left_over(frame, found).items():
-        recording = frame.recordings[place]
+    for (place, equation), each in left_over(frame, found).items():
+        recording, measured, left = frame.recordings[place], each.measured, each.left
         spread = max(float(measured @ measured), 1e-300)
         inequality = theil(measured, measured - left)
         rows.append(
@@ -78,19 +94,26 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
 
 
 def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, least: float) -> bool:
-    """Whether an unseen recording's coefficient is predicted worse with an effect.
+    """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
 
-    By more than `doubt` deviations of the mean of the squares, and in R^2 by more than `least`.
+    Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
+    R^2 by more than `least`; what gusts do, which is as good as noise, is taken off both. An effect that one
+    coefficient needs moves the derivatives of the others a little, with what gusts left in them.
     """
-    before, after = left_over(frame, without), left_over(frame, found)
-    for key, (measured, left) in after.items():
-        if frame.recordings[key[0]].fitted:
+    before, after = (left_over(frame, each, gusts=False) for each in (without, found))
+    worse: dict[int, bool] = {}
+    lost: dict[int, float] = {}
+    for (place, equation), each in after.items():
+        if frame.recordings[place].fitted:
             continue
-        worse = left**2 - before[key][1] ** 2
-        rise = float(worse.mean())
-        if rise > doubt * _deviation_of_mean(worse) and rise > least * float(np.mean(measured**2)):
-            return True
-    return False
+        change = each.left**2 - before[place, equation].left ** 2
+        rise, power = float(change.mean()), float(np.mean(each.measured**2))
+        beyond = rise - each.uncertain
+        worse[place] = worse.get(place, False) or (
+            beyond > doubt * _deviation_of_mean(change) and beyond > least * power
+        )
+        lost[place] = lost.get(place, 0.0) + rise / max(power, 1e-300)
+    return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
 def _deviation_of_mean(values: Array) -> float:

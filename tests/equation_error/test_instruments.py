@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from aerosid.equation_error.coloured_regression import colour_of
-from aerosid.equation_error.design import Design, Solution, Weights, solve
+from aerosid.equation_error.design import Design, Solution, Weights, gain_over, regress, solve
 from aerosid.equation_error.instruments import laguerre_functions
+from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
 
@@ -15,7 +16,12 @@ SAMPLES = 4000
 
 
 def solved(target: Array, columns: Array, instruments: Array | None, size: float = 1.0) -> Solution:
-    design = Design(
+    design = design_over(target, columns, instruments)
+    return solve(design, Weights({("alpha", 0.1): colour_of(np.ones(1))}, np.array([size])))
+
+
+def design_over(target: Array, columns: Array, instruments: Array | None) -> Design:
+    return Design(
         ((0, "alpha"),),
         (("alpha", 0.1),),
         np.array([0, target.size]),
@@ -26,7 +32,6 @@ def solved(target: Array, columns: Array, instruments: Array | None, size: float
         np.zeros(1),
         (instruments,),
     )
-    return solve(design, Weights({("alpha", 0.1): colour_of(np.ones(1))}, np.array([size])))
 
 
 def test_laguerre_functions_are_orthogonal_and_of_one_size() -> None:
@@ -62,3 +67,27 @@ def test_a_regressor_that_follows_the_residual_misleads_least_squares_and_not_th
     wide = np.sqrt(1.7 / 0.3)
     assert abs(plain.values[0] - 2.0) > 6.0 * wide * np.sqrt(plain.covariance[0, 0])
     assert abs(found.values[0] - 2.0) < 4.0 * wide * np.sqrt(found.covariance[0, 0])
+
+
+def test_a_gain_is_that_of_the_noise_averaged_over_what_is_known_of_it_and_what_is_left() -> None:
+    generator = np.random.default_rng(6)
+    instruments = generator.standard_normal((80, 9))
+    columns = instruments @ generator.standard_normal((9, 2))
+    target = columns @ np.array([0.3, 0.4]) + generator.standard_normal(80)
+    settings = EquationErrorSettings(usual_excess=1.7, usual_freedom=12.0)
+    wide, narrow = (design_over(target, x, instruments) for x in (columns, columns[:, :1]))
+    found = regress(wide, settings)
+    power = {}
+    for name, x in (("wide", columns), ("narrow", columns[:, :1])):
+        white = found.weights.colours["alpha", 0.1].whitened(np.column_stack([target, x, instruments]))
+        basis = np.linalg.qr(white[:, 1 + x.shape[1] :])[0]
+        along = basis.T @ white[:, : 1 + x.shape[1]]
+        left = along[:, 0] - along[:, 1:] @ np.linalg.lstsq(along[:, 1:], along[:, 0], rcond=None)[0]
+        power[name] = float(left @ left)
+    # A scaled inverse chi squared prior integrated out: Student's t of nine directions less three for the trends.
+    size = found.weights.sizes[0] ** 2 / found.weights.excess["alpha", 0.1]
+    known = 12.0 * 1.7 * size
+    expected = 0.5 * (6 + 12) * np.log((power["narrow"] + known) / (power["wide"] + known))
+    gain = gain_over(narrow, 0.0, found, settings)
+    assert gain == pytest.approx(expected, rel=1e-9)
+    assert gain > 1.0

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 BRIEF = LoopSettings(next_flight=False, linear_analysis=False, paper_chain=False)
 SEEDS = 7000
