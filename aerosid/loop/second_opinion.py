@@ -13,13 +13,20 @@ from aerosid.estimation.open_loop import on_log, respond
 from aerosid.loop.methods import Answer, Question, by_model_error
 from aerosid.loop.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings, Progress
+from aerosid.model_error.swept_model import SweepSettings
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 
-QUICK = ModelErrorSearchSettings(shortlist=3, rounds=4, trial_sweeps=2)
-"""A second opinion may cost a fifth of the loop: half the trial fits, which rank alike where an effect is plain."""
+QUICK = ModelErrorSearchSettings(
+    shortlist=3,
+    rounds=4,
+    trial_sweeps=1,
+    held_trials=True,
+    sweeps=SweepSettings(searches=(0,), first_spread=None, first_memory=3.0, settled=0.1, shown=2.7),
+)
+"""A second opinion may cost a fifth of the loop: few trial fits, the statistics of d(t) sought once a structure."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +88,9 @@ def second_opinion(question: Question, first: Answer, settings: LoopSettings, pr
     errors = _errors(found, flights)
     own = RivalStructure(first.deciding, names, _over_noise(errors, flights))
     try:
-        other = by_model_error(question, replace(settings, model_error=QUICK), lambda _stage: None).found
+        # Where the first answer needs no moving air, its search in d(t) would only cost: d(t) takes in what is left.
+        quick = replace(QUICK, gusts=bool(_disturbances(found)))
+        other = by_model_error(question, replace(settings, model_error=quick), lambda _stage: None).found
     except EstimationError as error:
         return SecondOpinion(False, no_second_opinion(error), role, (own,))
     others = _names(other)
@@ -110,8 +119,13 @@ def no_second_opinion(error: EstimationError) -> str:
 
 def _names(found: Attribution) -> tuple[str, ...]:
     """The named effects, without disturbances and each once."""
-    disturbed = {active.name for active in found.completed.effects if not active.slopes and not active.held}
+    disturbed = _disturbances(found)
     return tuple(sorted(named(label) for label in labels(found.findings) if label[:2] not in disturbed))
+
+
+def _disturbances(found: Attribution) -> set[tuple[str, str]]:
+    """Kind and place of what the air does: statistics without a number that is estimated."""
+    return {active.name for active in found.completed.effects if not active.slopes and not active.held}
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ filter forward, costate backward.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,8 @@ from aerosid.model_error.swept_model import ErrorStatistics, Rows, Sweep, SweepS
 from aerosid.signals.factor_search import search_in_logarithms
 
 Array = NDArray[np.float64]
+
+Cost = Callable[[Sequence[float]], float]
 
 
 class FlightSweeps:
@@ -46,7 +48,9 @@ class FlightSweeps:
         self.flights = FlightsInError(tuple(manoeuvres), tuple(coefficients))
         self.settings = settings or SweepSettings()
 
-    def estimate(self, start: SweptModel, *, search: bool = True, sweeps: int | None = None) -> Sweep:
+    def estimate(
+        self, start: SweptModel, *, search: bool = True, sweeps: int | None = None, polished: bool = True
+    ) -> Sweep:
         """The estimate of a structure: sweeps until no number moves.
 
         Parameters
@@ -57,6 +61,9 @@ class FlightSweeps:
             Whether spreads and memory of d are sought too.
         sweeps : int, optional
             In place of the settings' number.
+        polished : bool
+            Whether one more step is made by the weights of the innovations' own colour, and the deviation of d(t) is
+            wanted.
 
         Raises
         ------
@@ -80,13 +87,13 @@ class FlightSweeps:
                 break
         rows = whitened_rows(self.flights, swept, traced)
         fit = self._regressed(rows)
-        if settings.coloured and any(taps.size > 1 for taps in fit.filters):
+        if polished and settings.coloured and any(taps.size > 1 for taps in fit.filters):
             # The colour of the noise gives its own weights: one more step, by those.
             moved, _ = self._moved(swept, traced, fit.coefficients)
             traced, swept = self._settled(swept, moved, float(rows.target @ rows.target), traced)
             rows = whitened_rows(self.flights, swept, traced)
             fit = self._regressed(rows)
-        _, spread = self._moved(swept, traced, fit.coefficients)
+        _, spread = self._moved(swept, traced, fit.coefficients) if polished else (swept, ())
         return Sweep(swept, rows, fit, fit.cost + rows.log_sum, spread, converged)
 
     def asked(self, sweep: Sweep, entries: Sequence[Entry], effects: Sequence[ActiveEffect]) -> Rows:
@@ -135,11 +142,11 @@ class FlightSweeps:
             effects.append(active.moved(step[place : place + active.slopes]))
             place += active.slopes
         states, forces, deviations = [], [], []
-        for n, (flown, columns) in enumerate(zip(traced, columns_of(swept, traced), strict=True)):
+        for n, flown in enumerate(traced):
             place = free + slopes + STATE_COUNT * n
             states.append(swept.states[n] + step[place : place + STATE_COUNT])
-            target, known, _ = columns
-            residual = np.ascontiguousarray((target - known @ step)[:, :, None])
+            columns = columns_of(swept, flown, n)
+            residual = np.ascontiguousarray((columns[:, :, 0] - columns[:, :, 1:] @ step)[:, :, None])
             error, deviation = smoothed_error(self.flights, n, flown, residual, swept.statistics)
             forces.append(error[:, : len(self.flights.coefficients)] if self.settings.smoothed else swept.forces[n])
             deviations.append(deviation)
@@ -151,11 +158,7 @@ class FlightSweeps:
     def _likeliest(self, swept: SweptModel, traced: Sequence[FlownError]) -> ErrorStatistics:
         """Spreads, memory and the sensors' noise at the maximum of the restricted likelihood, the motion held."""
         settings, statistics = self.settings, swept.statistics
-        columns = [
-            np.ascontiguousarray(np.concatenate([target[:, :, None], known], axis=2))
-            for target, known, _ in columns_of(swept, traced)
-        ]
-
+        columns = [columns_of(swept, flown, n) for n, flown in enumerate(traced)]
         count = len(statistics.spread)
 
         def at(numbers: Sequence[float]) -> ErrorStatistics:
@@ -163,20 +166,31 @@ class FlightSweeps:
             return replace(statistics, spread=tuple(numbers[:count]), memory=float(numbers[count]), gust=air)
 
         def cost(numbers: Sequence[float]) -> float:
-            total, normal = 0.0, 0.0
+            total, normal = 0.0, np.zeros(())
             for n, (flown, block) in enumerate(zip(traced, columns, strict=True)):
                 white = block.copy()
                 total += whiten(self.flights, n, flown, white, at(numbers))
                 flat = white.reshape(-1, white.shape[2])
                 normal = normal + flat.T @ flat
-            return total + _restricted(np.asarray(normal))
+            return total + _restricted(normal)
 
-        start = (*statistics.spread, statistics.memory, *(statistics.gust or ()))
+        # From where a spread is none its slope is none either: what entered may have explained all of one coefficient.
+        start = self._shown(cost, (*statistics.spread, statistics.memory, *(statistics.gust or ())), count)
         limits = [(settings.least_spread, settings.most_spread)] * count
         limits.append((settings.shortest_memory, settings.longest_memory))
         if statistics.gust is not None:
             limits += [(parameter.lowest, parameter.highest) for parameter in gust().parameters]
-        return at(search_in_logarithms(cost, start, limits, least_fall=0.1, turns=settings.turns))
+        numbers = search_in_logarithms(cost, start, limits, 0.1, settings.turns, settings.settled)
+        return at(self._shown(cost, numbers, count))
+
+    def _shown(self, cost: Cost, numbers: Sequence[float], count: int) -> tuple[float, ...]:
+        """The numbers with each of the first `count`, the spreads, at its least where the flights show no more."""
+        numbers, least = tuple(numbers), self.settings.least_spread
+        for place in range(count if self.settings.shown > 0.0 else 0):
+            still = (*numbers[:place], least, *numbers[place + 1 :])
+            if numbers[place] > least and cost(still) < cost(numbers) + self.settings.shown:
+                numbers = still
+        return numbers
 
 
 def _plain_step(rows: Rows) -> tuple[Array, Array]:

@@ -47,7 +47,7 @@ def forward_forces(
     settings = settings or ChainSettings()
     still = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
     try:
-        density = choose_error_density(model, manoeuvres, settings)
+        density = choose_error_density(model, manoeuvres, settings, coarse=True)
         fed = [feed(manoeuvre, settings) for manoeuvre in manoeuvres]
         histories = [estimate_aircraft_error(model, part.flight, part.variance, density, respond=False) for part in fed]
     except EstimationError:

@@ -176,13 +176,15 @@ def choose_error_density(
     manoeuvres: Sequence[Manoeuvre],
     settings: ChainSettings,
     near: NDArray[np.float64] | None = None,
+    *,
+    coarse: bool = False,
 ) -> NDArray[np.float64]:
     """Q2^-1 of the coupled states' equations, (c,): the user's, or the most likely one on the unfiltered channels.
 
     One factor is sought, from 1e-10 to 1 by half decades, on densities in proportion to the mean square of the
     measured state rates in each equation: a model error as large as the motion itself, forgotten within a sample, is
     the upper end. Judged on unfiltered data, whose noise is white; candidates pass through the same estimator, so that
-    coefficients do not hang on this number: it sets how closely d(t) is resolved in time.
+    coefficients do not hang on this number: it sets how closely d(t) is resolved in time. `coarse`: to two decades.
     """
     if settings.error_density is not None:
         return np.array(settings.error_density)
@@ -208,7 +210,8 @@ def choose_error_density(
     # The likelihood has one maximum over the factor: bracket it coarsely, or begin at `near`, then walk to it.
     if near is None:
         best = min(range(0, factors.size, 4), key=cost)
-        best = min(range(max(best - 3, 0), min(best + 4, factors.size)), key=cost)
+        if not coarse:
+            best = min(range(max(best - 3, 0), min(best + 4, factors.size)), key=cost)
     else:
         best = int(np.argmin(np.abs(np.log(factors * shape[0] / near[0]))))
         while (better := min(range(max(best - 1, 0), min(best + 2, factors.size)), key=cost)) != best:

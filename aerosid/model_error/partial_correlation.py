@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
+from scipy import special
 
 from aerosid.errors import UsageError
 from aerosid.signals.noise import autocovariance
@@ -201,21 +201,60 @@ def partial_correlations(
     With the noise model held, rho = t / sqrt(t^2 + nu) for the t-ratio of the candidate's coefficient at nu degrees of
     freedom: partial correlation and significance are one number.
     """
-    columns = fit.whitened(np.asarray(candidates, dtype=np.float64))
-    own = np.sum(columns**2, axis=0)
-    left = columns - fit.basis @ (fit.basis.T @ columns)
-    squares = np.sum(left**2, axis=0)
-    independence = np.divide(squares, own, out=np.zeros_like(own), where=own > 0.0)
+    return correlated_alone(fit, remainders(fit, np.asarray(candidates, dtype=np.float64)), settings, asked)
+
+
+@dataclass(frozen=True)
+class Remainders:
+    """Candidates (N, c) through the filters of a regression, less what its known columns explain.
+
+    Attributes
+    ----------
+    own : (c,) array
+        Squares of each candidate.
+    left : (N, c) array
+        What is left of it.
+    squares : (c,) array
+        Of that.
+    """
+
+    own: Array
+    left: Array
+    squares: Array
+
+    def among(self, places: NDArray[np.int64]) -> Remainders:
+        """Some of them."""
+        return Remainders(self.own[places], self.left[:, places], self.squares[places])
+
+    @property
+    def independence(self) -> Array:
+        """Share of each candidate's squares that the known columns leave."""
+        return np.divide(self.squares, self.own, out=np.zeros_like(self.own), where=self.own > 0.0)
+
+
+def remainders(fit: Coloured, candidates: Array) -> Remainders:
+    """What the known columns of a regression leave of candidates (N, c)."""
+    left = fit.whitened(candidates)
+    own = np.einsum("ij,ij->j", left, left)
+    left -= fit.basis @ (fit.basis.T @ left)
+    return Remainders(own, left, np.einsum("ij,ij->j", left, left))
+
+
+def correlated_alone(
+    fit: Coloured, candidates: Remainders, settings: ColourSettings = ColourSettings(), asked: int | None = None
+) -> PartialCorrelations:
+    """As `partial_correlations`, of what is left of the candidates."""
+    squares, independence = candidates.squares, candidates.independence
     apart = independence > settings.least_independence
-    product = left.T @ fit.white_target
+    product = candidates.left.T @ fit.white_target
     size = np.sqrt(squares * float(fit.white_target @ fit.white_target))
     rho = np.clip(np.divide(product, size, out=np.zeros_like(size), where=apart & (size > 0.0)), -1.0, 1.0)
     nu = max(fit.freedom - 1, 1)
     ratio = rho * np.sqrt(nu / np.maximum(1.0 - rho**2, np.finfo(float).tiny))
     coefficient = np.divide(product, squares, out=np.zeros_like(size), where=apart)
     deviation = np.divide(np.abs(coefficient), np.abs(ratio), out=np.full_like(size, np.inf), where=ratio != 0.0)
-    count = candidates.shape[1] if asked is None else asked
-    p_value = np.minimum(1.0, 2.0 * stats.t.sf(np.abs(ratio), nu) * count)
+    count = squares.size if asked is None else asked
+    p_value = np.minimum(1.0, 2.0 * special.stdtr(nu, -np.abs(ratio)) * count)
     return PartialCorrelations(rho, ratio, coefficient, deviation, independence, np.where(apart, p_value, 1.0))
 
 
@@ -236,17 +275,31 @@ def multiple_correlation(
     The fall of the squares in units of the noise, the coefficients, and the least share of a candidate's squares that
     the known columns leave; nothing is explained where that is too little.
     """
-    filtered = fit.whitened(np.asarray(columns, dtype=np.float64))
-    left = filtered - fit.basis @ (fit.basis.T @ filtered)
-    own, squares = np.sum(filtered**2, axis=0), np.sum(left**2, axis=0)
-    independence = float(np.min(np.divide(squares, own, out=np.zeros_like(own), where=own > 0.0)))
+    return correlated_together(fit, remainders(fit, np.asarray(columns, dtype=np.float64)), settings)
+
+
+WELL_APART = 1e-6
+"""Least eigenvalue of correlations, 0 to 1, from which products lose no more than half of a number's digits."""
+
+
+def correlated_together(
+    fit: Coloured, columns: Remainders, settings: ColourSettings = ColourSettings()
+) -> tuple[float, tuple[float, ...], float]:
+    """As `multiple_correlation`, of what is left of the candidates."""
+    count = columns.own.size
+    independence = float(np.min(columns.independence))
     if independence <= settings.least_independence:
-        return 0.0, (0.0,) * columns.shape[1], max(independence, 0.0)
-    scale = np.sqrt(squares)
-    solution, *_ = np.linalg.lstsq(left / scale, fit.white_target, rcond=1e-8)
-    explained = float(fit.white_target @ (left / scale) @ solution)
+        return 0.0, (0.0,) * count, max(independence, 0.0)
+    scale = np.sqrt(columns.squares)
+    scaled = columns.left / scale
+    products, aims = scaled.T @ scaled, scaled.T @ fit.white_target
+    if np.linalg.eigvalsh(products)[0] > WELL_APART:
+        solution = np.linalg.solve(products, aims)
+    else:
+        solution, *_ = np.linalg.lstsq(scaled, fit.white_target, rcond=1e-8)
+    explained = float(aims @ solution)
     rest = max(float(fit.white_target @ fit.white_target) - explained, np.finfo(float).tiny)
-    gain = explained / rest * max(fit.freedom - columns.shape[1], 1)
+    gain = explained / rest * max(fit.freedom - count, 1)
     return gain, tuple(np.asarray(solution / scale).tolist()), independence
 
 
@@ -295,9 +348,11 @@ def _filtered(columns: Array, groups: Sequence[slice], filters: Sequence[Array],
         return found
     for part, taps, variance in zip(groups, filters, variances, strict=True):
         order = taps.size - 1
-        through = signal.lfilter(taps, [1.0], columns[part], axis=0) if order else columns[part]
-        found[part] = through / np.sqrt(variance)
-        found[part.start : part.start + order] = 0.0
+        rows, length = columns[part], part.stop - part.start
+        through = found[part.start + order : part.stop]
+        for lag, tap in enumerate(taps):
+            through += tap * rows[order - lag : length - lag]
+        through /= np.sqrt(variance)
     return found
 
 

@@ -6,7 +6,8 @@ are estimated, and to those that are only asked about.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,48 +34,57 @@ STATE_COUNT = len(LONGITUDINAL.integrated)
 def whitened_rows(
     flights: FlightsInError,
     swept: SweptModel,
-    traced: Sequence[FlownError],
+    traced: Iterable[FlownError],
     entries: Sequence[Entry] = (),
 ) -> Rows:
-    """The innovations and every column through the same filter."""
-    targets, knowns, others, lengths, channels = [], [], [], [], []
+    """The innovations and every column through the same filter; flights one by one, whose traces need not be kept."""
+    found: list[tuple[Array, NDArray[np.bool_]]] = []
     log_sum = 0.0
-    parts = columns_of(swept, traced, len(entries))
-    for n, (flown, columns) in enumerate(zip(traced, parts, strict=True)):
-        target, known, asked = columns
-        width = known.shape[2]
-        block = np.ascontiguousarray(np.concatenate([target[:, :, None], known, asked], axis=2))
-        log_sum += whiten(flights, n, flown, block, swept.statistics)
-        for i in np.flatnonzero(flown.part.held.any(axis=0)):
-            held = flown.part.held[:, i]
-            lengths.append(int(held.sum()))
-            channels.append((n, int(i)))
-            targets.append(block[held, i, 0])
-            knowns.append(block[held, i, 1 : 1 + width])
-            others.append(block[held, i, 1 + width :])
-    return Rows(
-        np.concatenate(targets), np.concatenate(knowns), np.concatenate(others), tuple(lengths), log_sum,
-        tuple(channels),
-    )  # fmt: skip
-
-
-def columns_of(swept: SweptModel, traced: Sequence[FlownError], asked: int = 0) -> list[tuple[Array, Array, Array]]:
-    """Of each flight (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
-    logs, free, slopes = len(traced), len(swept.free), swept.slopes
-    found = []
     for n, flown in enumerate(traced):
-        block, held = flown.part.block, flown.part.held
-        first = 1 + free + asked + STATE_COUNT
-        acted, forces = first + slopes, len(flown.offsets) - 1
-        target = block[:, :, 0] + block[:, :, acted : acted + forces].sum(axis=2)
-        known = np.zeros((*target.shape, free + slopes + STATE_COUNT * logs))
-        known[:, :, :free] = block[:, :, 1 : 1 + free]
-        known[:, :, free : free + slopes] = block[:, :, first:acted]
-        place = free + slopes + STATE_COUNT * n
-        known[:, :, place : place + STATE_COUNT] = block[:, :, first - STATE_COUNT : first]
-        others = np.concatenate([block[:, :, 1 + free : 1 + free + asked], block[:, :, acted + forces :]], axis=2)
-        found.append((np.where(held, target, 0.0), known, others))
-    return found
+        block = columns_of(swept, flown, n, len(entries))
+        flown = without_columns(flown)
+        log_sum += whiten(flights, n, flown, block, swept.statistics)
+        found.append((block, flown.part.held))
+    channels = [(n, int(i)) for n, (_, held) in enumerate(found) for i in np.flatnonzero(held.any(axis=0))]
+    lengths = tuple(int(found[n][1][:, i].sum()) for n, i in channels)
+    total, width = sum(lengths), 1 + known_count(swept)
+    target, known, asked = (np.empty((total, c)) for c in (1, width - 1, found[0][0].shape[2] - width))
+    first = 0
+    for (n, i), length in zip(channels, lengths, strict=True):
+        block, held = found[n]
+        for whole, part in ((target, slice(1)), (known, slice(1, width)), (asked, slice(width, None))):
+            whole[first : first + length] = block[held[:, i], i, part]
+        first += length
+    return Rows(target[:, 0].copy(), known, asked, lengths, log_sum, tuple(channels))
+
+
+def known_count(swept: SweptModel) -> int:
+    """How many numbers are estimated: free terms, effects' numbers, the initial state of each flight."""
+    return len(swept.free) + swept.slopes + STATE_COUNT * len(swept.states)
+
+
+def columns_of(swept: SweptModel, flown: FlownError, n: int, asked: int = 0) -> Array:
+    """Of flight n (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
+    free, slopes, known = len(swept.free), swept.slopes, known_count(swept)
+    block, held = flown.part.block, flown.part.held
+    first = 1 + free + asked + STATE_COUNT
+    acted, forces = first + slopes, len(flown.offsets) - 1
+    own = 1 + free + slopes + STATE_COUNT * n
+    columns = np.zeros((*held.shape, 1 + known + asked + block.shape[2] - acted - forces))
+    columns[:, :, 0] = np.where(held, block[:, :, 0] + block[:, :, acted : acted + forces].sum(axis=2), 0.0)
+    columns[:, :, 1 : 1 + free] = block[:, :, 1 : 1 + free]
+    columns[:, :, 1 + free : 1 + free + slopes] = block[:, :, first:acted]
+    columns[:, :, own : own + STATE_COUNT] = block[:, :, first - STATE_COUNT : first]
+    columns[:, :, 1 + known : 1 + known + asked] = block[:, :, 1 + free : 1 + free + asked]
+    columns[:, :, 1 + known + asked :] = block[:, :, acted + forces :]
+    return columns
+
+
+def without_columns(flown: FlownError) -> FlownError:
+    """The flight with its linearisation alone: its columns, the greater part, may go."""
+    nothing = flown.part.block[:0]
+    part = replace(flown.part, block=nothing, trace=flown.part.trace._replace(block=nothing))
+    return replace(flown, part=part)
 
 
 def whiten(flights: FlightsInError, n: int, flown: FlownError, block: Array, statistics: ErrorStatistics) -> float:

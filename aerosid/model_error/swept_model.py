@@ -25,8 +25,8 @@ class SweepSettings:
     tolerance : float
         Share of a deviation by which a sweep moves no estimate any more.
     first_spread, first_memory : float
-        Where the search of d's statistics begins: some thousandths of a coefficient, half a second. The maximum that it
-        ends in does not depend on them.
+        Where the search of d's statistics begins: some thousandths of a coefficient (None: the spread of the forward
+        estimate's d), half a second. The maximum that it ends in does not depend on them.
     least_spread, most_spread : float
         Bounds of the spread of d in each coefficient: rounding of a seven-digit log, and a coefficient of order one.
     shortest_memory, longest_memory : float
@@ -37,6 +37,12 @@ class SweepSettings:
         Sweeps before which spreads and memory are sought; the motion moves little after the first two.
     turns : int
         Quasi-Newton steps in the search of spreads and memory.
+    settled : float
+        Fall of -2 ln L by less than which a step of that search is its last; 0: as far as rounding lets it.
+    shown : float
+        Fall of -2 ln L that a spread above the least must bring, else it is the least; 0: none. 2.7 is brought by
+        chance in one of twenty where there is no d (half chi-square, the spread being at its bound: Self & Liang 1987,
+        Journal of the American Statistical Association 82).
     halvings : int
         Of a step that raises the cost.
     colour : ColourSettings
@@ -50,7 +56,7 @@ class SweepSettings:
 
     sweeps: int = 8
     tolerance: float = 0.05
-    first_spread: float = 2e-3
+    first_spread: float | None = 2e-3
     first_memory: float = 0.5
     least_spread: float = 1e-6
     most_spread: float = 1.0
@@ -58,6 +64,8 @@ class SweepSettings:
     longest_memory: float = 3.0
     searches: tuple[int, ...] = (0, 2)
     turns: int = 12
+    settled: float = 0.0
+    shown: float = 0.0
     halvings: int = 4
     colour: ColourSettings = field(default_factory=ColourSettings)
     coloured: bool = True
@@ -162,7 +170,7 @@ class Sweep:
     cost : float
         -2 ln L but for a constant, colour and the number of its coefficients charged.
     deviation : tuple of (N, coefficients) arrays
-        Standard deviation of d(t) of each flight, the estimates taken as known.
+        Standard deviation of d(t) of each flight, the estimates taken as known; none where it was not asked for.
     converged : bool
     """
 

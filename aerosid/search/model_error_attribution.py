@@ -23,7 +23,7 @@ from aerosid.flight_model.flight import simulate_outputs
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.sweep_rows import STATE_COUNT
-from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweptModel
+from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import found_among
 from aerosid.search.model_error_search import Selection, select
@@ -92,9 +92,16 @@ def swept_start(
     variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
     forces = forward_forces(declared, manoeuvres, coefficients, chain)
     first = settings.sweeps
-    statistics = ErrorStatistics((first.first_spread,) * len(coefficients), first.first_memory, variance)
+    spread = (first.first_spread,) * len(coefficients) if first.first_spread is not None else _spread(forces, first)
+    statistics = ErrorStatistics(spread, first.first_memory, variance)
     states = tuple(initial_state(manoeuvre.flight) for manoeuvre in manoeuvres)
     return SweptModel(declared, tuple(free), tuple(given), states, forces, statistics)
+
+
+def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:
+    """Root mean square of d(t) in each coefficient, all flights together."""
+    rms = np.sqrt(np.mean(np.concatenate(forces) ** 2, axis=0))
+    return tuple(np.clip(rms, settings.least_spread, settings.most_spread).tolist())
 
 
 def told_of_unseen(selection: Selection) -> list[str]:

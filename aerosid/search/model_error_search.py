@@ -25,10 +25,10 @@ from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
-from aerosid.model_error.partial_correlation import multiple_correlation, partial_correlations
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, found_among, named
-from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, plain_t_ratios, wald_p_value
+from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
+from aerosid.search.model_error_screening import chords_of, screen
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
 
@@ -93,7 +93,7 @@ def select(
         Where the declared model with its model error cannot be flown.
     """
     search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
-    before = current = search.sweeps.estimate(start)
+    before = current = search.sweeps.estimate(start, polished=not settings.held_trials)
     alternatives: list[Finding] = []
     rounds: list[tuple[Score, ...]] = []
     for n in range(settings.rounds):
@@ -147,17 +147,18 @@ class _Search:
         self.declared = declared
         self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
         self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
+        self.chords = chords_of(self.seen)
         self.asked = len(self.seen)
         self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
         self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
 
-    def open(self, current: Sweep) -> list[Hypothesis]:
-        """Candidates that the structure does not hold yet."""
+    def _open(self, current: Sweep) -> list[int]:
+        """Places of the candidates that the structure does not hold yet."""
         labels = {part.label for part in self.parts(current)}
         labels |= {(*active.name, "") for active in self.declared.effects}
         return [
-            h
-            for h in self.seen
+            place
+            for place, h in enumerate(self.seen)
             if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres, self.settings)
         ]
 
@@ -170,34 +171,12 @@ class _Search:
 
     def scores(self, current: Sweep) -> tuple[Score, ...]:
         """Every open candidate with what its correlation with d(t) is worth, greatest first."""
-        asked = [
-            (hypothesis, hypothesis.by_chord(trial), trial)
-            for hypothesis in (*self.open(current), *at_outliers(current, self.seen, self.manoeuvres, self.settings))
-            for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
-        ]
-        entries = list(dict.fromkeys(entry for _, chord, _ in asked for entry in chord.entries))
-        effects = [active for _, chord, _ in asked for active in chord.effects]
-        rows = self.sweeps.asked(current, entries, effects)
-        single = partial_correlations(current.fit, rows.asked, asked=self.asked)
-        plain = plain_t_ratios(rows.target, rows.asked)
-        place = {entry: n for n, entry in enumerate(entries)}
-        column = len(entries)
-        best: dict[int, Score] = {}
-        for hypothesis, chord, trial in asked:
-            count = sum(active.slopes for active in chord.effects)
-            columns = [place[entry] for entry in chord.entries] + list(range(column, column + count))
-            column += count
-            if len(columns) == 1:
-                ratio = single.ratio[columns[0]] if self.settings.partial else plain[columns[0]]
-                gain = float(ratio**2)
-                step: tuple[float, ...] = (float(single.coefficient[columns[0]]),)
-                independence = float(single.independence[columns[0]])
-            else:
-                gain, step, independence = multiple_correlation(current.fit, rows.asked[:, columns])
-            known = best.get(id(hypothesis))
-            if known is None or gain > known.gain:
-                best[id(hypothesis)] = Score(hypothesis, gain, step, independence, trial)
-        return tuple(sorted(best.values(), key=lambda score: -self._worth(score)))
+        unheld = set(self._open(current))
+        late = at_outliers(current, self.seen, self.manoeuvres, self.settings)
+        chords = [chord for chord in self.chords if chord.of in unheld]
+        chords += [replace(chord, of=chord.of + len(self.seen)) for chord in chords_of(late)]
+        asked = (self.sweeps, current, (*self.seen, *late), chords, self.settings, self.asked)
+        return tuple(sorted(screen(*asked), key=lambda score: -self._worth(score)))
 
     def _worth(self, score: Score) -> float:
         hypothesis = score.hypothesis
@@ -209,7 +188,10 @@ class _Search:
         """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
         trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
         trials += self._in_moving_air(current)
-        for trial in sorted(trials, key=lambda trial: trial.price):
+        for held in sorted(trials, key=lambda trial: trial.price):
+            trial = self._with_own_statistics(current, held)
+            if trial is None:
+                continue
             new = self._new_parts(current, trial.sweep)
             numbers = sum(len(part.std_errors) or 1 for part in new)
             least = 2.0 * self.settings.evidence + numbers * np.log(self.values)
@@ -223,13 +205,23 @@ class _Search:
             others = [
                 self._rival(current, other, trial)
                 for other in trials
-                if other is not trial and other.price - trial.price < self.settings.reach
+                if other is not held and other.price - held.price < self.settings.reach
             ]
-            whole = self.sweeps.estimate(trial.sweep.swept)
+            whole = trial.sweep if self.settings.held_trials else self.sweeps.estimate(trial.sweep.swept)
             if apparent_mass(whole, self.manoeuvres[0]) >= self.settings.apparent_mass:
                 continue
             return whole, [other for other in others if other is not None]
         return None
+
+    def _with_own_statistics(self, current: Sweep, trial: _Trial) -> _Trial | None:
+        """A trial as it is compared with the structure before; None where it is not significant as it stands."""
+        if not self.settings.held_trials or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
+            return trial
+        new = self._new_parts(current, trial.sweep)
+        if not new or self._p_value(trial.sweep, new) > self.settings.false_alarm:
+            return None
+        sweep = self.sweeps.estimate(trial.sweep.swept, polished=False)
+        return replace(trial, sweep=sweep, price=trial.price - trial.sweep.cost + sweep.cost)
 
     def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
         """Whether d(t) becomes smaller in some coefficient, and no larger in any, where it is more than rounding.
@@ -280,8 +272,11 @@ class _Search:
         settings = self.settings
         least = float(special.ndtri(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
         listed: dict[tuple[str, str, str], Score] = {}
+        best = max((self._worth(score) for score in scores if score.hypothesis.is_plain_term), default=0.0)
         for score in scores:
-            if self._worth(score) > settings.least_share * least and len(listed) < settings.shortlist:
+            worth, linear = self._worth(score), settings.held_trials and score.hypothesis.is_plain_term
+            enough = worth > settings.least_share * least and worth >= settings.nearly_best * best * linear
+            if enough and len(listed) < settings.shortlist:
                 listed.setdefault(score.hypothesis.label, score)
         first = max((score.gain for score in listed.values()), default=0.0)
         kinds = {score.hypothesis.kind for score in listed.values()}
@@ -298,10 +293,12 @@ class _Search:
         hypothesis, settings = score.hypothesis, self.settings
         sweeps = []
         starts = self._starts(score)
+        whole = not settings.held_trials
         for start in starts:
             count = settings.trial_sweeps if len(starts) == 1 else 1
+            begun = self._with(current, start)
             try:
-                sweeps.append(self.sweeps.estimate(self._with(current, start), sweeps=count))
+                sweeps.append(self.sweeps.estimate(begun, search=whole, sweeps=count, polished=whole))
             except EstimationError:
                 continue
         if len(starts) > 1 and sweeps:
@@ -320,7 +317,8 @@ class _Search:
         if trials < 2:
             return [score]
         beyond = tuple(np.inf for _ in score.start)
-        return [replace(score, start=beyond, trial=trial) for trial in range(trials)]
+        asked = (score.trial,) if self.settings.held_trials else range(trials)
+        return [replace(score, start=beyond, trial=trial) for trial in asked]
 
     def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
         new = self._new_parts(current, other.sweep)
@@ -381,6 +379,9 @@ class _Search:
         """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
         rows = []
         for part in self.parts(current):
+            if self.settings.held_trials:
+                rows.append((part, part.ratio**2, self._p_value(current, [part])))
+                continue
             try:
                 struck = self.sweeps.estimate(self._without(current, part), sweeps=self.settings.trial_sweeps).cost
             except EstimationError:

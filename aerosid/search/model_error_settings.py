@@ -30,6 +30,13 @@ class ModelErrorSearchSettings:
         Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
     trial_sweeps : int
         Sweeps of a trial fit.
+    held_trials : bool
+        Whether trial fits hold the statistics of d(t) of the structure before them, begin from the best scored start
+        alone, and a part's gain is its Wald statistic: only what then is likeliest is estimated with statistics of its
+        own. A third of the work; ranks are the same where an effect is plain.
+    nearly_best : float
+        Where trials are held: share of the best plain term's first-order worth from which another plain term is tried
+        too, since the ranks of what is linear are those of their fits.
     least_share : float
         Share of the significant gain from which a candidate's first-order gain is worth a fit.
     unlike_share : float
@@ -53,6 +60,9 @@ class ModelErrorSearchSettings:
     apparent_mass : float
         Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
         motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
+    asked_at_once : int
+        Samples times candidates' columns that are screened in one piece: 4e6 are 250 MB with eight channels. It changes
+        no result beyond rounding.
     gusts : bool
         Whether the air may move.
     partial : bool
@@ -68,6 +78,8 @@ class ModelErrorSearchSettings:
     evidence: float = 8.0
     reach: float = 6.0
     trial_sweeps: int = 3
+    held_trials: bool = False
+    nearly_best: float = 0.9
     least_share: float = 0.5
     unlike_share: float = 0.1
     outliers: int = 3
@@ -77,6 +89,7 @@ class ModelErrorSearchSettings:
     least_reduction: float = 0.8
     most_increase: float = 1.5
     apparent_mass: float = 0.3
+    asked_at_once: int = 4_000_000
     gusts: bool = True
     partial: bool = True
     sweeps: SweepSettings = field(default_factory=SweepSettings)

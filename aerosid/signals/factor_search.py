@@ -52,6 +52,7 @@ def search_in_logarithms(
     limits: Sequence[tuple[float, float]],
     least_fall: float,
     turns: int = 40,
+    settled: float = 0.0,
 ) -> Numbers:
     """The numbers at which quasi-Newton steps in the logarithms end: `start` itself where nothing is better.
 
@@ -69,6 +70,8 @@ def search_in_logarithms(
         A fall by less decides nothing.
     turns : int
         Most steps.
+    settled : float
+        A step by which the cost falls by less is the last one; in any case one by 1e-8 of it.
     """
     from scipy.optimize import minimize  # late: most runs search nothing
 
@@ -76,12 +79,14 @@ def search_in_logarithms(
         return cost(tuple(np.exp(logarithms).tolist()))
 
     lowest, highest = np.log(np.array(limits)).T
+    begun = np.clip(np.log(start), lowest, highest)
+    first = cost(start)
     found = minimize(
         along,
-        np.clip(np.log(start), lowest, highest),
+        begun,
         method="L-BFGS-B",
         bounds=list(zip(lowest, highest, strict=True)),
-        options={"maxiter": turns, "ftol": 1e-8, "eps": 1e-4},
+        options={"maxiter": turns, "ftol": max(1e-8, settled / max(abs(first), 1.0)), "eps": 1e-4},
     )
     numbers = tuple(np.exp(found.x).tolist())
-    return numbers if found.fun < cost(start) - least_fall else start
+    return numbers if found.fun < first - least_fall else start
