@@ -29,6 +29,10 @@ from aerosid.flight_model.terms import Term
 Array = NDArray[np.float64]
 
 
+TOUCHED = {"C_L": ("C_X", "C_Z"), "C_D": ("C_X", "C_Z")}
+"""The body-axis equations that a coefficient of the wind axes touches; every other touches its own."""
+
+
 def term_variables(model: AerodynamicModel, motion: Motion, inputs: Array) -> dict[str, Array]:
     """Every variable that a term may name, (N,) each, along a motion."""
     constants = model.constants
@@ -59,20 +63,10 @@ def term_series(term: Term, variables: Mapping[str, Array]) -> Array:
     return values
 
 
-def body_axes(coefficient: str, series: Array, alpha: Array) -> dict[str, Array]:
-    """What a coefficient's term adds to C_X, C_Z and C_m, (N,) each; those it does not touch are left out."""
-    if coefficient == "C_L":
-        return {"C_X": series * np.sin(alpha), "C_Z": -series * np.cos(alpha)}
-    if coefficient == "C_D":
-        return {"C_X": -series * np.cos(alpha), "C_Z": -series * np.sin(alpha)}
-    return {coefficient: series}
-
-
 class CoefficientEquations:
     """The three equations of one recording at one point of the search, before they are brought into the band.
 
-    `target[equation]` (N,) is what is measured less what is known; `column(entry)` gives what one unit of a term adds
-    to each. Both in units of the coefficient.
+    All in units of the coefficient: what is measured, what is known of it, what one unit of a term adds.
     """
 
     def __init__(
@@ -92,6 +86,7 @@ class CoefficientEquations:
                 inputs = self._with_state_effect(active, model, replace_inputs(flight, inputs))
         columns = dict(zip(model.columns, inputs.T, strict=True))
         self.variables = term_variables(model, motion, inputs)
+        self._sine, self._cosine = np.sin(motion.alpha), np.cos(motion.alpha)
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
         constants = model.constants
@@ -128,24 +123,59 @@ class CoefficientEquations:
             if entry not in held and value != 0.0:
                 for name, series in self._accelerations(entry).items():
                     known[name] = known[name] + value * series
-        self.target = {
-            name: (self._measured(name) - self._read(name, series)) * self._in_units[name]
-            for name, series in known.items()
-        }
+        self._known = known
 
-    def column(self, entry: Entry) -> dict[str, Array]:
-        """What one unit of an entry adds to each equation that it touches, (N,)."""
-        return {
-            name: self._read(name, series) * self._in_units[name] for name, series in self._accelerations(entry).items()
-        }
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The equations."""
+        return tuple(self._known)
+
+    def target(self, name: str) -> Array:
+        """What is measured less what is known, (N,)."""
+        return self._beyond(name, self._known[name])
+
+    def columns(self, name: str, entries: Sequence[Entry]) -> tuple[list[Entry], Array]:
+        """The entries that touch an equation, and what one unit of each adds to it, (N, K)."""
+        touching = [entry for entry in entries if name in TOUCHED.get(entry[0], (entry[0],))]
+        if not touching:
+            return [], np.zeros((self._motion.alpha.size, 0))
+        stacked = np.column_stack([self._accelerations(entry)[name] for entry in touching])
+        return touching, self._read(name, stacked) * self._in_units[name][:, None]
+
+    def left(self, values: Mapping[Entry, float]) -> dict[str, Array]:
+        """What terms of some values leave of each equation, (N,)."""
+        totals: dict[str, Array] = {}
+        for entry, value in values.items():
+            if value != 0.0:
+                series = value * self._series(entry)
+                totals[entry[0]] = totals[entry[0]] + series if entry[0] in totals else series
+        said = dict(self._known)
+        for coefficient, series in totals.items():
+            for name, part in self._body_axes(coefficient, series).items():
+                said[name] = said[name] + part * self._force_per_unit[name]
+        return {name: self._beyond(name, series) for name, series in said.items()}
+
+    def _beyond(self, name: str, series: Array) -> Array:
+        """What is measured beyond an acceleration, in units of the coefficient."""
+        left = self._measured(name) - self._read(name, series[:, None])[:, 0]
+        return np.asarray(left * self._in_units[name])
+
+    def _series(self, entry: Entry) -> Array:
+        series = term_series(entry[1], self.variables)
+        return series + self._slopes[entry] if entry in self._slopes else series
+
+    def _body_axes(self, coefficient: str, series: Array) -> dict[str, Array]:
+        """What a coefficient's term adds to C_X, C_Z and C_m, (N,) each; those it does not touch are left out."""
+        if coefficient == "C_L":
+            return {"C_X": series * self._sine, "C_Z": -series * self._cosine}
+        if coefficient == "C_D":
+            return {"C_X": -series * self._cosine, "C_Z": -series * self._sine}
+        return {coefficient: series}
 
     def _accelerations(self, entry: Entry) -> dict[str, Array]:
-        series = term_series(entry[1], self.variables)
-        if entry in self._slopes:
-            series = series + self._slopes[entry]
         return {
             name: part * self._force_per_unit[name]
-            for name, part in body_axes(entry[0], series, self._motion.alpha).items()
+            for name, part in self._body_axes(entry[0], self._series(entry)).items()
         }
 
     def _measured(self, name: str) -> Array:
@@ -158,8 +188,9 @@ class CoefficientEquations:
         return motion.a_x if channel == "a_x" else motion.a_z
 
     def _read(self, name: str, series: Array) -> Array:
+        """Series (N, K) as the equation's sensor reads them."""
         channel = "q" if name == "C_m" else _channel(name)
-        return as_read(self._recording, self._effects, channel, series[:, None])[:, 0]
+        return as_read(self._recording, self._effects, channel, series)
 
     def _known_loads(self, columns: Mapping[str, Array], thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Accelerations at the accelerometers that no free term makes: thrust and declared lever arms."""

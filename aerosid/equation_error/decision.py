@@ -28,6 +28,7 @@ from aerosid.equation_error.selection import (
     with_separation,
     without,
 )
+from aerosid.equation_error.starts import may_separate, of_controls
 from aerosid.equation_error.votes import Share, refused, shares_of
 
 Array = NDArray[np.float64]
@@ -134,7 +135,10 @@ def _voted(
         open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
         found = replaced(kept, open_, rules)
         if refused_now:
-            found = forward(found, whole, rules, open_, kinematic=False, coefficients=coefficients, told=told)
+            most = whole.settings.most
+            found = forward(
+                found, whole, rules, open_, kinematic=False, coefficients=coefficients, most=most, told=told
+            )
         if {each.hypothesis.label for each in found.chosen} == {each.hypothesis.label for each in kept.chosen}:
             return kept, refuted
     kept, refused_now = _standing(found, fitted, told)
@@ -148,20 +152,28 @@ def _attributed(
     rules: Rules,
     told: Callable[[str], None],
 ) -> Selected:
-    """What the coefficients lack; with flow separation first where that is worth more."""
+    """What the coefficients lack; where that is worth more, with the controls first and flow separation second.
+
+    A stall and the stabiliser and thrust that a pilot moves in it bend the coefficients together: powers of alpha that
+    enter one by one would stand in the place of all three. Both ways are compared at the same number of effects.
+    """
     frame = begun.estimate.frame
 
-    def searched(selected: Selected) -> Selected:
-        found = forward(selected, frame, rules, others, kinematic=False, coefficients=coefficients, told=told)
-        return replaced(found, others, rules)
+    def searched(selected: Selected, most: int) -> Selected:
+        return forward(selected, frame, rules, others, kinematic=False, coefficients=coefficients, most=most, told=told)
 
-    found = searched(begun)
-    separated = with_separation(begun, frame, rules, coefficients, told)
-    if separated is not None:
-        separated = searched(separated)
-        if worth(separated, rules) > worth(found, rules):
-            found = separated
-    return found
+    most = frame.settings.most
+    found = begun
+    if may_separate(frame):
+        controls = [hypothesis for hypothesis in others if of_controls(hypothesis)]
+        driven = forward(begun, frame, rules, controls, kinematic=False, most=most, told=told)
+        separated = with_separation(driven, frame, rules, coefficients, told)
+        if separated is not None:
+            separated = searched(separated, most)
+            found = searched(begun, len(separated.chosen))
+            if worth(separated, rules) > worth(found, rules):
+                return replaced(separated, others, rules)
+    return replaced(searched(found, most), others, rules)
 
 
 def worth(selected: Selected, rules: Rules) -> float:

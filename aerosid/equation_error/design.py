@@ -11,18 +11,13 @@ from numpy.typing import NDArray
 from aerosid.equation_error.channels import KINEMATIC
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
 from aerosid.equation_error.instruments import TRENDS
-from aerosid.equation_error.points import Segment
+from aerosid.equation_error.points import Segment, Unknown, value_of
 from aerosid.equation_error.settings import EquationErrorSettings
-from aerosid.flight_model.aerodynamics import CONSTANT
 
 Array = NDArray[np.float64]
 
 HEIGHT = "h"
 """Integrated twice from the accelerometers: what is left of their zeros bends it."""
-
-Unknown = tuple[object, ...]
-"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording),
-("gust", equation) or ("effect", number of the effect, number of its parameter)."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +126,7 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         if each.gust is not None:
             put(("gust", each.equation), s, each.gust)
         for entry, values in each.columns.items():
-            put(("one", entry, each.recording) if entry[1] == CONSTANT else ("term", entry), s, values)
+            put(value_of(entry, each.recording), s, values)
     columns = np.zeros((int(bounds[-1]), len(place)))
     for p, s, values in parts:
         columns[bounds[s] : bounds[s + 1], p] += values

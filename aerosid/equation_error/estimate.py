@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.design import Design, Solution, Unknown, Weights, design_of, gain_over, regress, solve
-from aerosid.equation_error.points import Equations, Point, Segment
+from aerosid.equation_error.channels import COEFFICIENT
+from aerosid.equation_error.design import Design, Solution, Weights, design_of, gain_over, regress, solve
+from aerosid.equation_error.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
@@ -44,6 +45,10 @@ class Frame:
         """The equations at a point."""
         return self._equations.at(point)
 
+    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+        """Residuals (R,) of coefficient equations at a point, the linear unknowns given."""
+        return self._equations.left(point, values)
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -70,8 +75,10 @@ class Estimate:
 
 def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Array:
     """Residuals (R,) at a point with the linear unknowns' values (P,), as ordered in the design."""
-    fresh = design_of(frame.segments(point), frame.settings)
     known = dict(zip(design.unknowns, values, strict=True))
+    if frame.kinds == COEFFICIENT:
+        return frame.left(point, known)
+    fresh = design_of(frame.segments(point), frame.settings)
     chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
     return np.asarray(fresh.target - fresh.columns @ chosen)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,10 +18,14 @@ from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
 
 Array = NDArray[np.float64]
 
+
+Unknown = tuple[object, ...]
+"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording),
+("gust", equation) or ("effect", number of the effect, number of its parameter)."""
 
 KEPT = 24
 """Motions of each recording that are kept: a Gauss-Newton step over ten sensors' numbers asks for as many."""
@@ -116,6 +120,22 @@ class Equations:
                 segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
         return segments
 
+    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+        """Residuals (R,) of the coefficient equations alone where the terms have some values; no column is made."""
+        parts: list[Array] = []
+        for n, recording in enumerate(self._recordings):
+            if not self._fitted[n]:
+                continue
+            motion, _ = self._motion(n, recording, point.effects)
+            equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
+            left = equations.left(
+                {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
+            )
+            names = _ordered(equations)
+            banded = recording.band(np.column_stack([*(left[name] for name in names), motion.gust]))
+            parts.extend(banded[:, i] - values.get(("gust", name), 0.0) * banded[:, -1] for i, name in enumerate(names))
+        return np.concatenate(parts)
+
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
         key = tuple(
             (active.name, active.numbers, active.log)
@@ -139,23 +159,30 @@ class Equations:
         return kept[key]
 
 
+def value_of(entry: Entry, recording: int) -> Unknown:
+    """The unknown that is a term's value on a recording: constants are each recording's own."""
+    return ("one", entry, recording) if entry[1] == CONSTANT else ("term", entry)
+
+
 def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
     """The coefficient equations of one recording in the band, with the columns of the free terms."""
     equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-    names = [name for name in COEFFICIENT if name in equations.target]
-    stacked = [equations.target[name] for name in names]
-    keys: list[tuple[str, Entry | None]] = [(name, None) for name in names]
     beyond = recording.band(motion.gust) if motion.gust.any() else None
-    for entry in point.free:
-        for name, series in equations.column(entry).items():
-            keys.append((name, entry))
-            stacked.append(series)
-    banded = recording.band(np.column_stack(stacked))
-    found = {name: Segment(n, name, banded[:, i], {}, time, 0.0, gust=beyond) for i, name in enumerate(names)}
-    for i, (name, key) in enumerate(keys):
-        if key is not None:
-            found[name].columns[key] = banded[:, i]
-    return list(found.values())
+    touching = {name: equations.columns(name, point.free) for name in _ordered(equations)}
+    banded = recording.band(
+        np.column_stack([part for name, (_, slopes) in touching.items() for part in (equations.target(name), slopes)])
+    )
+    segments, place = [], 0
+    for name, (entries, _) in touching.items():
+        target, *slopes = banded[:, place : place + 1 + len(entries)].T
+        columns = dict(zip(entries, slopes, strict=True))
+        segments.append(Segment(n, name, target, columns, time, 0.0, gust=beyond))
+        place += 1 + len(entries)
+    return segments
+
+
+def _ordered(equations: CoefficientEquations) -> list[str]:
+    return [name for name in COEFFICIENT if name in equations.names]
 
 
 def _floor(recording: Recording, channel: str) -> float:

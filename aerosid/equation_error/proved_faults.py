@@ -110,7 +110,9 @@ def prove_faults(
     frame = Frame(recordings, KINEMATIC, settings)
     none = Selected(estimate(frame, start), ())
     rules = rules_for(asked, none.estimate.design.target.size, settings.false_alarm, settings.factor_odds)
-    found = forward(none, frame, rules, sensors, kinematic=True, admitted=recordings_agree, told=told)
+    found = forward(
+        none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=recordings_agree, told=told
+    )
     found = replaced(found, sensors, rules, recordings_agree)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)

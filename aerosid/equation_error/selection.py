@@ -110,13 +110,17 @@ def forward(
     hypotheses: Sequence[Hypothesis],
     *,
     kinematic: bool,
+    most: int,
     coefficients: Sequence[str] = (),
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
-    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again."""
+    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
+
+    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for.
+    """
     refused: set[tuple[str, str, str]] = set()
-    while len(selected.chosen) < frame.settings.most:
+    while len(selected.chosen) < most:
         best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients)
         if best is None:
             return selected

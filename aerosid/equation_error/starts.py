@@ -17,6 +17,7 @@ from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.candidates import joined
 from aerosid.equation_error.design import design_of, regress
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns
+from aerosid.equation_error.instruments import CONTROLS
 from aerosid.equation_error.recording import Recording
 
 Array = NDArray[np.float64]
@@ -90,11 +91,26 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
     return float(at[EDGE + int(np.argmax(gain))])
 
 
+def may_separate(frame: Frame) -> bool:
+    """Whether alpha spans enough on a fitted recording to show flow separation."""
+    return any(
+        float(np.ptp(r.channels["alpha"])) >= frame.settings.separation_range for r in frame.recordings if r.fitted
+    )
+
+
+def of_controls(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is the plain effect of a recorded control or of thrust on a coefficient."""
+    if len(hypothesis.entries) != 1 or hypothesis.effects:
+        return False
+    factors = hypothesis.entries[0][1].factors
+    return len(factors) == 1 and factors[0].power == 1 and factors[0].variable.startswith((*CONTROLS, "C_T"))
+
+
 def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
     """Flow separation from several starts, the likeliest first; none where alpha spans too little to show any."""
-    alphas = [r.channels["alpha"] for r in frame.recordings if r.fitted]
-    if max(float(np.ptp(alpha)) for alpha in alphas) < frame.settings.separation_range:
+    if not may_separate(frame):
         return []
+    alphas = [r.channels["alpha"] for r in frame.recordings if r.fitted]
     drag, lift, moment = coefficients
     highest = max(float(np.max(alpha)) for alpha in alphas)
     effect = flow_separation(highest, lift, (drag, moment))
