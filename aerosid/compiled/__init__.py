@@ -52,6 +52,11 @@ class Kernel:
         return merge_into_callers(dispatcher, self.optimised) if self._merged else dispatcher
 
     @property
+    def options(self) -> dict[str, Any]:
+        """The options that its dispatcher has, known before one is made."""
+        return {"boundscheck": None, "nopython": True, **self._options}
+
+    @property
     def _numba_type_(self) -> Any:
         """What numba takes this for where a compiled function names it."""
         return self.dispatcher._numba_type_

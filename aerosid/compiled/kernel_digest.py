@@ -31,7 +31,7 @@ def kernel_digest(kernel: Callable[..., Any]) -> str:
     UnknownContentError
         Where it refers to an object of a kind whose content is not known here.
     """
-    return _function_digest(kernel, ())
+    return _Digests().of(kernel, ())
 
 
 def sha256_of(text: str) -> str:
@@ -39,69 +39,84 @@ def sha256_of(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _function_digest(function: Any, callers: tuple[Any, ...]) -> str:
-    options = ""
-    if isinstance(function, Kernel) or is_jitted(function):
-        options = repr(sorted((name, repr(value)) for name, value in function.targetoptions.items()))
-        if isinstance(function, Kernel) and function.optimised:
-            options += " optimised before it is merged"
-        function = function.py_func
-    if function in callers:
-        return f"recursion {len(callers) - callers.index(function)}"
-    inside = (*callers, function)
-    closed = [_content(cell.cell_contents, inside) for cell in function.__closure__ or ()]
-    defaults = _content((function.__defaults__, tuple(sorted((function.__kwdefaults__ or {}).items()))), inside)
-    own = _code(function.__code__, function.__doc__, function.__globals__, inside)
-    return sha256_of("\n".join((function.__qualname__, options, own, defaults, *closed)))
+class _Digests:
+    """Digests of what one kernel refers to: each function's is found once, but where it calls one of its callers."""
 
+    def __init__(self) -> None:
+        self._found: dict[FunctionType, tuple[str, str]] = {}
+        self._recursions = 0
 
-def _code(code: CodeType, doc: str | None, known: dict[str, Any], callers: tuple[Any, ...]) -> str:
-    parts = [
-        code.co_code.hex(),
-        repr((code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)),
-        repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)),
-    ]
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            parts.append(_code(constant, None, known, callers))
-        elif constant is not doc:
-            parts.append(_content(constant, callers))
-    for name in code.co_names:
-        if name in known:
-            value = known[name]
-            # Of a module of ours each attribute that is used counts; co_names does not say whose an attribute is.
-            members = [value]
-            if isinstance(value, ModuleType) and value.__name__.partition(".")[0] == __name__.partition(".")[0]:
-                members = [getattr(value, attribute) for attribute in code.co_names if hasattr(value, attribute)]
-            parts.extend(f"{name} {_content(member, callers)}" for member in members)
-    return sha256_of("\n".join(parts))
+    def of(self, function: Any, callers: tuple[Any, ...]) -> str:
+        """Of a function, `callers` being those on the way to it."""
+        options = ""
+        if isinstance(function, Kernel) or is_jitted(function):
+            # A dispatcher for each helper of a kernel that is only loaded would cost more than the loading.
+            given = function.options if isinstance(function, Kernel) else function.targetoptions
+            options = repr(sorted((name, repr(value)) for name, value in given.items()))
+            if isinstance(function, Kernel) and function.optimised:
+                options += " optimised before it is merged"
+            function = function.py_func
+        if function in callers:
+            self._recursions += 1
+            return f"recursion {len(callers) - callers.index(function)}"
+        if function in self._found and self._found[function][0] == options:
+            return self._found[function][1]
+        before, inside = self._recursions, (*callers, function)
+        closed = [self._content(cell.cell_contents, inside) for cell in function.__closure__ or ()]
+        preset = (function.__defaults__, tuple(sorted((function.__kwdefaults__ or {}).items())))
+        defaults = self._content(preset, inside)
+        own = self._code(function.__code__, function.__doc__, function.__globals__, inside)
+        digest = sha256_of("\n".join((function.__qualname__, options, own, defaults, *closed)))
+        if self._recursions == before:  # else it says from where it was asked
+            self._found[function] = options, digest
+        return digest
 
+    def _code(self, code: CodeType, doc: str | None, known: dict[str, Any], callers: tuple[Any, ...]) -> str:
+        parts = [
+            code.co_code.hex(),
+            repr((code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)),
+            repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)),
+        ]
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                parts.append(self._code(constant, None, known, callers))
+            elif constant is not doc:
+                parts.append(self._content(constant, callers))
+        for name in code.co_names:
+            if name in known:
+                value = known[name]
+                # Of a module of ours each attribute that is used counts; co_names does not say whose an attribute is.
+                members = [value]
+                if isinstance(value, ModuleType) and value.__name__.partition(".")[0] == __name__.partition(".")[0]:
+                    members = [getattr(value, attribute) for attribute in code.co_names if hasattr(value, attribute)]
+                parts.extend(f"{name} {self._content(member, callers)}" for member in members)
+        return sha256_of("\n".join(parts))
 
-def _content(value: Any, callers: tuple[Any, ...]) -> str:
-    """A text that is another wherever the value is another for a compiled kernel."""
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | type(...)):
-        return f"{type(value).__name__} {value!r}"
-    if isinstance(value, np.ndarray):
-        return f"array {value.dtype.str} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
-    if isinstance(value, type):
-        return _class_content(value)
-    if isinstance(value, tuple):
-        return f"{_class_content(type(value))} ({', '.join(_content(item, callers) for item in value)})"
-    if isinstance(value, frozenset):
-        return f"frozenset ({', '.join(sorted(_content(item, callers) for item in value))})"
-    if isinstance(value, FunctionType) and value.__module__.partition(".")[0] in ("numpy", "numba"):
-        return f"{value.__module__}.{value.__qualname__}"  # whose versions are in the key
-    if isinstance(value, FunctionType | Kernel) or is_jitted(value):
-        return _function_digest(value, callers)
-    if isinstance(value, ModuleType):
-        return f"module {value.__name__}"
-    if isinstance(value, BuiltinFunctionType | np.ufunc):
-        return f"builtin {value.__name__}"
-    if isinstance(value, numba.types.Type):
-        return f"type {value}"
-    if isinstance(getattr(value, "__wrapped__", None), FunctionType):  # functions of numpy's array protocol
-        return f"{value.__module__}.{value.__qualname__}"
-    raise UnknownContentError(f"{type(value).__qualname__} {value!r}")
+    def _content(self, value: Any, callers: tuple[Any, ...]) -> str:
+        """A text that is another wherever the value is another for a compiled kernel."""
+        if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | type(...)):
+            return f"{type(value).__name__} {value!r}"
+        if isinstance(value, np.ndarray):
+            return f"array {value.dtype.str} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
+        if isinstance(value, type):
+            return _class_content(value)
+        if isinstance(value, tuple):
+            return f"{_class_content(type(value))} ({', '.join(self._content(item, callers) for item in value)})"
+        if isinstance(value, frozenset):
+            return f"frozenset ({', '.join(sorted(self._content(item, callers) for item in value))})"
+        if isinstance(value, FunctionType) and value.__module__.partition(".")[0] in ("numpy", "numba"):
+            return f"{value.__module__}.{value.__qualname__}"  # whose versions are in the key
+        if isinstance(value, FunctionType | Kernel) or is_jitted(value):
+            return self.of(value, callers)
+        if isinstance(value, ModuleType):
+            return f"module {value.__name__}"
+        if isinstance(value, BuiltinFunctionType | np.ufunc):
+            return f"builtin {value.__name__}"
+        if isinstance(value, numba.types.Type):
+            return f"type {value}"
+        if isinstance(getattr(value, "__wrapped__", None), FunctionType):  # functions of numpy's array protocol
+            return f"{value.__module__}.{value.__qualname__}"
+        raise UnknownContentError(f"{type(value).__qualname__} {value!r}")
 
 
 def _class_content(kind: type) -> str:

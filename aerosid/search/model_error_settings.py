@@ -61,7 +61,7 @@ class ModelErrorSearchSettings:
         Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
         motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
     asked_at_once : int
-        Samples times candidates' columns that are screened in one piece: 4e6 are 250 MB with eight channels. It changes
+        Samples times candidates' columns that are screened in one piece: 1e6 are 64 MB with eight channels. It changes
         no result beyond rounding.
     gusts : bool
         Whether the air may move.
@@ -89,7 +89,7 @@ class ModelErrorSearchSettings:
     least_reduction: float = 0.8
     most_increase: float = 1.5
     apparent_mass: float = 0.3
-    asked_at_once: int = 4_000_000
+    asked_at_once: int = 1_000_000
     gusts: bool = True
     partial: bool = True
     sweeps: SweepSettings = field(default_factory=SweepSettings)
