@@ -110,25 +110,34 @@ def _stretches(
 ) -> list[tuple[int, int]]:
     """Lively runs, joined where the pause is short or the surface is held away from where it was before."""
     joined: list[tuple[int, int]] = []
-    for first, last in lively:
-        if joined and _one_input(record, surface, joined[-1], first, settings):
-            joined[-1] = joined[-1][0], last
-        else:
-            joined.append((first, last))
+    for run in lively:
+        relation = _relation(record, surface, joined[-1], run, settings) if joined else "apart"
+        if relation == "one input":
+            joined[-1] = joined[-1][0], run[1]
+        elif relation == "apart":
+            joined.append(run)
     return joined
 
 
-def _one_input(
-    record: FlightRecord, surface: Surface, run: tuple[int, int], following: int, settings: FinderSettings
-) -> bool:
-    pause = following - run[1]
+def _relation(
+    record: FlightRecord, surface: Surface, run: tuple[int, int], following: tuple[int, int], settings: FinderSettings
+) -> str:
+    """What a lively run is to the one before it: one input, apart, or aside: the air's, while the surface is held."""
+    pause = following[0] - run[1]
     if pause > record.samples(settings.longest_hold, run[0]):
-        return False
+        return "apart"
     before = _level_before(record, surface, run[0], settings)
-    moved = np.abs(surface.deflection[run[0] : run[1] + 1] - before)
-    held = abs(float(np.median(surface.deflection[run[1] : following + 1])) - before)
-    away = held > settings.lead_share * float(moved.max()) and held > surface.rest
-    return away or (pause <= record.samples(settings.still_window, run[0]) and float(moved.max()) > surface.rest)
+    moved = float(np.abs(surface.deflection[run[0] : run[1] + 1] - before).max())
+    # An answer lags its input by up to half the lead-in.
+    early = max(run[1], following[0] - record.samples(settings.lead_in, run[0]) // 2)
+    moves = float(np.ptp(surface.deflection[early : following[1] + 1]))
+    held = abs(float(np.median(surface.deflection[run[1] : following[0] + 1])) - before)
+    away = held > settings.lead_share * moved and held > surface.rest
+    near = pause <= record.samples(settings.still_window, run[0]) and moved > surface.rest
+    # Hands and air make small movements before a test; they are no part of it.
+    if not (away or near) or moved < settings.like_level * moves:
+        return "apart"
+    return "one input" if near or moves >= settings.like_level * moved else "aside"
 
 
 def _nearest(away: FloatArray, window: int) -> float:

@@ -20,7 +20,7 @@ STANDARD_SHAPES = ("doublet", "211", "3211", "sweep", "multisine")
 
 _SHORT_SHAPES = ("doublet", "211", "3211")
 _PUSH_OVER_MOVEMENTS = 3
-_TO_AND_FRO = 2  # pulses of a step that is taken back beyond the trim; more are a train
+_RECOVERED = 3  # pulses of a step, the push and the pull after it; more are a train
 
 LONG_SHAPES = ("sweep", "multisine")
 """Those that continuous activity of a pilot or an autopilot may be taken for."""
@@ -72,6 +72,7 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
         return f"the airspeed changes by {slope:.3f} g before it"
     flat = held_share(record, excursion, settings)
     train = len(shape.lobes) >= 3 and even_steps(shape, settings) and strength >= 1.0
+    train = train and not _outlasted(record, excursion, shape, settings)
     if not train and len(shape.lobes) <= 3 and shape.square >= settings.plain and change >= settings.clear_step:
         if (turned := _path_change(record, excursion)) > 1.5 * settings.path_change:
             return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
@@ -83,12 +84,20 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
     if len(shape.lobes) == 1 and flat >= settings.flat_pulse:
         if not _released(record, excursion, settings):
             return "the elevator is not left alone after it: a correction"
+        if (turned := _path_change(record, excursion)) > 1.5 * settings.path_change:
+            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
         return found("elevator_pulse", excursion.last)
     if even_steps(shape, settings):
         if (turned := _path_change(record, excursion)) > settings.path_change:
             return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
-        return found("steps" if len(shape.lobes) > _TO_AND_FRO else "short_period")
+        return found("steps" if train else "short_period")
     return "the elevator is flown by hand: neither steps nor a known input"
+
+
+def _outlasted(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> bool:
+    """Whether the first of few steps is held until its answer is over: what follows is the recovery from it."""
+    longest = settings.step_held * float(record.unit[excursion.first])
+    return len(shape.lobes) <= _RECOVERED and shape.widths[0] > longest
 
 
 def _released(record: FlightRecord, excursion: Excursion, settings: FinderSettings) -> bool:
@@ -279,6 +288,8 @@ def stall_approaches(record: FlightRecord, settings: FinderSettings) -> list[Str
         if drop < settings.stall_drop:
             continue
         begin = _begin_of_slowing(speed, first)
+        if record["V"][slowest] > (1.0 - settings.stall_loss) * speed[begin]:
+            continue
         end = _recovered(record, speed, slowest, float(speed[begin]), settings)
         detail = {"slowest": float(record["V"][slowest]), "nose_drop": drop}
         detail["deceleration"] = float((speed[begin] - speed[slowest]) / max(1, slowest - begin) / record.interval)

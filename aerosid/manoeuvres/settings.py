@@ -144,7 +144,10 @@ class FinderSettings:
     stall_slowing : (float, float)
         g; mean deceleration of an approach to the stall; 1 kt/s is 0.052 (CS 25.201).
     stall_least : float
-        V/g; shortest deceleration.
+        V/g; shortest deceleration: to lose 0.12 of the airspeed at 1 kt/s takes 2.3 (CS 25.103(b), 25.201(c)).
+    stall_loss : float
+        Of the airspeed at its beginning: what it loses at least. Stalls are approached from 1.13 times the stalling
+        speed or more (CS 25.103(b)), which is a loss of 0.12; half of it is asked, as many end at the warning.
     stall_drop : float
         rad; by how much the nose drops, or is lowered, at its end.
     steady_speed : float
@@ -172,6 +175,9 @@ class FinderSettings:
         Smallest over largest level of a train of steps.
     held : float
         Least share of a single step in which the surface is held.
+    step_held : float
+        V/g; a first step that is held longer has shown its short period, whose period is shorter, and what follows is
+        the recovery: no train of steps. Asked for by the Citation's short period, which is no evidence for it.
     held_travel : float
         Of the amplitude: by what a held surface may travel in 0.1 V/g.
     flat_pulse : float
@@ -266,7 +272,8 @@ class FinderSettings:
     dutch_roll_lobes: int = 4
     roll_change: float = 0.6
     stall_slowing: tuple[float, float] = (0.004, 0.2)
-    stall_least: float = 1.0
+    stall_least: float = 2.0
+    stall_loss: float = 0.06
     stall_drop: float = 0.05
     push_over_least: float = 0.25
     push_over: float = 0.5
@@ -283,6 +290,7 @@ class FinderSettings:
     stepwise: float = 0.75
     like_level: float = 0.4
     held: float = 0.45
+    step_held: float = 0.8
     held_travel: float = 0.15
     flat_pulse: float = 0.8
     clear_pulse: float = 0.5

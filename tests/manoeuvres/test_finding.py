@@ -253,6 +253,40 @@ def test_a_correction_of_the_autopilot_is_no_pulse() -> None:
     assert "elevator_pulse" not in _kinds_of(flight)
 
 
+@pytest.mark.parametrize("seed", [1, 3])
+def test_what_hands_and_air_do_before_a_test_does_not_hide_it(seed: int) -> None:
+    """Gusts pitch the aircraft while the autopilot's elevator wanders: no part of the step that follows."""
+    flight = Flight(AIRLINER, seed=seed, turbulence=0.008)
+    flight.cruise(10.0)
+    fly_test(flight, "short_period", 1.0, 0.6, delta_e=stepwise([(1.0, -0.024)]))
+    flight.cruise(8.0)
+    start = flight.truth[0][1]
+    found = [entry for entry in find_manoeuvres(flight.log()).dynamic if entry.kind == "short_period"]
+    assert [abs(entry.start - start) < 0.3 * flight.unit for entry in found] == [True]
+
+
+def test_a_step_that_outlasts_its_answer_and_its_recovery_are_a_short_period() -> None:
+    """Steps as long as a short period's are a train; a first one longer than any short period is held on purpose."""
+    kinds = []
+    for widths in ((0.5, 0.5, 0.5), (1.0, 0.9, 0.4)):
+        flight = Flight(JET, seed=15)
+        flight.cruise(8.0)
+        levels = list(zip(widths, (-0.015, 0.015, -0.015), strict=True))
+        fly_test(flight, "steps", sum(widths), 1.0, delta_e=stepwise(levels))
+        flight.cruise(8.0)
+        kinds += _kinds_of(flight)
+    assert kinds == ["steps", "short_period"]
+
+
+def test_a_train_of_steps_that_slows_the_aircraft_is_no_approach_to_the_stall() -> None:
+    """In a flight that is nowhere slow its own test holds the highest angle of attack."""
+    flight = Flight(JET, seed=15)
+    flight.cruise(8.0)
+    fly_test(flight, "steps", 1.5, 0.3, delta_e=stepwise([(0.5, -0.015), (0.5, 0.015), (0.5, -0.015)]))
+    flight.cruise(8.0)
+    assert _kinds_of(flight) == ["steps"]
+
+
 def test_a_push_over_and_an_approach_to_the_stall() -> None:
     flight = Flight(JET, seed=6)
     flight.cruise(8.0)
