@@ -47,12 +47,13 @@ def of_sensors(hypothesis: Hypothesis) -> bool:
     )
 
 
-LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
-"""By unit; a channel that is further off is wrong and not biased."""
+LARGEST_BIAS = {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
+"""By unit; a channel that is further off is wrong and not biased. Airspeed: three times the 5 kt of 14 CFR 25.1323."""
 
 
-LARGEST_SCALE = {"rad": 0.4, "m/s": 0.4, "m": 0.4}
-"""Share by which a scale may be off, by the channel's unit: vanes and probes see the aircraft's own flow."""
+LARGEST_SCALE = {"rad": 0.4, "m/s": 0.1, "m": 0.4}
+"""Share by which a scale may be off, by the channel's unit: vanes see the aircraft's own flow; airspeed three times the
+3 % of 14 CFR 25.1323."""
 
 LARGEST_INERTIAL_SCALE = 0.15
 """The same of every other channel, accelerometers and gyros: they are calibrated on the ground, against gravity."""

@@ -41,7 +41,7 @@ class EquationErrorDecision:
     Attributes
     ----------
     findings : tuple of EvidenceFinding
-        Those of kinematics first, then by gain.
+        Those of kinematics by certainty, then the others by gain.
     alternatives : tuple of Alternative
         What could stand in place of a finding.
     before, completed : Estimate

@@ -65,7 +65,7 @@ class EvidenceFinding:
 
 
 def findings_of(found: Estimate, covariance: Array, chosen: Sequence[Chosen]) -> tuple[EvidenceFinding, ...]:
-    """The chosen with their numbers and corrected deviations, those of kinematics first, then by gain."""
+    """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain."""
     deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
     rows = []
@@ -86,7 +86,12 @@ def findings_of(found: Estimate, covariance: Array, chosen: Sequence[Chosen]) ->
                     EvidenceFinding(hypothesis, active, active.values[0], errors[0], errors, each.gain, witness)
                 )
                 break
-    return tuple(sorted(rows, key=lambda row: (row.witness != "kinematics", -row.gain)))
+    return tuple(sorted(rows, key=_rank))
+
+
+def _rank(row: EvidenceFinding) -> tuple[bool, float]:
+    """Of instruments' faults the most certain first: which of them entered first depends on what else was missing."""
+    return (False, -row.ratio) if row.witness == "kinematics" else (True, -row.gain)
 
 
 def weakest(found: Estimate, chosen: Sequence[Chosen]) -> Chosen | None:
