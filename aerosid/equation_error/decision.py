@@ -28,6 +28,7 @@ from aerosid.equation_error.selection import (
     with_separation,
     without,
 )
+from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
 from aerosid.equation_error.starts import may_separate, of_controls
 from aerosid.equation_error.votes import Share, refused, shares_of
 
@@ -58,6 +59,8 @@ class EquationErrorDecision:
         Hypotheses.
     refuted : tuple of (kind, where, term)
         What the validation recordings refused.
+    damping : SharedDamping or None
+        What the completed C_m q_hat holds of an undeclared C_m alpha_dot_hat.
     """
 
     findings: tuple[EvidenceFinding, ...]
@@ -70,6 +73,7 @@ class EquationErrorDecision:
     shares: tuple[tuple[Share, Share], ...]
     asked: int
     refuted: tuple[tuple[str, str, str], ...]
+    damping: SharedDamping | None = None
 
 
 def decide(
@@ -110,6 +114,7 @@ def decide(
         shares=tuple(zip(shares_of(whole, before), shares_of(whole, completed), strict=True)),
         asked=len(asked),
         refuted=refuted,
+        damping=shared_damping(lone),
     )
 
 

@@ -12,6 +12,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
+from aerosid.equation_error.shared_damping import USUAL, SharedDamping
 from aerosid.errors import AircraftError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -19,6 +20,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
 from aerosid.loop.settings import LoopSettings, Method, Progress
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.final_significance import significant
@@ -189,7 +191,8 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
     """The coefficients' decision, given what kinematics prove of the instruments."""
     progress("tracing the residual")
     coefficients = question.aircraft.coefficients
-    found = attribute_by_equations(decide(faults, coefficients), question.manoeuvres)
+    decision = decide(faults, coefficients)
+    found = attribute_by_equations(decision, question.manoeuvres)
     search = StructureSearch(
         question.manoeuvres,
         question.hypotheses(settings.catalogue),
@@ -198,7 +201,19 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         settings.attribution,
         question.declared,
     )
-    return Answer(found, search, deciding="equations")
+    notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
+    return Answer(found, search, notes=notes, deciding="equations")
+
+
+def told_of_damping(damping: SharedDamping) -> str:
+    """What these manoeuvres do not say of C_m q_hat."""
+    least, most = damping.parts
+    return (
+        f"C_m q_hat, {number(damping.value)}, is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
+        f"that the model may lack, of whose column these manoeuvres show only {number(100.0 * damping.own)} % apart "
+        f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
+        f"{number(least)} to {number(most)}; the bound does not count that."
+    )
 
 
 def _declared_estimate(question: Question, settings: LoopSettings, progress: Progress) -> Refinement:
