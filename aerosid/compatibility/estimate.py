@@ -17,12 +17,6 @@ from aerosid.signals.residual_covariance import coloured_covariance_groups, publ
 
 Array = NDArray[np.float64]
 
-FEWEST_STRETCHES = 4
-"""Up to so many, initial states stand beside the faults in the corrected covariance; of more they are taken out."""
-
-QUICK_SHORTFALL = 1.15
-"""By how much the published correction falls short on records of some hundred samples."""
-
 
 @dataclass(frozen=True)
 class FitSettings:
@@ -38,13 +32,28 @@ class FitSettings:
         Fall of -2 ln L that decides nothing.
     variance_tolerance : float
         Relative change of a noise variance that counts as none.
+    few_stretches : int
+        Stretches up to which initial states stand beside the faults in the corrected covariance; of more they are taken
+        out.
+    quick_shortfall : float
+        Times by which the published correction falls short on records of some hundred samples, 1; as of the flight's
+        own fit.
+    least_independence : float
+        Share of a fault's squares, 1, below which it is another name for what is in: 3 % of its effect is its own.
+        Chosen.
     """
 
     steps: int = 12
     rounds: int = 8
     cost_tolerance: float = 0.05
     variance_tolerance: float = 5e-3
+    few_stretches: int = 4
+    quick_shortfall: float = 1.15
+    least_independence: float = 1e-3
 
+
+USUAL = FitSettings()
+"""What is kept."""
 
 TRIAL = FitSettings(steps=6, rounds=2, cost_tolerance=0.5, variance_tolerance=0.05)
 """A trial decides between structures that differ by many units of -2 ln L."""
@@ -276,10 +285,6 @@ class Score:
     value: float
 
 
-LEAST_INDEPENDENCE = 1e-3
-"""Below this share a fault is another name for what is in: 3 % of its effect is its own."""
-
-
 def score(recordings: Sequence[Recording], at: Fit, faults: Sequence[Fault]) -> tuple[Score, ...]:
     """The faults that are not in, with what each alone would bring, greatest first.
 
@@ -293,17 +298,17 @@ def score(recordings: Sequence[Recording], at: Fit, faults: Sequence[Fault]) -> 
         return ()
     normal, gradient = normal_equations(recordings, at, tested)
     own = len(at.structure.faults)
-    best: dict[int, Score] = {}
+    best: dict[Fault, Score] = {}
     for n, (fault, _) in enumerate(tested, start=own):
         cross = normal[:own, n]
         left = normal[n, n] - float(cross @ _solve(normal[:own, :own], cross, 0.0)) if own else normal[n, n]
         slope = gradient[n] - float(cross @ _solve(normal[:own, :own], gradient[:own], 0.0)) if own else gradient[n]
-        if not left > LEAST_INDEPENDENCE * normal[n, n]:
+        if not left > USUAL.least_independence * normal[n, n]:
             continue
         value = float(np.clip(fault.null + slope / left, fault.lowest, fault.highest))
         found = Score(fault, float(slope**2 / left), value)
-        if id(fault) not in best or found.gain > best[id(fault)].gain:
-            best[id(fault)] = found
+        if fault not in best or found.gain > best[fault].gain:
+            best[fault] = found
     return tuple(sorted(best.values(), key=lambda each: -each.gain))
 
 
@@ -327,7 +332,7 @@ def deviations(recordings: Sequence[Recording], at: Fit, *, quick: bool = False)
     white = np.sqrt(np.diag(_solve(at.information, np.eye(count), 0.0)))
     stretches = simulate(recordings, at.structure, at.states)
     parts = list(whiten(recordings, stretches, at.structure.gust, at.variance))
-    joint = len(parts) <= FEWEST_STRETCHES
+    joint = len(parts) <= USUAL.few_stretches
     groups, offset = [], 0
     for part in parts:
         columns = part.columns
@@ -349,7 +354,7 @@ def deviations(recordings: Sequence[Recording], at: Fit, *, quick: bool = False)
     chosen = [(x[:, moving], r, w) for x, r, w in groups]
     try:
         if quick:
-            covariance = QUICK_SHORTFALL**2 * published_covariance_groups(chosen)
+            covariance = USUAL.quick_shortfall**2 * published_covariance_groups(chosen)
         else:
             covariance = coloured_covariance_groups(chosen).corrected
     except ValueError:

@@ -111,6 +111,7 @@ def search(recordings: Sequence[Recording], settings: SearchSettings = DEFAULT) 
     certain = -float(ndtri(0.5 * settings.false_alarm / len(asked)))
     worth = float(chdtri(1.0, settings.false_alarm / len(asked)))
     null = current = fit(recordings, Structure())
+    entered = False
     # What entered early for want of the right explanation leaves in between; then only what is certain may enter.
     for doubt in (0.0, certain):
         for _ in range(settings.rounds):
@@ -122,8 +123,8 @@ def search(recordings: Sequence[Recording], settings: SearchSettings = DEFAULT) 
             if not trials:
                 break
             best = min(trials, key=lambda trial: trial.cost + settings.price * _numbers(trial))
-            current = fit(recordings, best.structure, best, STEP)
-        if current is null:
+            current, entered = fit(recordings, best.structure, best, STEP), True
+        if not entered:
             break
         current = _pruned(recordings, fit(recordings, current.structure, current), certain, worth)
     without = [_without(recordings, current, place) for place in range(len(current.structure.faults))]
@@ -243,7 +244,7 @@ def _instead(
     others = [fault for fault in asked if fault not in structure.faults]
     likeness = _likeness(recordings, rest, named.fault, others)
     for found in score(recordings, rest, others):
-        like = likeness[id(found.fault)]
+        like = likeness[found.fault]
         # What imitates little of the effect cannot come near.
         if like < 0.5 * settings.collinear:
             continue
@@ -261,7 +262,7 @@ def _instead(
             yield Named(found.fault, value, float(error[-1]), gain, p_value)
 
 
-def _likeness(recordings: Sequence[Recording], rest: Fit, fault: Fault, others: Sequence[Fault]) -> dict[int, float]:
+def _likeness(recordings: Sequence[Recording], rest: Fit, fault: Fault, others: Sequence[Fault]) -> dict[Fault, float]:
     """Squared cosine between the effect of a fault and that of each other, the rest taken out of both.
 
     The rest is what the fit holds and the biases of all other instruments: a difference that is one only while
@@ -285,5 +286,5 @@ def _likeness(recordings: Sequence[Recording], rest: Fit, fault: Fault, others: 
         cross = normal[np.ix_(pair, taken)]
         left = normal[np.ix_(pair, pair)] - cross @ inner @ cross.T
         size = left[0, 0] * left[1, 1]
-        result[id(other)] = float(left[0, 1] ** 2 / size) if size > 1e-16 else 0.0
+        result[other] = float(left[0, 1] ** 2 / size) if size > 1e-16 else 0.0
     return result

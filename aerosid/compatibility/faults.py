@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING
 from aerosid.compatibility.recording import Recording, spread
+from aerosid.effects.limits import LARGEST_BIAS
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.delay_and_lag import delayed, lagged
@@ -62,9 +63,6 @@ class Fault:
         """The channel's place among the driving inputs, or among the outputs."""
         return DRIVING.index(self.channel) if self.drives else LONGITUDINAL.outputs.index(self.channel)
 
-
-LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0, "m": 0.0}
-"""By unit; beyond, a channel is wrong and not biased."""
 
 _ORDER = {"sensor_position": 0, "sensor_lag": 1, "sensor_delay": 2, "sensor_scale": 3, "sensor_bias": 4}
 """From the motion to the record: where the instrument sits, how slowly and how late it answers, its calibration."""

@@ -256,7 +256,7 @@ def _enter_sensors(
     tested: Sequence[tuple[Fault, float]],
 ) -> None:
     """Let the faults of what sees the path act on outputs and columns, and enter their own columns, in place."""
-    places = {id(fault): n for n, fault in enumerate(structure.faults)}
+    places = {fault: n for n, fault in enumerate(structure.faults)}
     for fault, value in seen(structure.faults, structure.values):
         i = fault.place
         given = outputs[:, i : i + 1].copy()
@@ -264,7 +264,7 @@ def _enter_sensors(
         lower_at = max(value - fault.step, fault.lowest)
         lower = recorded(time, given, fault, lower_at)
         block[:, i, 1:] = recorded(time, block[:, i, 1:], fault, value, slope=True)
-        block[:, i, 1 + STATES + places[id(fault)]] = (upper - lower)[:, 0] / (value + fault.step - lower_at)
+        block[:, i, 1 + STATES + places[fault]] = (upper - lower)[:, 0] / (value + fault.step - lower_at)
         outputs[:, i] = recorded(time, given, fault, value)[:, 0]
     for n, (fault, distance) in enumerate(tested):
         if not fault.drives and fault.kind != "sensor_position":

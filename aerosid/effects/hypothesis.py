@@ -54,6 +54,11 @@ class Hypothesis:
         """Kind, place and term: what a person would call it."""
         return self.kind, self.where, self.term
 
+    @property
+    def key(self) -> tuple[str, str, str, float | None, tuple[str, ...]]:
+        """What tells it from every other hypothesis of the same flights: sudden changes differ in their moment."""
+        return *self.label, self.time, tuple(active.log for active in self.effects)
+
     def at(self, step: Sequence[float], trial: int) -> Hypothesis:
         """The hypothesis with its effects away from none by `step`, as a start for a fit.
 

@@ -63,5 +63,8 @@ class OfferLimits:
     furthest: float = 30.0
 
 
+LARGEST_BIAS = {"m/s": 15.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
+"""By unit, SI: what is further off is a channel that is wrong and not one that is biased. Chosen."""
+
 OFFERED = OfferLimits()
 """The limits of every loop."""

@@ -9,28 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.estimation import damped_step
-from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.fit_settings import DAMPED_STEPS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
-
-LEAST_CHANGE = 0.02
-"""Relative change of a noise variance that is no longer tried where it makes the flight less likely."""
-
-
-TRUSTED = 1e-2
-"""Damping up to which the last step is nearly the whole one: where it is small, it is taken without a look."""
-
-
-WEIGHTINGS = 20
-"""Rounds in which a step and the noise variances that it promises are found in turn."""
-
-
-SETTLED = 0.01
-"""Change of a variance's logarithm in such a round that moves the step by less than its own curvature does."""
-
-
-DECIDES_NOTHING = 0.1
-"""Of -2 ln L."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +53,13 @@ def improving_points(
     disturbed = point.is_disturbed
     for _ in range(settings.steps):
         known, share = False, 1.0
-        rounds = 1 if disturbed else WEIGHTINGS
+        rounds = 1 if disturbed else DAMPED_STEPS.weightings
         while True:
             aim = _aim(point, active, damping, floor, rounds, share)
             ahead = likelihood.moved(point, aim.step)
             small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
             calm = hold_variance or aim.level < settings.variance_tolerance
-            if small and calm and damping <= TRUSTED and not disturbed:
+            if small and calm and damping <= DAMPED_STEPS.trusted and not disturbed:
                 yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
                 return
             trial = likelihood.evaluate(*ahead, aim.variance)
@@ -86,8 +67,8 @@ def improving_points(
             reached = np.inf if trial is None else _settled_cost(trial, settling)
             if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
                 break
-            trifle = aim.promise < DECIDES_NOTHING and not disturbed
-            if trial is not None and trifle and reached <= aim.cost + DECIDES_NOTHING:
+            trifle = aim.promise < DAMPED_STEPS.decides_nothing and not disturbed
+            if trial is not None and trifle and reached <= aim.cost + DAMPED_STEPS.decides_nothing:
                 break  # a rise by what is not exact in the comparison
             if rounds > 1:
                 rounds = 1
@@ -99,7 +80,7 @@ def improving_points(
                     return
                 if again.cost > point.cost + 1e-9 * abs(point.cost):
                     # A disturbance explains what the outputs' noise would have had to: half the way, or none.
-                    share = 0.5 * share if 0.5 * aim.level > LEAST_CHANGE else 0.0
+                    share = 0.5 * share if 0.5 * aim.level > DAMPED_STEPS.least_change else 0.0
                     continue
                 point, known, share = again, True, 0.0
                 if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
@@ -149,7 +130,7 @@ def _aim(
     """
     least = np.zeros_like(point.variance) if floor is None else floor
     step, variance, size, begun, between, ended = damped_step.likeliest_step(
-        point.quadratic, active, damping, least, floor is None, rounds, share, SETTLED
+        point.quadratic, active, damping, least, floor is None, rounds, share, DAMPED_STEPS.settled
     )
     level = float(np.max(np.abs(np.log(variance / point.variance))))
     return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)

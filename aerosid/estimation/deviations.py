@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
@@ -44,10 +45,6 @@ class Deviations:
     effects_white: NDArray[np.float64]
 
 
-QUICK_SHORTFALL = 1.15
-"""By how much the published correction falls short on records of some hundred samples: 2.5-7 % of cover at 95 %."""
-
-
 def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:
     """The estimate's standard deviations, plain and corrected for coloured residuals.
 
@@ -75,7 +72,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     try:
         if quick:
             part_published = published_covariance_groups(chosen)
-            part_corrected = QUICK_SHORTFALL**2 * part_published
+            part_corrected = RESIDUAL_TESTS.quick_shortfall**2 * part_published
         else:
             found = coloured_covariance_groups(chosen)
             part_published, part_corrected = found.published, found.corrected

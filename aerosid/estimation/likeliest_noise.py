@@ -14,18 +14,13 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, NoiseEffect, frozen
 from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.fit_settings import NOISE_SEARCH
 from aerosid.estimation.likelihood import Likelihood, Traced
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.signals.factor_search import search_in_logarithms
 from aerosid.signals.trace import among_inputs
 from aerosid.signals.whitening import InputNoise, make_whitening_carry, whiten_stretch
-
-WIDEST = 1e5
-"""Times by which a variance may move from where it stands: from the sensor's noise to the whole signal."""
-
-TURNS = 20
-"""Quasi-Newton steps of one search; the motion then moves too, and the search goes on from there."""
 
 
 def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool = False) -> Point:
@@ -75,18 +70,14 @@ def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool
         return total
 
     now = point.variance[moving]
-    lowest = np.minimum(np.maximum(now / WIDEST, likelihood.variance_floor[moving]), now)
-    limits += list(zip(lowest.tolist(), (now * WIDEST).tolist(), strict=True))
+    lowest = np.minimum(np.maximum(now / NOISE_SEARCH.widest, likelihood.variance_floor[moving]), now)
+    limits += list(zip(lowest.tolist(), (now * NOISE_SEARCH.widest).tolist(), strict=True))
     start = (*numbers, *now.tolist())
-    found = search_in_logarithms(cost, start, limits, LEAST_FALL, TURNS)
+    found = search_in_logarithms(cost, start, limits, NOISE_SEARCH.least_fall, NOISE_SEARCH.turns)
     if found is start:
         return point
     effects, variance = unpacked(found)
     return likelihood.evaluate(point.values, point.states, effects, variance) or point
-
-
-LEAST_FALL = 1e-2
-"""Fall of -2 ln L that is worth another look at the motion."""
 
 
 def _noisy(likelihood: Likelihood, point: Point) -> NDArray[np.int64]:

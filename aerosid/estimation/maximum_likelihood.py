@@ -16,7 +16,7 @@ from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
 from aerosid.estimation.damped_search import best_point, improving_points
-from aerosid.estimation.fit_settings import USUAL, RefinementSettings
+from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.likelihood_point import Point
@@ -219,17 +219,13 @@ def contest(
         if reached is None:
             reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
         for n in judged:
-            promise = MOST_OF_PROMISE * promised_fall(likelihoods[n], points[n])
+            promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
             if points[n].cost + allowance[n] - promise > reached + margin:
                 del paths[n]
     return [
         _refinement(likelihood, start.model, start.free, point, rest)
         for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
     ]
-
-
-MOST_OF_PROMISE = 3.0
-"""Times the fall that a linearisation promises: where the problem bends, a step finds more than was promised."""
 
 
 def promised_fall(likelihood: Likelihood, point: Point) -> float:
@@ -304,10 +300,6 @@ def whiten(
     )
 
 
-LEADING_STEPS = 20
-"""Steps at each factor: the next one begins anew anyway."""
-
-
 def _led_in(
     likelihood: Likelihood,
     values: NDArray[np.float64],
@@ -323,7 +315,7 @@ def _led_in(
     is tried again at the end.
     """
     point = None
-    settings = replace(settings, steps=min(settings.steps, LEADING_STEPS))
+    settings = replace(settings, steps=min(settings.steps, CONTEST.leading_steps))
     for factor in (1e8, 1e6, 1e4, 1e3, 1e2, 1e1, 1.0):
         likelihood.held_to_data = factor
         point = likelihood.evaluate(values, states, effects, variance)

@@ -7,19 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.fit_statistics import noise_memories, whiteness
-
-NOISE_RATIO = 1.3
-"""A residual this many times the log's own white noise is more than noise: the noise is known to 5-15 %."""
-
-
-AS_REMEMBERED = 1.5
-"""A residual this many times what its memory makes of the log's white noise is more than a sensor's own noise.
-
-That noise is known from its rough part alone, within 25 %; what comes and goes, as samples that hang, has more left.
-"""
 
 
 def is_coloured(residual: NDArray[np.float64]) -> bool:
@@ -44,8 +35,8 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
             if held.sum() < 20 or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a reading that hangs between steps: its noise is not known
             ratio = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i] / manoeuvre.noise[i]
-            own = ratio < AS_REMEMBERED * _understated(memories[i])
-            if ratio > NOISE_RATIO and is_coloured(residual[held]) and not own:
+            own = ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i])
+            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual[held]) and not own:
                 wrong[name] = None
     return tuple(wrong)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.effects_in_flight import OutOfRangeError
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -48,10 +49,6 @@ class Score:
     start: tuple[float, ...]
     independence: float
     trial: int = 0
-
-
-LEAST_INDEPENDENCE = 1e-5
-"""Below this share a candidate is another name for terms already there: 0.3 % of its effect is its own."""
 
 
 def score_hypotheses(
@@ -290,7 +287,7 @@ def _single_scores(
     own = normal[places, places]
     left = own - np.sum(cross * (beside.inner @ cross), axis=0)
     independence = np.divide(left, own, out=np.zeros_like(left), where=own > 0.0)
-    apart = independence >= LEAST_INDEPENDENCE
+    apart = independence >= RESIDUAL_TESTS.least_independence
     slope = beside.gradient[places] - cross.T @ beside.taken
     step = np.divide(slope, left, out=np.zeros_like(left), where=apart)
     return list(zip((slope * step).tolist(), step.tolist(), np.maximum(independence, 0.0).tolist(), strict=True))
@@ -306,7 +303,7 @@ def _score(hypothesis: Hypothesis, columns: list[int], normal: NDArray[np.float6
     if not np.all(size > 0.0):
         return Score(hypothesis, 0.0, (0.0,) * len(columns), 0.0)
     independence = float(np.min(np.diag(left) / size))
-    if independence < LEAST_INDEPENDENCE:
+    if independence < RESIDUAL_TESTS.least_independence:
         return Score(hypothesis, 0.0, (0.0,) * len(columns), max(independence, 0.0))
     slope = beside.gradient[places] - cross.T @ beside.taken
     unit = np.sqrt(np.diag(left))

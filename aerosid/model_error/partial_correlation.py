@@ -37,12 +37,16 @@ class ColourSettings:
         Share of a candidate's squares that the known columns must leave, in [0, 1); below, it is another name of them.
         1e-3: 3 % of its size is its own. At 1e-5 alphadot, told from q and alpha by less, was named on one in ten
         flights in coloured noise (100 own clean flights, seed 7211).
+    well_apart : float
+        Least eigenvalue of the candidates' correlations, in [0, 1], from which a regression on several is taken by
+        products, which then lose no more than half of a number's digits; else by orthogonal columns.
     """
 
     highest_order: int = 8
     samples_per_order: int = 20
     rounds: int = 2
     least_independence: float = 1e-3
+    well_apart: float = 1e-6
 
 
 @dataclass(frozen=True)
@@ -278,10 +282,6 @@ def multiple_correlation(
     return correlated_together(fit, remainders(fit, np.asarray(columns, dtype=np.float64)), settings)
 
 
-WELL_APART = 1e-6
-"""Least eigenvalue of correlations, 0 to 1, from which products lose no more than half of a number's digits."""
-
-
 def correlated_together(
     fit: Coloured, columns: Remainders, settings: ColourSettings = ColourSettings()
 ) -> tuple[float, tuple[float, ...], float]:
@@ -293,7 +293,7 @@ def correlated_together(
     scale = np.sqrt(columns.squares)
     scaled = columns.left / scale
     products, aims = scaled.T @ scaled, scaled.T @ fit.white_target
-    if np.linalg.eigvalsh(products)[0] > WELL_APART:
+    if np.linalg.eigvalsh(products)[0] > settings.well_apart:
         solution = np.linalg.solve(products, aims)
     else:
         solution, *_ = np.linalg.lstsq(scaled, fit.white_target, rcond=1e-8)

@@ -40,7 +40,7 @@ def exchange(
         group = groups[0]
         done.add(group[0].label)
         # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
-        worth = partial(evident_price, search, inflation_of_parts(search, current, {part.label for part in group}))
+        worth = partial(search.price, inflation=inflation_of_parts(search, current, {part.label for part in group}))
         reduced, trials = in_its_place(search, current, group, alike=alike)
         if alike:
             jumps = sum(map(is_sudden, current.effects))
@@ -105,17 +105,17 @@ def in_its_place(
         return current, []
     # All that is asked of the present estimate first: the fits beside the reduced one begin at its linearisation.
     stand_ins = {score.hypothesis.label: score for score in stand_ins_for(search, current, group)}
-    beside = {id(score.hypothesis): score.gain for score in search.scores(current)} if alike else {}
+    beside = {score.hypothesis.key: score.gain for score in search.scores(current)} if alike else {}
     reduced = search.without(current, group)
     scores = search.scores(reduced)
     rivals = {score.hypothesis.label: score for score in rivals_of(search, scores, group)}
     if alike:
-        alone = {id(score.hypothesis): score.gain for score in scores}
+        alone = {score.hypothesis.key: score.gain for score in scores}
         rivals = {
             label: score
             for label, score in rivals.items()
-            if beside.get(id(score.hypothesis), 0.0)
-            < search.settings.replacement.otherwise_good * alone.get(id(score.hypothesis), np.inf)
+            if beside.get(score.hypothesis.key, 0.0)
+            < search.settings.replacement.otherwise_good * alone.get(score.hypothesis.key, np.inf)
         }
     # What does the same to the motion is found from where that motion is, not from the fit without it.
     struck = search.struck_out(current, group)
@@ -229,8 +229,3 @@ def margin_of(search: StructureSearch, current: Refinement, labels: set[tuple[st
 def inflation_of_parts(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
     """By how much coloured residuals widen the variance of some parts, at least 1."""
     return inflation_of(search, current, search.rough_deviations(current), labels)
-
-
-def evident_price(search: StructureSearch, inflation: float, trial: Refinement) -> float:
-    """-2 ln L, less what coloured residuals pretend of it, with what the numbers cost: a rarer name must be shown."""
-    return trial.cost / inflation + search.fare(trial)

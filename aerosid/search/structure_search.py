@@ -96,9 +96,13 @@ class StructureSearch:
         staircase = any(logs.count(log) > 1 for log in logs)
         return staircase or bool(unexplained_channels(current, self.manoeuvres))
 
-    def price(self, trial: Refinement) -> float:
-        """-2 ln L with what its numbers cost."""
-        return trial.cost + self.fare(trial)
+    def price(self, trial: Refinement, inflation: float = 1.0) -> float:
+        """-2 ln L with what its numbers cost.
+
+        `inflation`: by how much coloured residuals widen the variance of the parts in question, 1 where they are white;
+        -2 ln L is so many times what independent samples would show, and a rarer name must be shown by those.
+        """
+        return trial.cost / inflation + self.fare(trial)
 
     def fare(self, trial: Refinement | Start) -> float:
         """What the numbers of an estimate cost."""

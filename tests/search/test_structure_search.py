@@ -14,7 +14,6 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.score_test import Linearised
 from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.replacement import evident_price
 from aerosid.search.structure_search import StructureSearch
 
 SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
@@ -112,8 +111,8 @@ def test_coloured_residuals_buy_no_further_number(search: tuple[StructureSearch,
     """A number costs eight: a fall of twenty is worth it where residuals are white, not where four count as one."""
     found, current = search
     larger = replace(current, free=(*current.free, entry("C_Z", "alpha^2")), cost=current.cost - 20.0)
-    assert evident_price(found, 1.0, larger) == found.price(larger) < found.price(current)
-    assert evident_price(found, 4.0, larger) > evident_price(found, 4.0, current)
+    assert found.price(larger, 1.0) == found.price(larger) < found.price(current)
+    assert found.price(larger, 4.0) > found.price(current, 4.0)
     # Names of one kind stand in the order of their likelihood, whatever the colour.
     likelier = replace(current, cost=current.cost - 1.0)
-    assert evident_price(found, 4.0, likelier) < evident_price(found, 4.0, current)
+    assert found.price(likelier, 4.0) < found.price(current, 4.0)
