@@ -67,11 +67,10 @@ def main() -> None:
         except AerosidError as error:
             lines.append(f"  {n}: {type(error).__name__}: {error}")
             continue
-        if result.effects:
+        wrong = [effect for effect in result.effects if effect.kind != "gust" or air == 0.0]
+        if wrong:
             named[kind] += 1
-            effects = ", ".join(
-                f"{e.kind} {e.where} {e.term} {e.value:.3g} +- {e.std_error:.2g}" for e in result.effects
-            )
+            effects = ", ".join(f"{e.kind} {e.where} {e.term} {e.value:.3g} +- {e.std_error:.2g}" for e in wrong)
             lines.append(f"  {n} ({body.name}, {air} m/s, {interval} s): {effects}")
         print(f"\r{n + 1} of {arguments.flights}, {sum(named.values())} named", end="", file=sys.stderr)  # noqa: T201
     print(file=sys.stderr)  # noqa: T201

@@ -77,6 +77,53 @@ def test_by_default_the_twin_otter_has_a_late_vane_and_a_bent_drag_and_predicts_
     assert shares["C_m"].r2_after > shares["C_m"].r2_before
 
 
+def part(log: FlightLog, first: float, last: float) -> FlightLog:
+    """Shares of a recording, its clock as it is."""
+    rows = slice(int(first * log.time.size), int(last * log.time.size))
+    return replace(
+        log,
+        name=f"{log.name} from {first:.2f}",
+        time=log.time[rows],
+        channels={name: values[rows] for name, values in log.channels.items()},
+    )
+
+
+def test_by_default_the_attas_has_a_biased_gyro_and_a_bent_drag() -> None:
+    log = read("attas/fAttasElv1.mat", "attas_mat.toml")
+    result = close_loop([part(log, 0.0, 2.0 / 3.0)], load_aircraft("attas"), [part(log, 2.0 / 3.0, 1.0)])
+    found = {(effect.kind, effect.where, effect.term): effect for effect in result.effects}
+    # A bias of q of .0033 rad/s; C_X alpha^2 of 3.4 to 3.8, which is the file's lift slope less this one.
+    assert found["sensor_bias", "q", ""].value == pytest.approx(0.0033, abs=0.0002)
+    drag = found["aero_term", "C_D", "alpha^2"]
+    assert derivative(result, "C_L", "alpha") - drag.value == pytest.approx(3.6, abs=0.4)
+    # The last third holds next to no motion: nothing can be explained there, and nothing may be predicted worse.
+    unseen = [row for row in result.coefficients if "0.67" in row.log]
+    assert len(unseen) == 3
+    assert all(row.r2_after > row.r2_before - 0.005 for row in unseen)
+
+
+def test_by_default_the_attas_stalls_with_its_stabiliser_in_the_moment() -> None:
+    result = close_loop([read("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml")], load_aircraft("attas"))
+    found = {(effect.kind, effect.where, effect.term): effect for effect in result.effects}
+    separation = next(effect for key, effect in found.items() if key[0] == "flow_separation")
+    # Published: .309 rad, with thrust and stabiliser left out.
+    assert separation.value == pytest.approx(0.29, abs=0.03)
+    assert found["aero_term", "C_m", "delta_h"].value == pytest.approx(-2.3, abs=0.4)
+    moment = next(row for row in result.coefficients if row.coefficient == "C_m")
+    assert moment.r2_after > 0.9 > 0.0 > moment.r2_before
+
+
+def test_by_default_the_citation_s_vane_is_named_first() -> None:
+    log = read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml")
+    result = close_loop([part(log, 0.0, 0.6)], load_aircraft("citation"), [part(log, 0.6, 1.0)])
+    first = result.effects[0]
+    assert (first.kind, first.where) in {("sensor_lag", "alpha"), ("sensor_delay", "alpha")}
+    assert 0.15 < first.value < 0.27
+    unseen = [row for row in result.coefficients if "0.60" in row.log]
+    assert len(unseen) == 3
+    assert all(row.r2_after > row.r2_before for row in unseen)
+
+
 def test_two_flights_of_the_twin_otter_agree_within_their_bounds_where_any_fit_lets_them() -> None:
     rows: list[dict[tuple[str, str], DerivativeRow]] = []
     slopes = []
