@@ -8,7 +8,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.proved_faults import prove_faults
-from aerosid.estimation.manoeuvre import prepare
+from aerosid.estimation.manoeuvre import Manoeuvre, prepare
+from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
@@ -22,3 +23,9 @@ def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) 
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
     return decide(prove_faults(model, free, (), hypotheses, manoeuvres, unseen), aircraft.coefficients)
+
+
+def questioned(aircraft: Aircraft, log: FlightLog) -> tuple[AerodynamicModel, Manoeuvre]:
+    """The declared model and a log as its flight, with no candidates."""
+    model = declared_model(aircraft, float(np.nanmean(log["V"])))
+    return model, prepare(log, aircraft, model.columns)

@@ -13,8 +13,9 @@ from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, ra
 from aerosid.signals.noise import estimate_noise
 
 
-def _lateness(name: str) -> EffectParameter:
-    return EffectParameter(name, "s", trials=(0.03, 0.1, 0.25), lowest=0.0, highest=2.0, step=1e-4)
+def _lateness(name: str, lowest: float = 0.0) -> EffectParameter:
+    before = (-0.03,) if lowest < 0.0 else ()
+    return EffectParameter(name, "s", trials=(0.03, 0.1, 0.25, *before), lowest=lowest, highest=2.0, step=1e-4)
 
 
 def control_lag(channel: str) -> InputEffect:
@@ -29,12 +30,15 @@ def control_lag(channel: str) -> InputEffect:
     )
 
 
-def control_delay(channel: str) -> InputEffect:
-    """The surface follows the recorded control after a pure delay."""
+def control_delay(channel: str, earliest: float = 0.0) -> InputEffect:
+    """The surface follows the recorded control after a pure delay.
+
+    `earliest` [s]: the least that it may be; below zero the record is late.
+    """
     return InputEffect(
         "control_delay",
         channel,
-        (_lateness("delay"),),
+        (_lateness("delay", earliest),),
         lambda time, values, p: delayed_linear(time, values, p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "MIL-F-8785C equivalent time delay",
@@ -93,15 +97,15 @@ def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEf
     )
 
 
-def control_effects(channel: str, time: Signal, values: Signal) -> tuple[InputEffect, ...]:
-    """All effects of one control, limits taken from its record."""
+def control_effects(channel: str, time: Signal, values: Signal, earliest: float = 0.0) -> tuple[InputEffect, ...]:
+    """All effects of one control, limits taken from its record; `earliest` as of `control_delay`."""
     fastest = float(np.max(np.abs(np.diff(values) / np.diff(time))))
     widest = float(np.max(np.abs(values - values[0])))
     if fastest == 0.0 or widest == 0.0:
         return ()
     return (
         control_lag(channel),
-        control_delay(channel),
+        control_delay(channel, earliest),
         control_rate_limit(channel, fastest, widest),
         control_deadband(channel, widest, float(estimate_noise(time, values))),
     )
@@ -125,7 +129,9 @@ def _offered(flights: tuple[Flown, ...], controls: tuple[str, ...], _coefficient
     """Lag, delay, rate limit and dead band of every control that moves."""
     for channel in controls:
         widest = max(flights, key=lambda flown: float(np.ptp(flown.inputs[channel])))
-        for effect in control_effects(channel, widest.time, widest.inputs[channel]):
+        sideways = {"p", "r"} <= set(widest.axes.integrated)
+        earliest = OFFERED.earliest_control if sideways else 0.0
+        for effect in control_effects(channel, widest.time, widest.inputs[channel], earliest):
             yield Offer(effect.kind, channel, (at_null(effect),))
 
 
@@ -144,9 +150,8 @@ FAMILY = Family(
             "control_delay",
             "input",
             "{where} acts with a delay",
-            lambda where, _numbers, _interval: control_delay(where),
+            lambda where, numbers, _interval: control_delay(where, min(0.0, 2.0 * numbers["delay"])),
             (Planted("delta_e", {"delay": 0.12}),),
-            negative=False,
             follows_its_score=False,
         ),
         Kind(

@@ -106,6 +106,8 @@ class Kind:
         Numbers that it may do without.
     noun : str
         What a sentence calls it, with its article; empty: `a` and its name in words.
+    is_zero : bool
+        Whether it is the zero of an instrument, which differs between flights.
     rarity : float
         What it must bring in -2 ln L beyond a commoner effect that does the same.
     """
@@ -119,6 +121,7 @@ class Kind:
     follows_its_score: bool = True
     optional: tuple[str, ...] = ()
     noun: str = ""
+    is_zero: bool = False
     rarity: float = 0.0
 
     @property

@@ -42,6 +42,9 @@ class OfferLimits:
         Share, 1, of its mean by which recorded thrust must vary to tell C_T or a factor from a constant.
     most_channels : int
         Recorded channels that are asked for: every simulation carries each of them.
+    earliest_control : float
+        s; the least delay of a control where rolling and yawing are integrated: below zero the record is late, as of a
+        surface whose sensor is filtered. A tenth of a second is a filter of 2 Hz.
     furthest : float
         m; how far from its declared place a sensor may sit.
     """
@@ -60,6 +63,7 @@ class OfferLimits:
     least_noise_ratio: float = 5.0
     least_thrust: float = 0.05
     most_channels: int = 8
+    earliest_control: float = -0.1
     furthest: float = 30.0
 
 

@@ -16,6 +16,7 @@ from aerosid.equation_error.candidates import (
     scores,
     term_candidates,
     to_first_order,
+    told_apart,
 )
 from aerosid.equation_error.design import gain_over
 from aerosid.equation_error.deviations import corrected_covariance
@@ -116,10 +117,10 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
     order: list[int] = []
-    labels: set[tuple[str, str, str]] = set()
+    labels: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
-        if candidates[n].hypothesis.label not in labels:
-            labels.add(candidates[n].hypothesis.label)
+        if told_apart(candidates[n].hypothesis) not in labels:
+            labels.add(told_apart(candidates[n].hypothesis))
             order.append(int(n))
         if len(order) == settings.shortlist:
             break

@@ -47,6 +47,12 @@ def of_sensors(hypothesis: Hypothesis) -> bool:
     )
 
 
+def told_apart(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """What tells a hypothesis from others of its own list: its label, of a place the axes too."""
+    axes = (active.effect.axes for active in hypothesis.effects if isinstance(active.effect, PositionEffect))
+    return (*hypothesis.label, *axes)
+
+
 LARGEST_BIAS = {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
 """By unit; a channel that is further off is wrong and not biased. Airspeed: three times the 5 kt of 14 CFR 25.1323."""
 
@@ -152,7 +158,10 @@ def _is_of(unknown: tuple[object, ...], entry: Entry) -> bool:
 
 
 def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    """Hypotheses that are one effect each, with a column for every trial value: a delay is not linear in its number."""
+    """Hypotheses that are one effect each, with a column for every trial value: a delay is not linear in its number.
+
+    A place is linear in its numbers, and has a column for each.
+    """
     found = []
     linear = [p for p, unknown in enumerate(base.design.unknowns) if unknown[0] != "effect"]
     design = design_of(frame.segments(base.point), frame.settings)
@@ -163,12 +172,17 @@ def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothe
             continue
         active = hypothesis.effects[0]
         wide = joined(base.point, hypothesis)
-        for trial, ends in enumerate(_trials(active)):
-            moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
-            distance = ends[0] - active.values[0]
-            column = -(residual_of(frame, design, values, moved) - at_base) / distance
-            if np.isfinite(column).all():
-                found.append(Candidate(hypothesis, column[:, None], trial))
+        ways = [[ends] for ends in _trials(active)]
+        if isinstance(active.effect, PositionEffect):
+            ways = [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
+        for trial, way in enumerate(ways):
+            columns = []
+            for number, ends in enumerate(way):
+                moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
+                distance = ends[number] - active.values[number]
+                columns.append(-(residual_of(frame, design, values, moved) - at_base) / distance)
+            if np.isfinite(columns).all():
+                found.append(Candidate(hypothesis, np.column_stack(columns), trial))
     return found
 
 
@@ -190,7 +204,9 @@ def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
         away = _trials(active)[candidate.trial][0]
         aim = away if (away - first.null) * float(step[0]) > 0.0 else first.null + first.step * np.sign(step[0])
         aim = float(np.clip(aim, first.lowest, first.highest))
-    return replace(candidate.hypothesis, effects=(replace(active, values=(aim, *active.values[1:])),))
+    values = (aim, *(value + float(change) for value, change in zip(active.values[1:], step[1:], strict=False)))
+    rest = active.values[len(values) :]
+    return replace(candidate.hypothesis, effects=(replace(active, values=(*values, *rest)),))
 
 
 def to_first_order(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
@@ -241,8 +257,25 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Scored:
         if own[n] <= COLLINEAR:
             continue
         pull = part.T @ innovations
+        if _leads_back(each, pull):
+            continue
         gains[n] = 0.5 * float(pull @ np.linalg.solve(left, pull))
     return Scored(gains, own)
+
+
+def _leads_back(candidate: Candidate, pull: Array) -> bool:
+    """Whether a chord to a trial value leads to the other side of none: to no possible value, or to one that another
+    trial value is nearer to.
+    """
+    if not candidate.hypothesis.effects or pull.size > 1:
+        return False
+    first = candidate.hypothesis.effects[0].effect.parameters[0]
+    away = np.array([trial - first.null for trial in first.trials])
+    here = away[candidate.trial]
+    other_side = first.lowest < first.null if here > 0.0 else first.highest > first.null
+    if other_side and not (away.min() < 0.0 < away.max()):
+        return False
+    return bool(pull[0] * here < 0.0)
 
 
 COLLINEAR = 1e-6

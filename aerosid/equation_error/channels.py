@@ -1,10 +1,57 @@
-"""The equations and the channels that they compare, by name."""
+"""The equations of each case and the channels that they compare, by name."""
 
-KINEMATIC = ("theta", "alpha", "V", "h")
-"""Channels that kinematics predict by integration."""
+from __future__ import annotations
 
-COEFFICIENT = ("C_X", "C_Z", "C_m")
-"""Body-axis coefficients, each with the channel that measures it: a_x, a_z and the derivative of q."""
+from typing import NamedTuple
 
-MEASURED_BY = {"C_X": "a_x", "C_Z": "a_z", "C_m": "q"}
+from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
+
+
+class EquationSet(NamedTuple):
+    """The equations of one case of the equations of motion.
+
+    Attributes
+    ----------
+    kinematic : tuple of str
+        Channels that kinematics predict by integration.
+    rates : tuple of str
+        Angular rates that moments act on: their power tells the band of the motion.
+    needed : tuple of str
+        Channels without which there is no path to compare vanes and the airspeed with.
+    """
+
+    kinematic: tuple[str, ...]
+    rates: tuple[str, ...]
+    needed: tuple[str, ...]
+
+
+EQUATION_SETS = {
+    LONGITUDINAL.name: EquationSet(("theta", "alpha", "V", "h"), ("q",), ("V", "alpha", "q", "a_x", "a_z")),
+    LATERAL.name: EquationSet(("phi", "psi", "beta"), ("p", "r"), ("beta", "p", "r", "phi", "a_y")),
+    SIX.name: EquationSet(
+        ("theta", "phi", "psi", "alpha", "V", "beta", "h"),
+        ("p", "q", "r"),
+        ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z"),
+    ),
+}
+"""The equations of each case that the engine handles, by the name of the case."""
+
+KINEMATIC = tuple(dict.fromkeys(name for each in EQUATION_SETS.values() for name in each.kinematic))
+"""Channels that kinematics predict by integration, in any case."""
+
+COEFFICIENT = SIX.coefficients
+"""Body-axis coefficients, each with the channel that measures it: an accelerometer or the derivative of a rate."""
+
+MEASURED_BY = {"C_X": "a_x", "C_Y": "a_y", "C_Z": "a_z", "C_l": "p", "C_m": "q", "C_n": "r"}
 """The sensor whose faults are seen in each coefficient's own equation."""
+
+SIDEWAYS = EQUATION_SETS[LATERAL.name].kinematic
+"""Those of them out of the plane of symmetry."""
+
+VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(LATERAL.coefficients, "beta")
+"""The vane that sees the gusts which each coefficient answers."""
+
+
+def equations_of(axes: Axes) -> EquationSet:
+    """The equations of a case that the engine handles."""
+    return EQUATION_SETS[axes.name]

@@ -1,29 +1,35 @@
-"""Coefficient equations: C_X, C_Z and C_m from accelerometers and pitch acceleration, linear in the model's terms.
+"""Coefficient equations: forces from accelerometers, moments from angular accelerations, linear in the model's terms.
 
-    m a_x - T cos(incidence) = q_bar S C_X,   m a_z + T sin(incidence) = q_bar S C_Z,
-    I_yy q' - T z_arm = q_bar S c C_m
+    m a_x - T cos(incidence) = q_bar S C_X,   m a_y = q_bar S C_Y,   m a_z + T sin(incidence) = q_bar S C_Z,
+    I_xx p' - I_xz (r' + p q) + (I_zz - I_yy) q r = q_bar S b C_l,
+    I_yy q' + (I_xx - I_zz) p r + I_xz (p^2 - r^2) - T z_arm = q_bar S c C_m,
+    I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q = q_bar S b C_n
 
 each as its sensor would read it: the model's side is moved to the sensor and goes through the sensor's faults, so that
-a fault's likelihood is that of the channel as measured. C_L and C_D act as C_X = C_L sin alpha - C_D cos alpha,
-C_Z = -C_L cos alpha - C_D sin alpha. Klein & Morelli, Aircraft System Identification, section 5.1 (equation error).
+a fault's likelihood is that of the channel as measured. A case has those of the coefficients that it models. C_L and
+C_D act as C_X = C_L sin alpha - C_D cos alpha, C_Z = -C_L cos alpha - C_D sin alpha. Klein & Morelli, Aircraft System
+Identification, section 5.1 (equation error).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.kinematic_equations import Motion, accelerometer_offsets
+from aerosid.equation_error.channels import MEASURED_BY
+from aerosid.equation_error.kinematic_equations import Motion, Rates, accelerometer_offsets, lever_accelerations
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import as_read, bias
-from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.effects_in_flight import acting_flight, acting_model
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.axes import ACCELERATIONS
+from aerosid.flight_model.constants import GRAVITY, Constants
 from aerosid.flight_model.terms import Term
 
 Array = NDArray[np.float64]
@@ -35,13 +41,19 @@ TOUCHED = {"C_L": ("C_X", "C_Z"), "C_D": ("C_X", "C_Z")}
 
 def term_variables(model: AerodynamicModel, motion: Motion, inputs: Array) -> dict[str, Array]:
     """Every variable that a term may name, (N,) each, along a motion."""
-    constants = model.constants
+    constants, rates = model.constants, motion.rates
     columns = dict(zip(model.columns, inputs.T, strict=True))
     rate_speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else motion.V
     thrust = _thrust(model, columns)
     return columns | {
         "alpha": motion.alpha,
-        "q_hat": motion.q * constants.mean_chord / (2.0 * rate_speed),
+        "beta": motion.beta,
+        "p_hat": rates.p * constants.span / (2.0 * rate_speed),
+        "q_hat": rates.q * constants.mean_chord / (2.0 * rate_speed),
+        "r_hat": rates.r * constants.span / (2.0 * rate_speed),
+        "p": rates.p,
+        "r": rates.r,
+        "phi": motion.phi,
         "V_hat": motion.V / constants.airspeed_of_V_hat - 1.0,
         "alpha_dot_hat": motion.alpha_dot * constants.mean_chord / (2.0 * rate_speed),
         "C_T": thrust / _force(model, motion, columns),
@@ -63,8 +75,22 @@ def term_series(term: Term, variables: Mapping[str, Array]) -> Array:
     return values
 
 
+@dataclass(frozen=True)
+class Centre:
+    """How far the centre of gravity lies ahead of, right of and below the declared one, m, (N,) each."""
+
+    ahead: Array
+    right: Array
+    below: Array
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether it lies elsewhere at any time."""
+        return bool(self.ahead.any() or self.right.any() or self.below.any())
+
+
 class CoefficientEquations:
-    """The three equations of one recording at one point of the search, before they are brought into the band.
+    """The equations of one recording at one point of the search, before they are brought into the band.
 
     All in units of the coefficient: what is measured, what is known of it, what one unit of a term adds.
     """
@@ -77,6 +103,7 @@ class CoefficientEquations:
         motion: Motion,
         free: Sequence[Entry],
     ) -> None:
+        declared, model = model.constants, acting_model(model, effects)
         self._recording, self._effects, self._motion = recording, effects, motion
         flight, _ = acting_flight(model, recording.manoeuvre, effects)
         inputs = flight.inputs
@@ -90,34 +117,35 @@ class CoefficientEquations:
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
         constants = model.constants
-        # Residuals are weighed by the airspeed as measured: one that a fault moved would make them look small.
-        reference = self._force * (recording.channels["V"] / motion.V) ** 2
-        self._force_per_unit = {
-            "C_X": self._force / self._mass,
-            "C_Z": self._force / self._mass,
-            "C_m": self._force * constants.mean_chord / constants.I_yy,
-        }
-        self._in_units = {
-            "C_X": self._mass / reference,
-            "C_Z": self._mass / reference,
-            "C_m": constants.I_yy / (reference * constants.mean_chord),
-        }
+        # Residuals are weighed by airspeed as measured and inertia as declared: others would make them look small.
+        reference = self._force * (recording.channels.get("V", motion.V) / motion.V) ** 2
+        self._force_per_unit: dict[str, Array] = {}
+        self._in_units: dict[str, Array] = {}
+        for name in recording.manoeuvre.axes.coefficients:
+            if name in _INERTIA:
+                length = getattr(constants, _LENGTH[name])
+                self._force_per_unit[name] = self._force * length / getattr(constants, _INERTIA[name])
+                self._in_units[name] = getattr(declared, _INERTIA[name]) / (reference * length)
+            else:
+                self._force_per_unit[name] = self._force / self._mass
+                self._in_units[name] = self._mass / reference
         thrust = _thrust(model, columns)
-        thrusting = {
-            "C_X": thrust * np.cos(constants.thrust_incidence) / self._mass,
-            "C_Z": -thrust * np.sin(constants.thrust_incidence) / self._mass,
-        }
-        if any("alpha_dot_hat" in term.variables for _, term in (*free, *model.entries)) or ahead_of(model):
-            forces = self._modelled(model, thrusting)
-            self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces, columns)
-        known = self._known_loads(columns, thrusting)
-        known["C_m"] = thrust * constants.thrust_z_arm / constants.I_yy
-        ahead, below = _shift(model, columns)
-        if ahead.any() or below.any():
-            lever = self._mass * (ahead * forces["C_Z"] - below * forces["C_X"])
-            known["C_m"] = known["C_m"] + lever / constants.I_yy
-        for name, series in self._arms(model, columns, known["C_m"]).items():
+        thrusting = self._thrusting(thrust, constants)
+        uses_alpha_dot = any("alpha_dot_hat" in term.variables for _, term in (*free, *model.entries))
+        centre = _centre(model, columns)
+        forces = self._modelled(model, thrusting) if uses_alpha_dot or centre.is_moved else {}
+        if uses_alpha_dot:
+            self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces)
+        known = self._known_forces(thrusting) | self._known_moments(thrust, declared, motion.rates)
+        if centre.is_moved:
+            for name, moment in _levers(forces, centre).items():
+                known[name] = known[name] + self._mass * moment / getattr(constants, _INERTIA[name])
+        for name, series in self._arms(model, centre, known).items():
             known[name] = known[name] + series
+        if constants != declared:
+            rates = self._modelled_rates(model, known)
+            other, usual = (self._known_moments(thrust, each, rates) for each in (constants, declared))
+            known |= {name: known[name] + other[name] - usual[name] for name in other}
         held = set(free)
         for entry, value in zip(model.entries, model.values, strict=True):
             if entry not in held and value != 0.0:
@@ -165,7 +193,7 @@ class CoefficientEquations:
         return series + self._slopes[entry] if entry in self._slopes else series
 
     def _body_axes(self, coefficient: str, series: Array) -> dict[str, Array]:
-        """What a coefficient's term adds to C_X, C_Z and C_m, (N,) each; those it does not touch are left out."""
+        """What a coefficient's term adds to those about body axes, (N,) each; those it does not touch are left out."""
         if coefficient == "C_L":
             return {"C_X": series * self._sine, "C_Z": -series * self._cosine}
         if coefficient == "C_D":
@@ -179,60 +207,86 @@ class CoefficientEquations:
         }
 
     def _measured(self, name: str) -> Array:
-        recording, motion = self._recording, self._motion
-        if name == "C_m":
-            return recording.q_dot
-        channel = _channel(name)
+        recording, channel = self._recording, MEASURED_BY[name]
+        if channel not in ACCELERATIONS:
+            return recording.rate_of(channel)
         if channel in recording.channels:
             return recording.channels[channel] - bias(recording, self._effects, channel)
-        return motion.a_x if channel == "a_x" else motion.a_z
+        return self._motion.specific_force[channel]
 
     def _read(self, name: str, series: Array) -> Array:
         """Series (N, K) as the equation's sensor reads them."""
-        channel = "q" if name == "C_m" else _channel(name)
-        return as_read(self._recording, self._effects, channel, series)
+        return as_read(self._recording, self._effects, MEASURED_BY[name], series)
 
-    def _known_loads(self, columns: Mapping[str, Array], thrusting: Mapping[str, Array]) -> dict[str, Array]:
+    def _thrusting(self, thrust: Array, constants: Constants) -> dict[str, Array]:
+        """Specific forces of the thrust, m/s^2, of the coefficients that the case models."""
+        forces = {
+            "C_X": thrust * np.cos(constants.thrust_incidence) / self._mass,
+            "C_Y": np.zeros_like(thrust),
+            "C_Z": -thrust * np.sin(constants.thrust_incidence) / self._mass,
+        }
+        return {name: forces[name] for name in self._force_per_unit if name in forces}
+
+    def _known_forces(self, thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Accelerations at the accelerometers that no free term makes: thrust and declared lever arms."""
-        motion, recording = self._motion, self._recording
-        offsets = accelerometer_offsets(recording, (), motion.q, motion.q_dot, columns["p"], columns["r"])
+        offsets = accelerometer_offsets(self._recording, (), self._motion.rates)
         known = dict(thrusting)
         for name in known:
-            if _channel(name) in recording.channels:
-                known[name] = known[name] + offsets[_channel(name)]
+            channel = MEASURED_BY[name]
+            if channel in offsets:
+                known[name] = known[name] + offsets[channel]
         return known
 
-    def _arms(self, model: AerodynamicModel, columns: Mapping[str, Array], given: Array) -> dict[str, Array]:
+    def _arms(self, model: AerodynamicModel, centre: Centre, given: Mapping[str, Array]) -> dict[str, Array]:
         """What further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
 
         With the pitch acceleration of the model's moment and of what is `given` beside it, rad/s^2. The measured one
         answers the gusts that the forces answer: an arm would be seen where there is none.
         """
-        motion, recording = self._motion, self._recording
-        ahead, below = _shift(model, columns)
+        recording, rates = self._recording, self._motion.rates
         placed = any(isinstance(active.effect, PositionEffect) for active in self._effects)
-        if not (placed or ahead.any() or below.any()):
+        if not (placed or centre.is_moved):
             return {}
-        turning = given
-        for entry, value in zip(model.entries, model.values, strict=True):
-            if entry[0] == "C_m" and value != 0.0:
-                turning = turning + value * self._accelerations(entry)["C_m"]
-        p, q, r = columns["p"], motion.q, columns["r"]
-        here = accelerometer_offsets(recording, self._effects, q, turning, p, r)
-        declared = accelerometer_offsets(recording, (), q, turning, p, r)
+        if "C_m" in given:
+            rates = replace(rates, q_dot=self._turning("C_m", model, given))
+        here = accelerometer_offsets(recording, self._effects, rates)
+        declared = accelerometer_offsets(recording, (), rates)
         # Sensors keep their places in the aircraft when the centre of gravity moves.
-        shifted = {
-            "C_X": (q**2 + r**2) * ahead - (turning + p * r) * below,
-            "C_Z": -(p * r - turning) * ahead + (p**2 + q**2) * below,
+        moved = (-centre.ahead, -centre.right, -centre.below)
+        added = {}
+        for name in (name for name in given if MEASURED_BY[name] in ACCELERATIONS):
+            channel = MEASURED_BY[name]
+            added[name] = lever_accelerations(channel, moved, rates)
+            if channel in here:
+                added[name] = added[name] + here[channel] - declared[channel]
+        return added
+
+    def _turning(self, moment: str, model: AerodynamicModel, given: Mapping[str, Array]) -> Array:
+        """The angular acceleration of the model's moment and of what is `given` beside it, rad/s^2."""
+        turning = given[moment]
+        for entry, value in zip(model.entries, model.values, strict=True):
+            if entry[0] == moment and value != 0.0:
+                turning = turning + value * self._accelerations(entry)[moment]
+        return turning
+
+    def _modelled_rates(self, model: AerodynamicModel, given: Mapping[str, Array]) -> Rates:
+        """The rates with the angular accelerations of the model: gusts roll and yaw, and would look like I_xz."""
+        turned = {f"{MEASURED_BY[name]}_dot": self._turning(name, model, given) for name in given if name in _INERTIA}
+        return replace(self._motion.rates, **turned)
+
+    def _known_moments(self, thrust: Array, constants: Constants, rates: Rates) -> dict[str, Array]:
+        """Angular accelerations that no free term makes: thrust and the coupling of a turning body's axes."""
+        c = constants
+        p, q, r = rates.p, rates.q, rates.r
+        made = {
+            "C_l": c.I_xz * (rates.r_dot + p * q) - (c.I_zz - c.I_yy) * q * r,
+            "C_m": thrust * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r),
+            "C_n": c.I_xz * (rates.p_dot - q * r) - (c.I_yy - c.I_xx) * p * q,
         }
-        for name in shifted:
-            channel = _channel(name)
-            if channel in recording.channels:
-                shifted[name] = shifted[name] + here[channel] - declared[channel]
-        return shifted
+        return {name: made[name] / getattr(c, _INERTIA[name]) for name in self._force_per_unit if name in made}
 
     def _modelled(self, model: AerodynamicModel, thrusting: Mapping[str, Array]) -> dict[str, Array]:
-        """Specific forces along x and z as the model gives them, m/s^2.
+        """Specific forces as the model gives them, m/s^2.
 
         Measured ones hold the same gusts as the moment: a term or a lever with them in it would explain those.
         """
@@ -244,14 +298,12 @@ class CoefficientEquations:
                         forces[name] = forces[name] + value * series
         return forces
 
-    def _modelled_alpha_dot(
-        self, model: AerodynamicModel, forces: Mapping[str, Array], columns: Mapping[str, Array]
-    ) -> Array:
+    def _modelled_alpha_dot(self, model: AerodynamicModel, forces: Mapping[str, Array]) -> Array:
         """The rate of alpha by the model's forces, times c/(2 U0)."""
         motion, constants = self._motion, model.constants
         climb = motion.theta - motion.alpha
         normal = forces["C_Z"] * np.cos(motion.alpha) - forces["C_X"] * np.sin(motion.alpha)
-        rate = motion.q + (normal + GRAVITY * np.cos(climb) * np.cos(columns["phi"])) / motion.V
+        rate = motion.rates.q + (normal + GRAVITY * np.cos(climb) * np.cos(motion.phi)) / motion.V
         rate_speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else motion.V
         return np.asarray(rate * constants.mean_chord / (2.0 * rate_speed))
 
@@ -259,9 +311,7 @@ class CoefficientEquations:
         """The inputs with what an effect of the motion adds; its share of the lift stays with that derivative."""
         effect, motion = active.effect, self._motion
         assert isinstance(effect, StateEffect)
-        states = np.column_stack(
-            [motion.V * np.cos(motion.alpha), motion.V * np.sin(motion.alpha), motion.q, motion.theta, motion.h]
-        )
+        states = _states(motion, self._recording.manoeuvre.axes.integrated)
         ground = self._recording.manoeuvre.ground
         added = added_along(active, model, flight, np.array(model.values), states, ground)  # type: ignore[arg-type]
         inputs = flight.inputs.copy()  # type: ignore[attr-defined]
@@ -279,8 +329,28 @@ def replace_inputs(flight: object, inputs: Array) -> object:
     return flight._replace(inputs=inputs)  # type: ignore[attr-defined]
 
 
-def _channel(name: str) -> str:
-    return {"C_X": "a_x", "C_Z": "a_z"}[name]
+_INERTIA = {"C_l": "I_xx", "C_m": "I_yy", "C_n": "I_zz"}
+_LENGTH = {"C_l": "span", "C_m": "mean_chord", "C_n": "span"}
+"""The moment of inertia and the reference length of each moment, fields of `Constants`."""
+
+
+def _states(motion: Motion, integrated: Sequence[str]) -> Array:
+    """The motion as the states of a case, (N, n); heading, on which nothing depends, is left zero."""
+    plane = motion.V * np.cos(motion.beta)
+    rates = motion.rates
+    known = {
+        "u": plane * np.cos(motion.alpha),
+        "v": motion.V * np.sin(motion.beta),
+        "w": plane * np.sin(motion.alpha),
+        "p": rates.p,
+        "q": rates.q,
+        "r": rates.r,
+        "phi": motion.phi,
+        "theta": motion.theta,
+        "h": motion.h,
+        "psi": np.zeros_like(motion.V),
+    }
+    return np.column_stack([known[name] for name in integrated])
 
 
 def _force(model: AerodynamicModel, motion: Motion, columns: Mapping[str, Array]) -> Array:
@@ -295,16 +365,21 @@ def _thrust(model: AerodynamicModel, columns: Mapping[str, Array]) -> Array:
     return np.asarray(columns["thrust"] + columns[model.extra_columns[place]])
 
 
-def ahead_of(model: AerodynamicModel) -> bool:
-    """Whether the model's centre of gravity may move."""
-    return model.constants.cg_x >= 0 or model.constants.cg_z >= 0
-
-
-def _shift(model: AerodynamicModel, columns: Mapping[str, Array]) -> tuple[Array, Array]:
-    """How far the centre of gravity lies ahead of and below the declared one, m, (N,) each."""
+def _centre(model: AerodynamicModel, columns: Mapping[str, Array]) -> Centre:
+    """Where the centre of gravity lies."""
     zero = np.zeros_like(columns["rho"])
-    ahead, below = (
-        zero if place < 0 else columns[model.extra_columns[place]]
-        for place in (model.constants.cg_x, model.constants.cg_z)
-    )
-    return ahead, below
+    places = (model.constants.cg_x, model.constants.cg_y, model.constants.cg_z)
+    return Centre(*(zero if place < 0 else columns[model.extra_columns[place]] for place in places))
+
+
+def _levers(forces: Mapping[str, Array], centre: Centre) -> dict[str, Array]:
+    """Moment over mass that modelled forces make about a centre of gravity elsewhere, m^2/s^2, (N,) each."""
+    x, y, z = (forces.get(name) for name in ("C_X", "C_Y", "C_Z"))
+    found = {}
+    if x is not None and z is not None:
+        found["C_m"] = centre.ahead * z - centre.below * x
+    if y is not None and z is not None:
+        found["C_l"] = centre.below * y - centre.right * z
+    if x is not None and y is not None:
+        found["C_n"] = centre.right * x - centre.ahead * y
+    return found

@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import frozen
+from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced
 from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest
-from aerosid.equation_error.gusts import Turbulence, turbulence_of
-from aerosid.equation_error.proved_faults import ProvedFaults, with_proved_faults
+from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest, weakest_of
+from aerosid.equation_error.gusts import Turbulence, share_of_gusts, turbulence_of
+from aerosid.equation_error.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection import (
     Chosen,
     Rules,
@@ -30,7 +31,7 @@ from aerosid.equation_error.selection import (
 )
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
 from aerosid.equation_error.starts import may_separate, of_controls
-from aerosid.equation_error.votes import Share, refused, shares_of
+from aerosid.equation_error.votes import Share, refused, shares_of, unconfirmed
 
 Array = NDArray[np.float64]
 
@@ -51,10 +52,14 @@ class EquationErrorDecision:
         Of the completed estimate's unknowns, corrected for coloured residuals.
     before_covariance : ndarray
         The same of the declared structure.
-    turbulence : Turbulence or None
-        What vane and lift show of the air.
+    turbulence : tuple of Turbulence
+        What vanes and forces show of the air.
     shares : tuple of (Share, Share)
         R^2 before and after, of each coefficient and recording.
+    gust_share : float
+        What the sideslip's vane shows beyond the inertial path over all that it shows, 1; infinite where none is there.
+    measured : Estimate
+        The instruments' faults as the kinematics of the identification recordings alone measure them.
     asked : int
         Hypotheses.
     refuted : tuple of (kind, where, term)
@@ -69,8 +74,10 @@ class EquationErrorDecision:
     completed: Estimate
     covariance: Array
     before_covariance: Array
-    turbulence: Turbulence | None
+    turbulence: tuple[Turbulence, ...]
     shares: tuple[tuple[Share, Share], ...]
+    gust_share: float
+    measured: Estimate
     asked: int
     refuted: tuple[tuple[str, str, str], ...]
     damping: SharedDamping | None = None
@@ -97,14 +104,22 @@ def decide(
     whole = replace(fitted, all_fitted=True)
     point = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
     begun = Selected(estimate(whole, point), ())
-    rules = rules_for(asked, begun.estimate.design.target.size, settings.false_alarm, settings.factor_odds)
+    rules = rules_for(asked, begun.estimate.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
     kept, refuted = _voted(begun, fitted, others, coefficients, rules, told)
-    point = kept.estimate.point
-    lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
-    completed, covariance = with_proved_faults(proved.estimate, lone)
+    while True:
+        point = kept.estimate.point
+        lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
+        completed, covariance = with_proved_faults(proved.estimate, lone)
+        findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
+        # What the faults' own uncertainty could have made does not stand either.
+        weak = weakest_of(findings, kept.chosen, settings.deviations)
+        if weak is None:
+            break
+        told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
+        kept = left_out(kept, weak)
     before = estimate(fitted, start)
     return EquationErrorDecision(
-        findings=findings_of(completed, covariance, (*proved.chosen, *kept.chosen)),
+        findings=findings,
         alternatives=(*alternatives_of(proved, sensors), *alternatives_of(kept, others)),
         before=before,
         completed=completed,
@@ -112,6 +127,8 @@ def decide(
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(proved.estimate, lone),
         shares=tuple(zip(shares_of(whole, before), shares_of(whole, completed), strict=True)),
+        gust_share=share_of_gusts(proved.estimate, "beta"),
+        measured=on_fitted(proved).estimate,
         asked=len(asked),
         refuted=refuted,
         damping=shared_damping(lone),
@@ -209,6 +226,10 @@ def _refused_one(selected: Selected, completed: Estimate) -> Chosen | None:
     settings = completed.frame.settings
     for each in sorted(selected.chosen, key=lambda each: each.gain):
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        if refused(selected.estimate.frame, bare, completed, settings.doubt, settings.least_rise):
+        whole = selected.estimate.frame
+        if refused(whole, bare, completed, settings.doubt, settings.least_rise):
+            return each
+        sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
+        if any(unconfirmed(whole, bare, completed, coefficient) for coefficient in sideways):
             return each
     return None

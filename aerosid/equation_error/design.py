@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.equation_error.channels import KINEMATIC
+from aerosid.equation_error.channels import KINEMATIC, SIDEWAYS
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
 from aerosid.equation_error.instruments import TRENDS
 from aerosid.equation_error.points import Segment, Unknown, value_of
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import CONSTANT
 
 Array = NDArray[np.float64]
 
@@ -126,7 +127,10 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         if each.gust is not None:
             put(("gust", each.equation), s, each.gust)
         for entry, values in each.columns.items():
-            put(value_of(entry, each.recording), s, values)
+            which = value_of(entry, each.recording)
+            put(which, s, values)
+            if entry[1] == CONSTANT and entry[0] in settings.asymmetry:
+                precision[which] = 1.0 / settings.asymmetry[entry[0]]
     columns = np.zeros((int(bounds[-1]), len(place)))
     for p, s, values in parts:
         columns[bounds[s] : bounds[s + 1], p] += values
@@ -156,7 +160,7 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         parts = [residuals[design.rows(s)] for s in members]
         rough = [max(float(np.std(part)), 1e-300) for part in parts]
         longest = np.inf
-        if equation not in KINEMATIC:
+        if equation not in KINEMATIC or equation in SIDEWAYS:
             longest = settings.memory / interval
         colour = fit_colour(parts, rough, settings.order, longest)
         colours[equation, interval] = colour

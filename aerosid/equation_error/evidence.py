@@ -97,7 +97,13 @@ def _rank(row: EvidenceFinding) -> tuple[bool, float]:
 def weakest(found: Estimate, chosen: Sequence[Chosen]) -> Chosen | None:
     """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep."""
     rows = findings_of(found, corrected_covariance(found.design, found.solution), chosen)
-    weak = [row for row in rows if row.ratio < found.frame.settings.deviations]
+    return weakest_of(rows, chosen, found.frame.settings.deviations)
+
+
+def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> Chosen | None:
+    """The chosen one whose finding is nearest to none, where that is nearer than so many of its deviations."""
+    labels = {each.hypothesis.label for each in chosen}
+    weak = [row for row in rows if row.ratio < deviations and row.hypothesis.label in labels]
     if not weak:
         return None
     label = min(weak, key=lambda row: row.ratio).hypothesis.label

@@ -1,8 +1,9 @@
-"""Turbulence from two witnesses: what the vane sees beyond the inertial path, the lift answers by its own slope."""
+"""Turbulence from two witnesses: what a vane sees beyond the inertial path, lift or side force answers by its slope."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,32 @@ CERTAIN = 6.0
 """Deviations from zero that it must have, 1: vane noise answers nothing."""
 
 
+class Witnesses(NamedTuple):
+    """A vane, the force that answers what it sees, and the terms whose slopes say how, with the sign that they act by.
+
+    `kind`: of the effect, as in result.json.
+    """
+
+    kind: str
+    vane: str
+    force: str
+    slopes: dict[tuple[str, str], float]
+
+
+WITNESSES = (
+    Witnesses("gust", "alpha", "C_Z", {("C_Z", "alpha"): 1.0, ("C_L", "alpha"): -1.0}),
+    Witnesses("side_gust", "beta", "C_Y", {("C_Y", "beta"): 1.0}),
+)
+
+
 @dataclass(frozen=True)
 class Turbulence:
-    """Vertical gusts: standard deviation m/s and its own, scale m, and the answer of the lift over the expected one."""
+    """Gusts along one axis: standard deviation m/s and its own, scale m, and the answer of the force over the expected.
 
+    `kind`: of the effect, as in result.json.
+    """
+
+    kind: str
     sigma: float
     sigma_error: float
     length: float
@@ -30,17 +53,41 @@ class Turbulence:
     answer_error: float
 
 
-def turbulence_of(kinematic: Estimate, found: Estimate) -> Turbulence | None:
-    """The turbulence that alpha's kinematic equation and C_Z show together; None where they do not agree on any.
+def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...]:
+    """The turbulence that a vane's kinematic equation and its force show together, along each axis where they agree.
 
-    `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of alpha over
-    the inertial path holds gusts and vane noise; the lift answers the gusts in it with its alpha derivative.
+    `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of the flow
+    angle over the inertial path holds gusts and vane noise; the force answers the gusts in it with its derivative.
     """
+    seen = (_along(witnesses, kinematic, found) for witnesses in WITNESSES)
+    return tuple(each for each in seen if each is not None)
+
+
+def share_of_gusts(kinematic: Estimate, vane: str) -> float:
+    """What a vane shows beyond the inertial path of the fitted recordings, over what it shows in all, 1.
+
+    Root-mean-squares in the band; infinite where no path of the vane was compared.
+    """
+    left, whole = 0.0, 0.0
+    for s, (n, channel) in enumerate(kinematic.design.segments):
+        recording = kinematic.frame.recordings[n]
+        if channel == vane and recording.fitted:
+            seen = recording.band(recording.channels[vane])
+            left += float(np.mean(kinematic.solution.residuals[kinematic.design.rows(s)] ** 2))
+            whole += float(np.var(seen))
+    return float(np.sqrt(left / whole)) if whole > 0.0 else float("inf")
+
+
+def _along(witnesses: Witnesses, kinematic: Estimate, found: Estimate) -> Turbulence | None:
+    """The turbulence along one axis; None where the witnesses do not agree on any."""
     model, design = found.point.model, found.design
-    slope = sum(_sign(e) * v for e, v in zip(model.entries, model.values, strict=True) if _is_lift(e))
-    if slope == 0.0 or ("gust", "C_Z") not in design.unknowns:
+    slope = sum(
+        witnesses.slopes.get((coefficient, str(term)), 0.0) * value
+        for (coefficient, term), value in zip(model.entries, model.values, strict=True)
+    )
+    if slope == 0.0 or ("gust", witnesses.force) not in design.unknowns:
         return None
-    place = design.unknowns.index(("gust", "C_Z"))
+    place = design.unknowns.index(("gust", witnesses.force))
     answer = float(found.solution.values[place]) / slope
     error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
     # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
@@ -50,10 +97,11 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> Turbulence | None:
     memories: list[float] = []
     independent = 0.0
     for n, recording in enumerate(found.frame.recordings):
-        if (n, "alpha") not in kinematic.design.segments or (n, "C_Z") not in design.segments:
+        if (n, witnesses.vane) not in kinematic.design.segments or (n, witnesses.force) not in design.segments:
             continue
-        seen = kinematic.solution.residuals[kinematic.design.rows(kinematic.design.segments.index((n, "alpha")))]
-        speed = float(np.mean(recording.channels["V"]))
+        segment = kinematic.design.segments.index((n, witnesses.vane))
+        seen = kinematic.solution.residuals[kinematic.design.rows(segment)]
+        speed = float(np.mean(recording.held("V")))
         kept = float(seen[1:] @ seen[:-1]) / max(float(seen @ seen), 1e-300)
         step = recording.interval * recording.band.step
         memory = -step / float(np.log(np.clip(kept, 1e-3, 0.999)))
@@ -61,14 +109,5 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> Turbulence | None:
         memories.append(memory * speed)
         independent += seen.size * step / max(2.0 * memory, step)
     sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(answer, 1.0)))
-    return Turbulence(
-        sigma, sigma / float(np.sqrt(2.0 * max(independent, 2.0))), float(np.median(memories)), answer, error
-    )
-
-
-def _is_lift(entry: tuple[str, object]) -> bool:
-    return entry[0] in ("C_Z", "C_L") and str(entry[1]) == "alpha"
-
-
-def _sign(entry: tuple[str, object]) -> float:
-    return -1.0 if entry[0] == "C_L" else 1.0
+    error_of_sigma = sigma / float(np.sqrt(2.0 * max(independent, 2.0)))
+    return Turbulence(witnesses.kind, sigma, error_of_sigma, float(np.median(memories)), answer, error)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
 
@@ -40,16 +41,21 @@ def laguerre_functions(signal: Array, interval: float, time_constant: float, ord
 def instruments_of(recordings: Sequence[Recording], settings: EquationErrorSettings) -> tuple[Array, ...]:
     """The instruments of each recording in the band, orthonormal, (n, K) each.
 
-    Of the settings' time constants the one is taken that explains most of the pitch rates.
+    Of the settings' time constants the one is taken that explains most of the angular rates that moments act on, each
+    rate by its share.
     """
     trials = [
         [_orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
         for time in settings.laguerre_times
     ]
-    rates = [recording.band(recording.channels["q"]) for recording in recordings]
-    explained = [
-        sum(float(np.sum((basis.T @ rate) ** 2)) for basis, rate in zip(trial, rates, strict=True)) for trial in trials
-    ]
+    explained = np.zeros(len(trials))
+    for name in equations_of(recordings[0].manoeuvre.axes).rates:
+        rates = [recording.band(recording.channels[name]) for recording in recordings]
+        whole = max(sum(float(rate @ rate) for rate in rates), 1e-300)
+        explained += [
+            sum(float(np.sum((basis.T @ rate) ** 2)) for basis, rate in zip(trial, rates, strict=True)) / whole
+            for trial in trials
+        ]
     return tuple(trials[int(np.argmax(explained))])
 
 

@@ -1,11 +1,15 @@
-"""Kinematic equations in integral form: attitude, angle of attack, airspeed and height from gyros and accelerometers.
+"""Kinematic equations in integral form: attitude, flow angles, airspeed and height from gyros and accelerometers.
 
     theta = I[q cos phi - r sin phi]
+    phi   = I[p + tan theta (q sin phi + r cos phi)],  psi = I[(q sin phi + r cos phi)/cos theta]
     alpha = I[(u w' - w u')/P^2],  P = I[(u u' + w w')/P],  V = P/cos beta
+    beta  = asin(I[v']/V)
     h     = I[u sin theta - v sin phi cos theta - w cos phi cos theta]
 
-with u' = a_x - g sin theta - q w + r v, w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System
-Identification, eqs. 10.3-10.6), I the running integral, and a constant for each path and recording.
+with u' = a_x - g sin theta - q w + r v, v' = a_y + g cos theta sin phi - r u + p w and
+w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System Identification, eqs. 10.3-10.6), I the
+running integral, and a constant for each path and recording. Of these each case has what it integrates; the motion that
+it does not integrate is taken as measured.
 """
 
 from __future__ import annotations
@@ -22,54 +26,80 @@ from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.running_integral import derivative, running_integral
 from aerosid.equation_error.sensors import as_read, bias, position
 from aerosid.flight_model.constants import GRAVITY
-from aerosid.flight_model.terms import INPUT_COLUMNS
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Angular rates and their derivatives, (N,), rad/s and rad/s^2.
+
+    The derivatives of rates that the case does not integrate are taken as zero.
+    """
+
+    p: Array
+    q: Array
+    r: Array
+    p_dot: Array
+    q_dot: Array
+    r_dot: Array
 
 
 @dataclass(frozen=True)
 class Motion:
     """The motion that the sensors, corrected for their faults, show; all (N,), SI.
 
-    `alpha`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path` holds the
-    integrated theta, alpha, V, h as far as their sensors are there. `gust`: what the vane shows beyond `alpha`, fast
+    `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
+    holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
     gusts and its noise.
     """
 
     V: Array
     alpha: Array
-    q: Array
+    beta: Array
+    rates: Rates
+    phi: Array
     theta: Array
     h: Array
-    q_dot: Array
     alpha_dot: Array
-    a_x: Array
-    a_z: Array
+    specific_force: Mapping[str, Array]
     path: Mapping[str, Array]
-    gust: Array
+    gusts: Mapping[str, Array]
 
 
-def accelerations_at_centre(
-    recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], q_dot: Array
-) -> dict[str, Array]:
-    """a_x and a_z (N,) moved from their sensors to the centre of gravity; p' and r' are taken as zero."""
-    p, r = _input(recording, "p"), _input(recording, "r")
-    moved = {}
-    for name, offset in accelerometer_offsets(recording, effects, true["q"], q_dot, p, r).items():
+def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
+    """The rates, as measured and corrected, with their derivatives."""
+    known: dict[str, Array] = {}
+    for name in ("p", "q", "r"):
         if name in true:
-            moved[name] = true[name] - offset
-    return moved
+            known[name] = true[name]
+            as_measured = true[name] is recording.channels[name]
+            known[f"{name}_dot"] = (
+                recording.rate_of(name) if as_measured else derivative(true[name], recording.interval)
+            )
+        else:
+            known[name] = recording.measured_input(name)
+            known[f"{name}_dot"] = np.zeros_like(known[name])
+    return Rates(**known)
 
 
-def accelerometer_offsets(
-    recording: Recording, effects: Sequence[ActiveEffect], q: Array, q_dot: Array, p: Array, r: Array
-) -> dict[str, Array]:
-    """What accelerometers away from the centre of gravity read beyond it, (N,) each."""
-    x_x, x_y, x_z = position(recording, effects, "a_x")
-    z_x, z_y, z_z = position(recording, effects, "a_z")
+def lever_accelerations(channel: str, place: Sequence[float] | Sequence[Array], rates: Rates) -> Array:
+    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
+    x, y, z = place
+    p, q, r = rates.p, rates.q, rates.r
+    if channel == "a_x":
+        return np.asarray(-(q * q + r * r) * x + (p * q - rates.r_dot) * y + (rates.q_dot + p * r) * z)
+    if channel == "a_y":
+        return np.asarray((rates.r_dot + p * q) * x - (p * p + r * r) * y + (q * r - rates.p_dot) * z)
+    return np.asarray((p * r - rates.q_dot) * x + (q * r + rates.p_dot) * y - (p * p + q * q) * z)
+
+
+def accelerometer_offsets(recording: Recording, effects: Sequence[ActiveEffect], rates: Rates) -> dict[str, Array]:
+    """What the accelerometers of a recording read beyond ones at the centre of gravity, (N,) each."""
     return {
-        "a_x": -(q * q + r * r) * x_x + p * q * x_y + (q_dot + p * r) * x_z,
-        "a_z": (p * r - q_dot) * z_x + q * r * z_y - (p * p + q * q) * z_z,
+        name: lever_accelerations(name, position(recording, effects, name).tolist(), rates)
+        for name in ("a_x", "a_y", "a_z")
+        if name in recording.channels
     }
 
 
@@ -81,31 +111,32 @@ def reconstruct(
     Parameters
     ----------
     true : mapping of str to ndarray, shape (N,)
-        V, alpha and q at least; what of theta, a_x, a_z, h is missing predicts nothing.
+        The compared channels; what of theta, accelerations and h is missing predicts nothing.
     blend : float
-        Time over which measured less integrated alpha and V are smoothed, s.
+        Time over which measured less integrated alpha, beta and V are smoothed, s.
     """
     interval = recording.interval
-    q = true["q"]
-    q_dot = recording.q_dot if q is recording.channels["q"] else derivative(q, interval)
-    phi, p, r, beta = (_input(recording, name) for name in ("phi", "p", "r", "beta"))
-    path: dict[str, Array] = {}
-    turned = running_integral(q * np.cos(phi) - r * np.sin(phi), interval)
-    alpha_vane = _at_centre(recording, effects, true["alpha"], true["V"], q, p)
-    theta = true.get("theta")
-    if theta is None:
-        theta = turned + float(np.mean(alpha_vane - turned))  # level on average
-    else:
-        path["theta"] = turned + float(np.mean(theta - turned))
-    speed, alpha = true["V"], alpha_vane
-    accelerations = accelerations_at_centre(recording, effects, true, q_dot)
+    integrated = recording.manoeuvre.axes.integrated
+    rates = rates_of(recording, true)
+    p, q, r = rates.p, rates.q, rates.r
+
+    def held(name: str) -> Array:
+        return true[name] if name in true else recording.measured_input(name)
+
+    phi, speed = held("phi"), held("V")
+    alpha_vane = _alpha_at_centre(recording, effects, held("alpha"), speed, rates)
+    beta_vane = _beta_at_centre(recording, effects, held("beta"), speed, rates)
+    theta, path = _attitude(recording, rates, true, phi, alpha_vane)
+    offsets = accelerometer_offsets(recording, effects, rates)
+    forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
+    alpha, beta = alpha_vane, beta_vane
     plane = speed * np.cos(beta)
     u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
-    driven = "a_x" in accelerations and "a_z" in accelerations
-    if driven:
-        a_x, a_z = accelerations["a_x"], accelerations["a_z"]
-        u_dot = a_x - GRAVITY * np.sin(theta) - q * w + r * v
-        w_dot = a_z + GRAVITY * np.cos(theta) * np.cos(phi) + q * u - p * v
+    alpha_dot = np.zeros_like(q)
+    along_path = "u" in integrated and "a_x" in forces and "a_z" in forces
+    if along_path:
+        u_dot = forces["a_x"] - GRAVITY * np.sin(theta) - q * w + r * v
+        w_dot = forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) + q * u - p * v
         alpha_dot = (u * w_dot - w * u_dot) / plane**2
         path["alpha"] = _aligned(running_integral(alpha_dot, interval), alpha)
         path["V"] = _aligned(running_integral((u * u_dot + w * w_dot) / plane, interval), plane) / np.cos(beta)
@@ -113,47 +144,119 @@ def reconstruct(
         speed = _blended(speed, path["V"], blend / interval)
         plane = speed * np.cos(beta)
         u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
-    else:
+    elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
         a_x = derivative(u, interval) + GRAVITY * np.sin(theta) + q * w - r * v
         a_z = derivative(w, interval) - GRAVITY * np.cos(theta) * np.cos(phi) - q * u + p * v
-        a_x, a_z = accelerations.get("a_x", a_x), accelerations.get("a_z", a_z)
+        forces["a_x"], forces["a_z"] = forces.get("a_x", a_x), forces.get("a_z", a_z)
+    if "v" in integrated and "a_y" in forces:
+        v_dot = forces["a_y"] + GRAVITY * np.cos(theta) * np.sin(phi) - r * u + p * w
+        # Beyond a right angle there is no sideslip that a faulty sensor could have read.
+        aside = _aligned(running_integral(v_dot, interval), v) / speed
+        path["beta"] = np.arcsin(np.clip(aside, -WIDEST, WIDEST))
+        beta = _blended(beta, path["beta"], blend / interval)
+        plane = speed * np.cos(beta)
+        u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
-        if driven:
+        if along_path:
             # The path's own angle of attack: gusts move the vane and not the aircraft.
             u, w = plane * np.cos(path["alpha"]), plane * np.sin(path["alpha"])
         climb = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
         path["h"] = _aligned(running_integral(climb, interval), h)
     if "theta" not in true:
         path.pop("V", None)
-    return Motion(speed, alpha, q, theta, h, q_dot, alpha_dot, a_x, a_z, path, alpha_vane - alpha)
+    gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts)
+
+
+def _attitude(
+    recording: Recording, rates: Rates, true: Mapping[str, Array], phi: Array, alpha: Array
+) -> tuple[Array, dict[str, Array]]:
+    """Pitch angle (N,), and the integrated angles as far as their sensors are there."""
+    interval, integrated = recording.interval, recording.manoeuvre.axes.integrated
+    p, q, r = rates.p, rates.q, rates.r
+    path: dict[str, Array] = {}
+    if "theta" not in integrated:
+        theta = recording.measured_input("theta")
+    else:
+        turned = running_integral(q * np.cos(phi) - r * np.sin(phi), interval)
+        if "theta" in true:
+            theta = true["theta"]
+            path["theta"] = turned + float(np.mean(theta - turned))
+        else:
+            theta = turned + float(np.mean(alpha - turned))  # level on average
+    turn = q * np.sin(phi) + r * np.cos(phi)
+    if "phi" in integrated and "phi" in true:
+        path["phi"] = _aligned(running_integral(p + np.tan(theta) * turn, interval), phi)
+    if "psi" in integrated and "psi" in true:
+        path["psi"] = _aligned(running_integral(turn / np.cos(theta), interval), true["psi"])
+    return theta, path
+
+
+WIDEST = 0.99
+"""Sine of the largest sideslip that a path may have, 1."""
 
 
 def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:
-    """What the sensors of theta, alpha, V and h would read of the integrated path, (N,) each."""
+    """What the sensors of the integrated channels would read of the path, (N,) each."""
     found = {}
+    rates = motion.rates
     for name, values in motion.path.items():
-        if name == "alpha":
-            x, y, z = position(recording, effects, "alpha")
-            if x or y or z:
-                plane = motion.V * np.cos(_input(recording, "beta"))
-                down = plane * np.sin(values) + _input(recording, "p") * y - motion.q * x
-                ahead = plane * np.cos(values) + motion.q * z - _input(recording, "r") * y
-                values = np.arctan2(down, ahead)
+        x, y, z = position(recording, effects, name)
+        if name == "alpha" and (x or y or z):
+            plane = motion.V * np.cos(motion.beta)
+            down = plane * np.sin(values) + rates.p * y - rates.q * x
+            ahead = plane * np.cos(values) + rates.q * z - rates.r * y
+            values = np.arctan2(down, ahead)
+        elif name == "beta":
+            values = values + (x * rates.r - z * rates.p) / motion.V
         read = as_read(recording, effects, name, values[:, None])[:, 0]
         found[name] = read + bias(recording, effects, name)
     return found
 
 
-def _at_centre(
-    recording: Recording, effects: Sequence[ActiveEffect], alpha: Array, speed: Array, q: Array, p: Array
+FOLLOWED = 0.5
+"""Share, 1, of a heading about its line that the integrated rates must explain for it to be that of this motion."""
+
+
+def unfollowed(recording: Recording, blend: float) -> tuple[str, ...]:
+    """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
+    if "psi" not in recording.channels:
+        return ()
+    path = reconstruct(recording, (), recording.channels, blend).path["psi"]
+    measured, left = (_about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
+    return () if left @ left < (1.0 - FOLLOWED) * (measured @ measured) else ("psi",)
+
+
+def _about_a_line(values: Array) -> Array:
+    centred = np.arange(values.size) - 0.5 * (values.size - 1)
+    return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
+
+
+def _alpha_at_centre(
+    recording: Recording, effects: Sequence[ActiveEffect], alpha: Array, speed: Array, rates: Rates
 ) -> Array:
     """Angle of attack at the centre of gravity from that of the vane, to first order in the rates."""
+    if "alpha" not in recording.channels:
+        return alpha  # of a measured input that is done on reading
     x, y, z = position(recording, effects, "alpha")
     if not (x or y or z):
         return alpha
+    p, q = rates.p, rates.q
     return np.asarray(alpha + (q * x - p * y) / speed * np.cos(alpha) + q * z / speed * np.sin(alpha))
+
+
+def _beta_at_centre(
+    recording: Recording, effects: Sequence[ActiveEffect], beta: Array, speed: Array, rates: Rates
+) -> Array:
+    """Sideslip at the centre of gravity from that of the vane."""
+    if "beta" not in recording.channels:
+        return beta
+    x, _, z = position(recording, effects, "beta")
+    if not (x or z):
+        return beta
+    return np.asarray(beta - (x * rates.r - z * rates.p) / speed)
 
 
 def _aligned(path: Array, measured: Array) -> Array:
@@ -168,7 +271,3 @@ def _blended(measured: Array, path: Array, samples: float) -> Array:
     centred = np.arange(path.size) - 0.5 * (path.size - 1)
     line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
     return np.asarray(path + line + gaussian_filter1d(difference - line, samples, mode="nearest"))
-
-
-def _input(recording: Recording, name: str) -> Array:
-    return np.asarray(recording.manoeuvre.flight.inputs[:, INPUT_COLUMNS.index(name)])

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, VANE_OF
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
 from aerosid.equation_error.instruments import instruments_of
-from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct
+from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct, unfollowed
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.sensors import corrected
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -74,7 +74,7 @@ class Segment:
     instruments : ndarray, shape (n, K), optional
         The space in which the equation is compared; None for all of it.
     gust : ndarray, shape (n,), optional
-        What the vane shows beyond the angle of attack of the terms; None where it shows nothing more.
+        What the vane of its plane shows beyond the flow angle of the terms; None where it shows nothing more.
     """
 
     recording: int
@@ -107,6 +107,7 @@ class Equations:
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
+        self._left_out = [unfollowed(recording, settings.blend) for recording in recordings]
         self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
 
     def at(self, point: Point) -> list[Segment]:
@@ -132,13 +133,17 @@ class Equations:
                 {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
             )
             names = _ordered(equations)
-            banded = recording.band(np.column_stack([*(left[name] for name in names), motion.gust]))
-            parts.extend(banded[:, i] - values.get(("gust", name), 0.0) * banded[:, -1] for i, name in enumerate(names))
+            vanes = {vane: place for place, vane in enumerate(motion.gusts, len(names))}
+            banded = recording.band(np.column_stack([*(left[name] for name in names), *motion.gusts.values()]))
+            parts.extend(
+                banded[:, i] - values.get(("gust", name), 0.0) * banded[:, vanes[VANE_OF[name]]]
+                for i, name in enumerate(names)
+            )
         return np.concatenate(parts)
 
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
         key = tuple(
-            (active.name, active.numbers, active.log)
+            (active.name, getattr(active.effect, "axes", ""), active.numbers, active.log)
             for active in effects
             if isinstance(active.effect, OutputEffect | PositionEffect)
         )
@@ -152,6 +157,8 @@ class Equations:
                 rows = recording.time[recording.band.rows(recording.time.size)]
                 time = rows - 0.5 * (rows[0] + rows[-1])
                 for name, values in predicted_records(recording, effects, motion).items():
+                    if name in self._left_out[n]:
+                        continue
                     target = recording.band(recording.channels[name] - values)
                     floor = _floor(recording, name)
                     segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n]))
@@ -167,7 +174,7 @@ def value_of(entry: Entry, recording: int) -> Unknown:
 def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
     """The coefficient equations of one recording in the band, with the columns of the free terms."""
     equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-    beyond = recording.band(motion.gust) if motion.gust.any() else None
+    beyond = {vane: recording.band(gust) for vane, gust in motion.gusts.items() if gust.any()}
     touching = {name: equations.columns(name, point.free) for name in _ordered(equations)}
     banded = recording.band(
         np.column_stack([part for name, (_, slopes) in touching.items() for part in (equations.target(name), slopes)])
@@ -176,7 +183,7 @@ def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, ti
     for name, (entries, _) in touching.items():
         target, *slopes = banded[:, place : place + 1 + len(entries)].T
         columns = dict(zip(entries, slopes, strict=True))
-        segments.append(Segment(n, name, target, columns, time, 0.0, gust=beyond))
+        segments.append(Segment(n, name, target, columns, time, 0.0, gust=beyond.get(VANE_OF[name])))
         place += 1 + len(entries)
     return segments
 

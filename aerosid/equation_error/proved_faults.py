@@ -12,7 +12,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import replaced
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
-from aerosid.equation_error.channels import KINEMATIC
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
 from aerosid.equation_error.design import design_of, whiten
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate
@@ -20,11 +20,16 @@ from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import read_recordings
 from aerosid.equation_error.selection import Selected, forward, recordings_agree, rules_for
+from aerosid.equation_error.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LONGITUDINAL
 
 Array = NDArray[np.float64]
+
+ANGULAR_ACCELERATIONS = ("p_dot", "q_dot", "r_dot")
+"""Channels that no equation compares: the moments are those of the rates' derivatives."""
 
 USUAL = EquationErrorSettings()
 """The settings of a loop unless told otherwise."""
@@ -69,7 +74,7 @@ class ProvedFaults:
 
 def askable(hypothesis: Hypothesis) -> bool:
     """Whether the equations can judge a hypothesis as it stands; sudden changes are looked for by the engine itself."""
-    if hypothesis.time is not None or hypothesis.where == "q_dot":
+    if hypothesis.time is not None or hypothesis.where in ANGULAR_ACCELERATIONS:
         return False
     return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
 
@@ -109,14 +114,29 @@ def prove_faults(
     start = Point(model, tuple(free), tuple(given))
     frame = Frame(recordings, KINEMATIC, settings)
     none = Selected(estimate(frame, start), ())
-    rules = rules_for(asked, none.estimate.design.target.size, settings.false_alarm, settings.factor_odds)
-    found = forward(
-        none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=recordings_agree, told=told
-    )
-    found = replaced(found, sensors, rules, recordings_agree)
+    rules = rules_for(asked, none.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
+    beside = CoefficientsBeside(Frame(recordings, COEFFICIENT, settings, all_fitted=True), start)
+
+    def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
+        agreed = recordings_agree(estimated, hypothesis)
+        return agreed and (model.axes is LONGITUDINAL or beside.admit(estimated, hypothesis))
+
+    found = forward(none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=admitted, told=told)
+    found = replaced(found, sensors, rules, admitted)
+    if model.axes is not LONGITUDINAL:
+        found = chosen_with_coefficients(found, sensors, rules, beside)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)
     return ProvedFaults(start, asked, found)
+
+
+def on_fitted(selected: Selected) -> Selected:
+    """The faults with their numbers from the fitted recordings alone: zeros differ from flight to flight."""
+    found = selected.estimate
+    fitted = tuple(recording for recording in found.frame.recordings if recording.fitted)
+    if len(fitted) == len(found.frame.recordings):
+        return selected
+    return replace(selected, estimate=estimate(replace(found.frame, recordings=fitted), found.point))
 
 
 def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Array]:

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from aerosid.equation_error.band import Band, band_end, band_up_to
+from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.running_integral import derivative
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.axes import input_columns_of
 
 Array = NDArray[np.float64]
 
@@ -49,9 +51,24 @@ class Recording:
     band: Band
 
     @cached_property
-    def q_dot(self) -> Array:
-        """Derivative of the measured pitch rate, rad/s^2, (N,)."""
-        return derivative(self.channels["q"], self.interval)
+    def _rates(self) -> dict[str, Array]:
+        rates = equations_of(self.manoeuvre.axes).rates
+        return {name: derivative(self.channels[name], self.interval) for name in rates if name in self.channels}
+
+    def rate_of(self, channel: str) -> Array:
+        """Derivative of a measured angular rate, rad/s^2, (N,)."""
+        return self._rates[channel]
+
+    def held(self, name: str) -> Array:
+        """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
+        return self.channels[name] if name in self.channels else self.measured_input(name)
+
+    def measured_input(self, name: str) -> Array:
+        """Motion that the case does not integrate and the log gives, (N,), SI; zero where there is none."""
+        leading = input_columns_of(self.manoeuvre.axes)
+        if name not in leading:
+            return np.zeros(self.time.size)
+        return np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)])
 
     @property
     def name(self) -> str:
@@ -77,8 +94,17 @@ def read_recordings(
     ends: dict[float, float] = {}
     for each in made:
         if each.interval not in ends:
-            rates = [other.channels["q"] for other in made if other.interval == each.interval]
-            ends[each.interval] = band_end(rates, each.interval, settings.band_ratio, settings.band_depth, limits)
+            alike = [other for other in made if other.interval == each.interval]
+            ends[each.interval] = max(
+                band_end(
+                    [other.channels[rate] for other in alike],
+                    each.interval,
+                    settings.band_ratio,
+                    settings.band_depth,
+                    limits,
+                )
+                for rate in equations_of(each.manoeuvre.axes).rates
+            )
     return tuple(_refined(each, ends[each.interval], settings.coarsest) for each in made)
 
 

@@ -18,8 +18,10 @@ from aerosid.equation_error.candidates import (
     scores,
     term_candidates,
     to_first_order,
+    told_apart,
     within_limits,
 )
+from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.design import Weights, design_of, gain_over, solve, uncoloured
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
@@ -31,6 +33,11 @@ Array = NDArray[np.float64]
 
 AGREEMENT = 3.0
 """Deviations of their difference by which two recordings' numbers of one instrument may differ."""
+
+
+ALIKE = 0.05
+"""Share, 1, of an instrument's fault by which recordings may differ beyond that: its zero moves a little from flight to
+flight, and what is still missing pulls the recordings' numbers apart. Chosen."""
 
 
 Admitted = Callable[[Estimate, Hypothesis], bool]
@@ -145,7 +152,7 @@ def _best(
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
     uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
     candidates: list[Candidate] = []
-    if "C_m" in frame.kinds:
+    if any(kind in COEFFICIENT for kind in frame.kinds):
         candidates = term_candidates(frame, base, open_)
         for each in (base, uncoloured_):
             open_ += [h for h in sudden_hypotheses(frame, each, coefficients) if h.label not in taken]
@@ -238,14 +245,18 @@ TIMINGS = (
 """Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
 
 
-ONE_DISTANCE = frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")})
-"""Kinematics show how far the vane is from the accelerometer along the body, and not where either is."""
+ONE_DISTANCE = (
+    frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
+    frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
+)
+"""Kinematics show how far each vane is from its accelerometer, and not where either is."""
 
 
 def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
     """Whether a chosen hypothesis says already when the same channel answers, or how far two sensors are apart."""
     name = (hypothesis.kind, hypothesis.where)
-    if name in ONE_DISTANCE and any((each.hypothesis.kind, each.hypothesis.where) in ONE_DISTANCE for each in chosen):
+    known = {(each.hypothesis.kind, each.hypothesis.where) for each in chosen}
+    if any(name in distance and known & distance for distance in ONE_DISTANCE):
         return True
     return any(
         each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
@@ -259,9 +270,9 @@ def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, ru
     scored = scores(base, candidates)
     gains = scored.gains
     order: list[int] = []
-    seen: set[tuple[str, str, str]] = set()
+    seen: set[tuple[str, ...]] = set()
     for n in np.argsort(-gains):
-        label = candidates[n].hypothesis.label
+        label = told_apart(candidates[n].hypothesis)
         if label in seen or gains[n] < 0.3 * rules.price(candidates[n].hypothesis):
             continue
         if candidates[n].hypothesis.entries and scored.own[n] < frame.settings.distinct:
@@ -342,6 +353,9 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float 
     if len(recordings) < 2 or len(places) != 1:
         return True
     column = found.design.columns[:, places[0]]
+    _, effect, number = found.design.unknowns[places[0]]
+    active = found.point.effects[int(str(effect))]
+    distance = abs(active.values[int(str(number))] - active.effect.parameters[int(str(number))].null)
     split = np.zeros((column.size, len(recordings)))
     for s, (recording, _) in enumerate(found.design.segments):
         rows = found.design.rows(s)
@@ -360,6 +374,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float 
     for i in range(len(recordings)):
         for j in range(i):
             apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
-            if abs(values[i] - values[j]) > deviations * float(np.sqrt(max(apart, 1e-300))):
+            further = abs(values[i] - values[j]) - ALIKE * distance
+            if further > deviations * float(np.sqrt(max(apart, 1e-300))):
                 return False
     return True

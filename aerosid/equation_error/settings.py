@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from aerosid.flight_model.axes import Axes
+
 
 def _drifts() -> Mapping[str, float]:
-    return {"theta": 1e-4, "alpha": 3e-4, "V": 0.01, "h": 0.5}
+    return {"theta": 1e-4, "phi": 2e-4, "psi": 2e-4, "alpha": 3e-4, "beta": 3e-4, "V": 0.01, "h": 0.5}
+
+
+def _asymmetry() -> Mapping[str, float]:
+    return {"C_Y": 0.005, "C_l": 0.001, "C_n": 0.002}
 
 
 @dataclass(frozen=True)
@@ -21,6 +27,9 @@ class EquationErrorSettings:
         this share over the number of hypotheses asked, so that an effect enters where its posterior odds by Schwarz's
         criterion pass one: gain in ln L - (k/2) ln N > ln(asked/false_alarm). Verified by Monte Carlo in
         tests/equation_error/test_false_alarms.py.
+    sideways_false_alarm : float
+        The same where sideslip is compared: two of 200 clean flights may have something named, by whatever method, and
+        real flights leave in C_l and C_n what no term of the library is.
     deviations : float
         Distance from none, in its own corrected deviations, that a final value must keep. Three: one in 370 by chance.
     order : int
@@ -28,7 +37,8 @@ class EquationErrorSettings:
         Identification, section 6.3, use correlation up to a short-period's length; four poles hold a resonance, a bend
         and a drift.
     memory : float
-        Longest memory, s, that the colour of a coefficient's residual may have: what is slower must be explained.
+        Longest memory, s, that the colour of a coefficient's residual may have, and of the paths of bank, heading and
+        sideslip, which a gyro's zero bends: what is slower must be explained.
         About the scale of moderate turbulence over the airspeed (MIL-F-8785C: 530 m at 180 m/s).
     band_ratio : float
         Power of q over its noise floor, 1, up to which frequencies are used: the band in which the motion is known.
@@ -49,6 +59,9 @@ class EquationErrorSettings:
     drifts : mapping of str to float
         Standard deviation of the drift of each kinematic equation from recording to recording, unit/s: rates of gyros
         (0.006 deg/s), of the wind and of vertical air.
+    asymmetry : mapping of str to float
+        Standard deviation, 1, of the constants of side force, rolling and yawing moment: aircraft are nearly symmetric
+        and trimmed. About what a degree of sideslip or a third of a degree of aileron makes.
     separation_range : float
         Span of alpha, rad, from which on flow separation is asked: six degrees.
     factor_odds : float
@@ -73,6 +86,9 @@ class EquationErrorSettings:
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
+    calm : float
+        Share of the sideslip, 1, that its vane may show beyond the inertial path for the air to be calm: an
+        output-error estimate then gives the numbers of the structure that the equations decided. Chosen: a tenth.
     closed : float
         Kinematic residual over the noise of successive samples, 1, up to which the kinematics of a flight are closed:
         white noise leaves at most 1 in the band, half as much again is for that of the integrated accelerometers.
@@ -98,6 +114,7 @@ class EquationErrorSettings:
     """
 
     false_alarm: float = 0.01
+    sideways_false_alarm: float = 0.003
     deviations: float = 3.0
     order: int = 4
     memory: float = 3.0
@@ -109,6 +126,7 @@ class EquationErrorSettings:
     coarsest: float = 0.04
     blend: float = 1.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
+    asymmetry: Mapping[str, float] = field(default_factory=_asymmetry)
     separation_range: float = 0.105
     factor_odds: float = 0.3
     height_bend: float = 0.02
@@ -117,6 +135,7 @@ class EquationErrorSettings:
     most: int = 12
     doubt: float = 1.0
     least_rise: float = 0.002
+    calm: float = 0.1
     closed: float = 1.5
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
@@ -125,3 +144,7 @@ class EquationErrorSettings:
     alike: float = 12.5
     usual_excess: float = 1.4
     usual_freedom: float = 20.0
+
+    def alarm(self, axes: Axes) -> float:
+        """Probability that a flight of a case with nothing missing has something named."""
+        return self.sideways_false_alarm if "v" in axes.integrated else self.false_alarm

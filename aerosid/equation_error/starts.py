@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect
+from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.cg_shift import sudden_cg_shift
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.candidates import joined
+from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.design import design_of, regress
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns
 from aerosid.equation_error.instruments import CONTROLS
@@ -22,7 +24,7 @@ from aerosid.equation_error.recording import Recording
 
 Array = NDArray[np.float64]
 
-MAINLY = {"C_X": "C_X", "C_D": "C_X", "C_Z": "C_Z", "C_L": "C_Z", "C_m": "C_m"}
+MAINLY = {name: name for name in COEFFICIENT} | {"C_D": "C_X", "C_L": "C_Z"}
 """The body-axis equation in which a coefficient's sudden change shows most."""
 
 EDGE = 4
@@ -61,6 +63,8 @@ def sudden_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str])
                     found.append(_at(thrust_change(moment, rise), moment, recording.name, slow=slow))
                 elif coefficient == "C_m":
                     found.append(_at(sudden_cg_shift("x", moment, rise), moment, recording.name, slow=slow))
+                elif coefficient == "C_l" and "w" in recording.manoeuvre.axes.integrated:
+                    found.append(_at(sudden_cg_shift("y", moment, rise), moment, recording.name, slow=slow))
     return found
 
 
@@ -94,7 +98,9 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
 def may_separate(frame: Frame) -> bool:
     """Whether alpha spans enough on a fitted recording to show flow separation."""
     return any(
-        float(np.ptp(r.channels["alpha"])) >= frame.settings.separation_range for r in frame.recordings if r.fitted
+        float(np.ptp(r.channels["alpha"])) >= frame.settings.separation_range
+        for r in frame.recordings
+        if r.fitted and "alpha" in r.channels
     )
 
 
@@ -108,10 +114,11 @@ def of_controls(hypothesis: Hypothesis) -> bool:
 
 def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
     """Flow separation from several starts, the likeliest first; none where alpha spans too little to show any."""
-    if not may_separate(frame):
+    symmetric = [name for name in coefficients if is_symmetric(name)]
+    if not symmetric or not may_separate(frame):
         return []
     alphas = [r.channels["alpha"] for r in frame.recordings if r.fitted]
-    drag, lift, moment = coefficients
+    drag, lift, moment = symmetric
     highest = max(float(np.max(alpha)) for alpha in alphas)
     effect = flow_separation(highest, lift, (drag, moment))
     ranked = []

@@ -116,6 +116,17 @@ def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, leas
     return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
+def unconfirmed(frame: Frame, without: Estimate, found: Estimate, coefficient: str) -> bool:
+    """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
+    before, after = (left_over(frame, each, gusts=False) for each in (without, found))
+    falls = [
+        float(np.mean(before[key].left ** 2 - each.left**2))
+        for key, each in after.items()
+        if key[1] == coefficient and not frame.recordings[key[0]].fitted
+    ]
+    return bool(falls) and max(falls) <= 0.0
+
+
 def _deviation_of_mean(values: Array) -> float:
     """Standard deviation of the mean of a coloured series (Newey & West, 1987)."""
     centred = values - values.mean()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, StateEffect, frozen
+from aerosid.effects import KINDS, ActiveEffect, StateEffect, frozen
 from aerosid.effects.sudden import at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model, recorded
@@ -48,6 +48,7 @@ def respond(
     *,
     effects: Sequence[ActiveEffect] = (),
     constants_of: tuple[str, ...] = (),
+    zeros: bool = False,
     state: NDArray[np.float64] | None = None,
 ) -> Response:
     """The open-loop response of `model` to the inputs of a log.
@@ -65,6 +66,8 @@ def respond(
     constants_of : tuple of str
         Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
         differ between flights.
+    zeros : bool
+        Whether the zeros of instruments that the effects hold are estimated on this log too.
     state : ndarray, shape (n,), optional
         Where the search of the initial state begins, if it is finite; by default at the first samples.
     """
@@ -75,7 +78,7 @@ def respond(
             model,
             [manoeuvre],
             constants,
-            effects=[frozen(active) for active in effects],
+            effects=[active if zeros and _is_zero(active) else frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
             settings=_INITIAL_STATE,
@@ -92,6 +95,12 @@ def respond(
             error = difference[held, i]
             rms[name] = float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else None
     return Response(outputs, states, rms)
+
+
+def _is_zero(active: ActiveEffect) -> bool:
+    """Whether an effect is the zero of an instrument, which differs between flights."""
+    kind = KINDS.get(active.effect.kind)
+    return kind is not None and kind.is_zero
 
 
 def simulate(

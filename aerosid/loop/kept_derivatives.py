@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
-from aerosid.estimation.maximum_likelihood import refine_on
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.derivative_table import is_shown
 from aerosid.search.attribution import Attribution
@@ -101,7 +100,7 @@ def _held(found: Attribution, values: Mapping[Entry, float], search: StructureSe
     places = [n for n, entry in enumerate(completed.free) if entry not in values]
     free = tuple(completed.free[n] for n in places)
     start = replace(completed, model=completed.model.with_values(numbers), free=free)
-    restricted = refine_on(start, search.manoeuvres)
+    restricted = found.estimated_anew(start, search.manoeuvres)
     spread = _only(found.completed_deviations, places)
     beside = found.filter_error
     if beside is not None:

@@ -10,6 +10,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.shared_damping import USUAL, SharedDamping
@@ -22,6 +23,7 @@ from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.calm_air import estimated_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.final_significance import significant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
@@ -93,7 +95,7 @@ class Answer:
 
 CASES: dict[Method, tuple[Axes, ...]] = {
     "evidence": (LONGITUDINAL, LATERAL, SIX),
-    "equations": (LONGITUDINAL,),
+    "equations": (LONGITUDINAL, LATERAL, SIX),
     "likelihood": (LONGITUDINAL, LATERAL, SIX),
     "iebmee": (LONGITUDINAL,),
 }
@@ -165,16 +167,13 @@ def by_equations(question: Question, settings: LoopSettings, progress: Progress)
     return _by_equations(faults, question, settings, progress)
 
 
-RECONSTRUCTED = ("V", "alpha", "q", "a_x", "a_z")
-"""Channels without which there is no path to compare the vane and the airspeed with."""
-
-
 def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults | None:
     """What kinematics prove of the instruments; None where terms alone are asked for or a channel is missing."""
     if settings.catalogue == "terms" or question.aircraft.axes not in CASES["equations"]:
         return None
     flights = (*question.manoeuvres, *question.others)
-    if not all(set(RECONSTRUCTED) <= set(each.outputs) for each in flights):
+    needed = set(equations_of(question.aircraft.axes).needed)
+    if not all(needed <= set(each.outputs) for each in flights):
         return None
     return prove_faults(
         question.declared,
@@ -202,6 +201,8 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         question.declared,
     )
     notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
+    if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
+        found = estimated_in_calm_air(found, decision, search)
     return Answer(found, search, notes=notes, deciding="equations")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
+from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import Response, on_log, respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -82,7 +83,8 @@ def compare(
         effects, given = on_log(found.completed, manoeuvre), on_log(found.before, manoeuvre)
         # Each search of an initial state begins at the nearest one known: the estimate's own, or the last model's.
         fitted = n < len(manoeuvres)
-        plain = respond(declared, manoeuvre, variance, effects=given)
+        # The constants of single records are the estimate's and no part of the file.
+        plain = respond(declared, manoeuvre, variance, effects=[each for each in given if each.effect.kind in KINDS])
         at = found.before.states[n] if fitted else plain.states[0]
         before = respond(found.before.model, manoeuvre, variance, effects=given, state=at)
         at = found.completed.states[n] if fitted else before.states[0]
@@ -93,6 +95,7 @@ def compare(
             variance,
             effects=effects,
             constants_of=aircraft.coefficients,
+            zeros=True,
             state=after.states[0],
         )
         responses = {"declared": plain, "before": before, "after": after, "trimmed": trimmed}

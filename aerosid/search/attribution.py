@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from aerosid.effects.hypothesis import Hypothesis
@@ -60,6 +60,8 @@ class Attribution:
     regressed : bool
         Whether the estimate is a regression's and no simulated flight's: what is held in it moves the other numbers by
         their covariance, and no fit to a simulation comes after it.
+    again : callable or None
+        Of an estimate that keeps some numbers as they were measured: the same of a structure with fewer parts.
     shares : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     """
@@ -77,6 +79,11 @@ class Attribution:
     fallen: tuple[Finding, ...] = ()
     regressed: bool = False
     shares: tuple[CoefficientRow, ...] = ()
+    again: Callable[[Refinement], Refinement] | None = None
+
+    def estimated_anew(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+        """A structure with fewer free parts, by the estimator that the numbers are from."""
+        return refine_on(start, manoeuvres) if self.again is None else self.again(start)
 
     @property
     def terms(self) -> tuple[Entry, ...]:

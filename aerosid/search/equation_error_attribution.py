@@ -64,8 +64,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
     declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
     findings = [_finding(row, decision, stands) for row in decision.findings]
-    if (gust := _gust(decision.turbulence)) is not None:
-        findings.append(gust)
+    findings.extend(_gust(seen) for seen in decision.turbulence)
     return Attribution(
         declared,
         stands.refinement,
@@ -234,12 +233,10 @@ def _alternative(row: Alternative, asked: int) -> Finding:
     )
 
 
-def _gust(seen: Turbulence | None) -> Finding | None:
-    """The turbulence that vane and lift show together, as a finding."""
-    if seen is None:
-        return None
+def _gust(seen: Turbulence) -> Finding:
+    """The turbulence along one axis that a vane and its force show together, as a finding."""
     return Finding(
-        kind="gust",
+        kind=seen.kind,
         where="",
         term="",
         entry=None,

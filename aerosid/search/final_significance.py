@@ -9,7 +9,6 @@ import numpy as np
 
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.filter_error import filter_error, widened
-from aerosid.estimation.maximum_likelihood import refine_on
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import Confirmed
 from aerosid.search.finding_rows import finding_of, findings_of
@@ -63,11 +62,13 @@ def _weakest(found: Attribution, search: StructureSearch) -> Part | None:
     """The part whose number stands least; None where all stand."""
     asked = search.settings.final_deviations
     parts = [part for part in search.parts(found.completed, found.completed_deviations) if not part.is_disturbance]
-    failing = [part for part in parts if _distance(part) < asked or not has_the_confirmed_sign(part, found.confirmed)]
-    return min(failing, key=_distance, default=None)
+    failing = [
+        part for part in parts if distance_from_none(part) < asked or not has_the_confirmed_sign(part, found.confirmed)
+    ]
+    return min(failing, key=distance_from_none, default=None)
 
 
-def _distance(part: Part) -> float:
+def distance_from_none(part: Part) -> float:
     """By how many of its standard errors a part is from none: that of its most certain number, where it has several."""
     if part.active is None or not part.parameters:
         return abs(part.value - part.null) / part.std_error if part.std_error > 0.0 else 0.0
@@ -86,7 +87,7 @@ def _without(found: Attribution, part: Part, search: StructureSearch) -> Attribu
     """All re-estimated without one part, by the estimators that the numbers are from."""
     struck = search.struck_out(found.completed, [part])
     is_declared = (struck.free, struck.effects) == (found.before.free, found.before.effects)
-    completed = found.before if is_declared else refine_on(struck, search.manoeuvres)
+    completed = found.before if is_declared else found.estimated_anew(struck, search.manoeuvres)
     spread = deviations(completed, search.manoeuvres)
     beside = found.filter_error
     if beside is not None:

@@ -1,0 +1,114 @@
+"""Choice among instruments' faults that kinematics hardly tell apart, by the coefficients that they would leave.
+
+A gyro's zero, an accelerometer's and an attitude's are one drift of the sideslip; a vane ahead of its place and an
+accelerometer behind it are one path. Kinematics give each the same likelihood; the side force does not, nor do the
+constants of an aircraft that is nearly symmetric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aerosid.effects import frozen
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.candidates import (
+    effect_candidates,
+    joined,
+    scores,
+    to_first_order,
+    told_apart,
+    within_limits,
+)
+from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.points import Point
+from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told, without
+
+MORE = 4.0
+"""Gain in ln L of kinematics and coefficients together from which another fault takes a chosen one's place: odds of
+fifty. Chosen."""
+
+
+ABOUT_THE_SAME = 0.8
+"""Share, 1, of what a fault brings to the kinematics that another must bring to be about the same thing. Chosen."""
+
+
+@dataclass(frozen=True)
+class CoefficientsBeside:
+    """The coefficient equations beside some kinematic ones.
+
+    `frame` of them on all recordings; `start` the declared structure.
+    """
+
+    frame: Frame
+    start: Point
+
+    def log_likelihood(self, kinematic: Estimate) -> float:
+        """Ln L of the declared structure's coefficients where the instruments have the faults of an estimate."""
+        effects = tuple(frozen(active) for active in kinematic.point.effects)
+        return estimate(self.frame, replace(self.start, effects=effects)).log_likelihood
+
+    def admit(self, found: Estimate, hypothesis: Hypothesis) -> bool:
+        """Whether the last fault of a kinematic estimate costs the coefficients less than it brings.
+
+        What it brings is asked of the kinematic equations with the same weights.
+        """
+        count = len(hypothesis.effects)
+        before = replace(found.point, effects=found.point.effects[:-count])
+        base = estimate(found.frame, before, found.solution.weights, steps=4)
+        cost = self.log_likelihood(base) - self.log_likelihood(found)
+        return cost < found.gain_over(base)
+
+
+def chosen_with_coefficients(
+    selected: Selected, asked: Sequence[Hypothesis], rules: Rules, beside: CoefficientsBeside
+) -> Selected:
+    """The faults, each changed for one that does about the same to the kinematics where the coefficients say so."""
+    for each in selected.chosen:
+        bare = estimate(
+            selected.estimate.frame,
+            without(selected.estimate.point, each),
+            selected.estimate.solution.weights,
+            steps=4,
+        )
+        brought = selected.estimate.gain_over(bare)
+        # Both leave about the same: each is judged by the noise that it leaves itself.
+        held = (
+            beside.log_likelihood(selected.estimate) + selected.estimate.log_likelihood - rules.price(each.hypothesis)
+        )
+        best: tuple[float, Estimate, Hypothesis] | None = None
+        for found, hypothesis in _in_its_place(bare, selected, each, asked):
+            if found.gain_over(bare) < ABOUT_THE_SAME * brought:
+                continue
+            more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - held
+            if more > MORE and (best is None or more > best[0]):
+                best = more, found, hypothesis
+        if best is not None:
+            others = tuple(other for other in selected.chosen if other is not each)
+            selected = Selected(best[1], (*others, Chosen(best[2], each.kinematic, each.gain)))
+    return selected
+
+
+def _in_its_place(
+    bare: Estimate, selected: Selected, each: Chosen, asked: Sequence[Hypothesis]
+) -> Iterator[tuple[Estimate, Hypothesis]]:
+    """Estimates with each of the likeliest other faults in the place of a chosen one, beside the `bare` structure."""
+    frame = selected.estimate.frame
+    rest = [other for other in selected.chosen if other is not each]
+    taken = {other.hypothesis.label for other in selected.chosen}
+    open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
+    candidates = effect_candidates(frame, bare, open_)
+    tried: set[tuple[str, ...]] = set()
+    for n in np.argsort(-scores(bare, candidates).gains):
+        name = told_apart(candidates[n].hypothesis)
+        if name in tried:
+            continue
+        tried.add(name)
+        trial, hypothesis = to_first_order(bare, candidates[n])
+        found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
+        if within_limits(found, hypothesis):
+            yield found, hypothesis
+        if len(tried) == frame.settings.shortlist:
+            return

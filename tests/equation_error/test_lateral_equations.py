@@ -1,0 +1,105 @@
+"""Kinematic and coefficient equations with rolling and yawing motion, on flights of the suite's own rigid body."""
+
+from dataclasses import replace
+
+import lateral_flights as commuter
+import numpy as np
+import pytest
+from equations_decided import decided, questioned
+from numpy.typing import NDArray
+
+from aerosid.aircraft import Aircraft
+from aerosid.equation_error.channels import equations_of
+from aerosid.equation_error.coefficient_equations import CoefficientEquations
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct, unfollowed
+from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.settings import EquationErrorSettings
+
+Array = NDArray[np.float64]
+
+SETTINGS = EquationErrorSettings()
+LATERAL = commuter.aircraft(commuter.SIDE)
+SIX = commuter.aircraft({**commuter.PITCH, **commuter.SIDE})
+PLACES = {"beta": (2.0, 0.0, -0.5), "a_y": (-1.0, 0.3, 0.6), "alpha": (3.0, 0.5, 0.2), "a_z": (0.5, 0.2, -0.4)}
+
+
+def named(decision: EquationErrorDecision) -> set[tuple[str, str]]:
+    return {(row.hypothesis.kind, row.hypothesis.where) for row in decision.findings}
+
+
+@pytest.mark.parametrize("aircraft", [LATERAL, SIX], ids=["lateral", "six"])
+def test_paths_and_coefficients_are_those_of_an_independent_rigid_body(aircraft: Aircraft) -> None:
+    flight = commuter.Lateral(noise=0.0, positions=PLACES, interval=0.02, duration=12.0)
+    log = replace(flight.log(), positions=PLACES)
+    model, manoeuvre = questioned(aircraft, log)
+    (recording,) = read_recordings([manoeuvre], [], SETTINGS)
+    motion = reconstruct(recording, (), recording.channels, SETTINGS.blend)
+    paths = predicted_records(recording, (), motion)
+    assert set(paths) == set(equations_of(aircraft.axes).kinematic)
+    for name, path in paths.items():
+        away = path - recording.channels[name]
+        assert np.ptp(away - away.mean()) < 2e-3 * np.ptp(recording.channels[name])
+    equations = CoefficientEquations(recording, model, (), motion, ())
+    nothing = CoefficientEquations(recording, model.with_values(0.0 * model.values), (), motion, ())
+    assert set(equations.names) == set(aircraft.coefficients)
+    for name in equations.names:
+        # The controls jump: the spline's derivative of a rate rings there, and nowhere else.
+        assert np.median(np.abs(equations.target(name))) < 2e-3 * np.ptp(nothing.target(name))
+
+
+def test_a_heading_that_does_not_follow_the_rates_is_left_out() -> None:
+    log = commuter.Lateral(noise=1.0, duration=12.0).log()
+    swinging = replace(log, channels={**log.channels, "psi": 0.1 * np.sin(log.time)})
+    for each, expected in ((log, ()), (swinging, ("psi",))):
+        (recording,) = read_recordings([questioned(LATERAL, each)[1]], [], SETTINGS)
+        assert unfollowed(recording, SETTINGS.blend) == expected
+
+
+def late(delay: float) -> commuter.Lateral:
+    return commuter.Lateral(
+        sensors={"r": lambda _time, true: true - 0.015},
+        surfaces={"delta_a": lambda time, given: np.interp(time - delay, time, given)},
+        positions={"a_y": (0.3, 0.0, 0.6)},
+    )
+
+
+def test_a_zero_a_place_and_a_late_surface_are_told_together() -> None:
+    logs = [replace(late(0.04), seed=seed).log(mirrored=seed == 8, name=f"flight {seed}") for seed in (7, 8)]
+    found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
+    numbers = {(row.hypothesis.kind, row.hypothesis.where): row for row in found.findings}
+    assert set(numbers) == {("sensor_bias", "r"), ("sensor_position", "a_y"), ("control_delay", "delta_a")}
+    assert numbers["sensor_bias", "r"].value == pytest.approx(-0.015, abs=0.001)
+    assert numbers["control_delay", "delta_a"].value == pytest.approx(0.04, abs=0.005)
+    place = numbers["sensor_position", "a_y"].active
+    assert place is not None
+    below = dict(zip(place.effect.axes, place.values, strict=True))["z"]  # type: ignore[union-attr]
+    assert below == pytest.approx(0.6, abs=0.1)
+
+
+def gusts(seed: int, sigma: float, samples: int, interval: float, length: float = 200.0) -> Array:
+    """A first-order Gauss-Markov wind from the side, m/s."""
+    kept = float(np.exp(-commuter.SPEED * interval / length))
+    noise = np.random.default_rng(seed).standard_normal(samples)
+    wind = np.empty(samples)
+    wind[0] = sigma * noise[0]
+    for k in range(1, samples):
+        wind[k] = kept * wind[k - 1] + sigma * np.sqrt(1.0 - kept**2) * noise[k]
+    return wind
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed: int) -> None:
+    calm = commuter.Lateral(seed=seed, size=1.3)
+    logs = [
+        replace(calm, seed=10 * seed + n, inputs={"side_gust": gusts(20 * seed + n, 0.7, calm.time.size, 0.04)}).log(
+            mirrored=n == 1, name=f"flight {n}"
+        )
+        for n in range(2)
+    ]
+    found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
+    assert named(found) == set(), [(r.hypothesis.label, r.value, r.std_errors, r.gain) for r in found.findings]
+    assert found.gust_share > SETTINGS.calm
+    (air,) = found.turbulence
+    assert air.kind == "side_gust"
+    assert air.sigma == pytest.approx(0.7, rel=0.5)

@@ -1,0 +1,49 @@
+"""Lateral recordings of real aircraft against what others published of them; skipped where absent."""
+
+from pathlib import Path
+
+import pytest
+from recordings import recording
+
+from aerosid.aircraft import load_aircraft
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.result import ClosedLoop, Effect
+from aerosid.loop.settings import LoopSettings
+
+pytestmark = pytest.mark.slow
+
+BRIEF = LoopSettings(next_flight=False, linear_analysis=False, paper_chain=False)
+
+
+def read(name: str, channel_map: str = "") -> FlightLog:
+    path = Path(recording(f"lateral/{name}"))
+    return read_log(path, Path(recording(f"lateral/{channel_map}"))) if channel_map else read_log(path)
+
+
+def by_name(result: ClosedLoop) -> dict[tuple[str, str], Effect]:
+    return {(effect.kind, effect.where): effect for effect in result.effects}
+
+
+def test_the_twin_otter_has_a_low_yaw_rate_an_accelerometer_below_and_a_late_aileron_and_nothing_else() -> None:
+    aircraft = load_aircraft(Path(recording("lateral/twin_otter.aircraft.toml")))
+    result = close_loop([read("twin_otter_f1_017.csv")], aircraft, [read("twin_otter_f1_014.csv")], settings=BRIEF)
+    found = by_name(result)
+    assert set(found) == {("sensor_bias", "r"), ("sensor_position", "a_y"), ("control_delay", "delta_a")}
+    assert found["sensor_bias", "r"].value == pytest.approx(-0.0157, abs=0.001)
+    assert found["sensor_position", "a_y"].parameters["z"].value == pytest.approx(0.60, abs=0.03)
+    assert found["control_delay", "delta_a"].value == pytest.approx(0.018, abs=0.001)
+    unseen = {row.channel: row.r2_trimmed for row in result.errors if row.role == "validation"}
+    least = {"p": 0.9985, "r": 0.998, "a_y": 0.982, "beta": 0.996, "phi": 0.989}
+    assert {name for name, value in least.items() if (unseen[name] or 0.0) < value} == set()
+
+
+def test_attas_has_gyros_and_attitudes_that_disagree_in_scale_and_gyros_that_are_off_zero() -> None:
+    aircraft = load_aircraft(Path(recording("lateral/attas.aircraft.toml")))
+    logs = [read(f"attas_{name}1.csv", "attas.channels.toml") for name in ("ail", "rud")]
+    found = by_name(close_loop(logs, aircraft, settings=BRIEF))
+    assert found["sensor_bias", "p"].value == pytest.approx(0.0011, abs=0.0002)
+    assert found["sensor_bias", "r"].value == pytest.approx(0.0010, abs=0.0002)
+    assert found["sensor_scale", "p"].value == pytest.approx(1.0 / 0.973, abs=0.004)
+    assert -0.065 < found["control_delay", "delta_r"].value < -0.025

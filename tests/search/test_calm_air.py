@@ -1,0 +1,42 @@
+"""The output-error estimate of what the equations show, of two records whose trims differ."""
+
+import lateral_flights as commuter
+import numpy as np
+import pytest
+
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
+
+EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
+TURNED = {("C_l", "1"): 0.0008, ("C_n", "1"): 0.0006}
+
+
+@pytest.fixture(scope="module")
+def joint() -> ClosedLoop:
+    late = {"delta_r": lambda time, given: np.interp(time - 0.08, time, given)}
+    one = commuter.Lateral(seed=21, surfaces=late).log(name="one")
+    two = commuter.Lateral(seed=22, surfaces=late, extra=TURNED).log(mirrored=True, name="two")
+    return close_loop([one, two], commuter.aircraft(commuter.SIDE, 0.93), settings=EQUATIONS)
+
+
+def test_the_late_rudder_is_named_alone_and_measured(joint: ClosedLoop) -> None:
+    (rudder,) = joint.effects
+    assert (rudder.kind, rudder.where) in {("control_delay", "delta_r"), ("control_lag", "delta_r")}
+    assert abs(rudder.value - 0.08) < 4.0 * rudder.std_error
+
+
+def test_derivatives_are_within_their_deviations_though_the_trims_differ(joint: ClosedLoop) -> None:
+    for row in joint.derivatives:
+        if row.term != "1" and row.shown:
+            truth = commuter.SIDE[row.coefficient, row.term]
+            assert row.std_error is not None
+            assert abs(row.value - truth) < 4.0 * row.std_error
+
+
+def test_each_record_is_simulated_with_its_own_constants(joint: ClosedLoop) -> None:
+    rows = [row for row in joint.errors if row.channel in ("p", "r", "phi", "beta", "a_y")]
+    assert {row.log for row in rows} == {"one", "two"}
+    for row in rows:
+        assert row.after is not None
+        assert row.after < 1.15 * commuter.NOISE[row.channel]
