@@ -10,7 +10,12 @@ import numpy as np
 from aerosid.manoeuvres.conditions import steady_turns, trim_points, turns
 from aerosid.manoeuvres.found import Rejected, Stretch
 from aerosid.manoeuvres.lateral_tests import aileron_tests, rudder_tests
-from aerosid.manoeuvres.longitudinal_tests import elevator_pulse_before, elevator_tests, stall_approaches
+from aerosid.manoeuvres.longitudinal_tests import (
+    STANDARD_SHAPES,
+    elevator_pulse_before,
+    elevator_tests,
+    stall_approaches,
+)
 from aerosid.manoeuvres.oscillations import phugoids, spirals
 from aerosid.manoeuvres.record import BoolArray, FlightRecord
 from aerosid.manoeuvres.settings import FinderSettings
@@ -27,7 +32,8 @@ def stretches(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stre
     rudder, rudder_rejected = rudder_tests(record, settings)
     aileron, aileron_rejected = aileron_tests(record, settings)
     free = _without(phugoids(record, settings) + spirals(record, settings), (*elevator, *rudder, *aileron))
-    stalls = stall_approaches(record, settings)
+    standard = [stretch for stretch in (*elevator, *rudder, *aileron) if stretch.kind in STANDARD_SHAPES]
+    stalls = [stall for stall in stall_approaches(record, settings) if not _set_off(record, stall, standard)]
     # An approach to the stall holds the elevator inputs of its recovery.
     inputs = [stretch for stretch in (*elevator, *rudder, *aileron) if not _within_any(stretch, stalls)]
     pulses = [
@@ -35,7 +41,9 @@ def stretches(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stre
         for stretch in free
         if stretch.kind == "phugoid" and (pulse := elevator_pulse_before(record, stretch, settings)) is not None
     ]
-    # The pulse that set off a phugoid is known by what followed: it replaces what its shape alone was taken for.
+    # The pulse that set off a phugoid is known by what followed: it replaces what its shape alone was taken for, but
+    # for an input of a standard shape, which may set off a phugoid as well.
+    pulses = [pulse for pulse in pulses if not _within_any(pulse, standard)]
     inputs = [stretch for stretch in inputs if not _within_any(stretch, pulses)]
     dynamic = _apart(settled([*inputs, *stalls, *free, *pulses]))
     untaken = _free_samples(record, dynamic)
@@ -51,6 +59,13 @@ def stretches(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stre
         sorted([*dynamic, *conditions], key=lambda stretch: (stretch.first, -stretch.last)),
         sorted(rejected, key=lambda entry: entry.first),
     )
+
+
+def _set_off(record: FlightRecord, stall: Stretch, standard: Sequence[Stretch]) -> bool:
+    """Whether a deceleration is the answer to an input of standard shape, which goes on or begins in its first half."""
+    slowest = stall.first + int(np.argmin(record["V"][stall.first : stall.last + 1]))
+    middle = (stall.first + slowest) // 2
+    return any(entry.first < middle and entry.last > stall.first for entry in standard)
 
 
 def settled(found: Sequence[Stretch]) -> list[Stretch]:

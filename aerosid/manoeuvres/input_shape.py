@@ -13,7 +13,7 @@ from scipy.stats import spearmanr
 from aerosid.manoeuvres.record import FloatArray, runs
 from aerosid.manoeuvres.settings import FinderSettings
 
-__all__ = ["InputShape", "Lobe", "half_cycles", "input_lobes", "input_shape"]
+__all__ = ["InputShape", "Lobe", "goes_one_way", "half_cycles", "input_lobes", "input_shape"]
 
 
 class Lobe(NamedTuple):
@@ -66,10 +66,13 @@ def input_lobes(deviation: FloatArray, interval: float, unit: float, settings: F
         return ()
     join = settings.lobe_join * unit / interval
     lobes: list[tuple[int, int, float]] = []
+    level = settings.lobe_level * amplitude
     for sign in (1.0, -1.0):
         joined: list[list[int]] = []
-        for first, last in runs(sign * deviation > settings.lobe_level * amplitude):
-            if joined and first - joined[-1][1] <= join:
+        for first, last in runs(sign * deviation > level):
+            # Between two of one sign there may be one of the other, shorter than what is bridged.
+            near = joined and first - joined[-1][1] <= join
+            if near and float(np.min(sign * deviation[joined[-1][1] : first])) > -level:
                 joined[-1][1] = last
             else:
                 joined.append([first, last])
@@ -140,6 +143,12 @@ def _named(
         if misfit <= np.log(settings.width_factor):
             return name
     return "steps" if square >= settings.square else "hand"
+
+
+def goes_one_way(deviation: FloatArray, settings: FinderSettings) -> bool:
+    """Whether an input is a frequency sweep: enough half cycles, and their lengths go one way."""
+    halves = half_cycles(deviation, settings)
+    return len(halves) >= 2.0 * settings.sweep_cycles and _order(halves) >= settings.sweep_order
 
 
 def _order(halves: Sequence[int]) -> float:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aerosid.manoeuvres.input_shape import half_cycles
+from aerosid.manoeuvres.input_shape import goes_one_way, half_cycles
 from aerosid.manoeuvres.record import FlightRecord, FloatArray, Surface, runs
 from aerosid.manoeuvres.settings import FinderSettings
 
@@ -137,7 +137,8 @@ def _relation(
     # Hands and air make small movements before a test; they are no part of it.
     if not (away or near) or moved < settings.like_level * moves:
         return "apart"
-    return "one input" if near or moves >= settings.like_level * moved else "aside"
+    least = settings.lead_share if near else settings.like_level
+    return "one input" if moves >= least * moved else "aside"
 
 
 def _nearest(away: FloatArray, window: int) -> float:
@@ -154,6 +155,15 @@ def _first_moved(record: FlightRecord, surface: Surface, first: int) -> int:
     half = record.samples(0.15, first)
     rested = np.flatnonzero(surface.still[earliest : first + 1])
     return min(first, earliest + (int(rested[-1]) + half if rested.size else 0))
+
+
+def _last_moved(surface: Surface, onset: int, last: int, settings: FinderSettings) -> int:
+    """Where a sweep ends: at its fast end the aircraft answers less and less, the surface goes on as before."""
+    least = settings.like_level * float(surface.travel[onset : last + 1].max())
+    rested = np.flatnonzero(surface.travel[last:] <= max(least, surface.rest))
+    until = last + int(rested[0]) if rested.size else surface.deflection.size - 1
+    longer = surface.deflection[onset : until + 1]
+    return until if until > last and goes_one_way(longer - np.median(longer), settings) else last
 
 
 def _level_before(record: FlightRecord, surface: Surface, first: int, settings: FinderSettings) -> float:
@@ -181,6 +191,7 @@ def _measured(
     # A sweep begins slower than it is answered; what else moves before an answer was not for it.
     if early < first and len(half_cycles(whole - np.median(whole), settings)) >= 2.0 * settings.sweep_cycles:
         onset = early
+    last = _last_moved(surface, onset, last, settings)
     begin, end = max(0, onset - lead), min(size - 1, last + lead // 2)
     before = _level_before(record, surface, onset, settings)
     away = np.abs(surface.deflection[begin : end + 1] - before)

@@ -21,6 +21,7 @@ from whole_flights import (
     eigenmotions,
     fly_test,
     stepwise,
+    sweep,
 )
 
 import aerosid
@@ -219,6 +220,26 @@ def test_a_sweep_is_one_though_the_pilot_trims_after_it() -> None:
     tail = 0.25 * np.sign(-chirp[-1]) * np.ones(120)
     for deviation in (chirp, np.concatenate([chirp, tail])):
         assert input_shape(0.02 * deviation, 0.005, 1.0, FinderSettings()).name == "sweep"
+
+
+def test_a_sweep_is_one_to_its_fast_end_though_its_answer_dies_away() -> None:
+    """Ten V/g to eight cycles a V/g, whose last third the aircraft hardly answers."""
+    flight = Flight(AIRLINER, seed=16)
+    flight.cruise(8.0)
+    fly_test(flight, "sweep", 10.0, 0.3, delta_e=sweep(10.0, 0.4, 8.0, 0.012))
+    flight.cruise(8.0)
+    kind, start, stop = flight.truth[0]
+    found = find_manoeuvres(flight.log()).dynamic
+    assert [entry.kind for entry in found] == ["sweep"]
+    assert overlap((kind, start, stop), (kind, found[0].start, found[0].stop)) >= 0.9
+
+
+def test_a_pulse_of_one_sign_between_two_of_the_other_parts_them_however_short() -> None:
+    """A 3-2-1-1 whose unit is shorter than what is bridged between lobes of one sign."""
+    unit, interval = 0.04, 0.02 / 10.0
+    levels = np.repeat([1.0, -1.0, 1.0, -1.0], [round(n * unit * 10.0 / interval / 10.0) for n in (3, 2, 1, 1)])
+    shape = input_shape(0.02 * np.concatenate([np.zeros(50), levels, np.zeros(50)]), interval, 1.0, FinderSettings())
+    assert shape.name == "3211"
 
 
 def test_a_train_of_even_steps_that_goes_light_is_no_push_over() -> None:
