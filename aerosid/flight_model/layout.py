@@ -7,6 +7,7 @@ not hold costs nothing: one source serves every case, and each is compiled and k
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 from aerosid.compiled import njit_inline
@@ -75,6 +76,7 @@ class Layout(NamedTuple):
     sizes: StateSizes
 
 
+@cache  # asked at each step of a fit, for one of a few cases
 def layout_of(axes: Axes) -> Layout:
     """The layout of a case."""
     modelled = {*axes.coefficients, *axes.wind_axes}

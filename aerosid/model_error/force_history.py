@@ -179,7 +179,7 @@ def _likeliest(
 
     start = tuple(parameter.trials[0] for parameter in parameters)
     limits = [(parameter.lowest, parameter.highest) for parameter in parameters]
-    return search_in_logarithms(cost, start, limits, least_fall=0.1)
+    return search_in_logarithms(cost, start, limits, least_fall=0.1, settled=0.01)
 
 
 def smoothed_histories(
