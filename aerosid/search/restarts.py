@@ -57,8 +57,9 @@ def profiled(
     for hypothesis in hypotheses:
         (active,) = hypothesis.effects
         parameter = active.effect.parameters[0]
-        last = min(settings.profile_reach * parameter.trials[-1], 0.99 * parameter.highest)
-        for value in np.geomspace(parameter.trials[0], last, settings.profile):
+        late = [trial for trial in parameter.trials if trial > 0.0]
+        last = min(settings.profile_reach * max(late), 0.99 * parameter.highest)
+        for value in np.geomspace(min(late), last, settings.profile):
             tried = replace(active, values=(float(value),))
             effects = (*untouched.effects, frozen(tried))
             starts.append(Start(untouched.model, untouched.free, effects, None, untouched.variance))
