@@ -20,6 +20,7 @@ from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.design import design_of, regress
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns
 from aerosid.equation_error.instruments import CONTROLS
+from aerosid.equation_error.jump_gains import jump_gains
 from aerosid.equation_error.recording import Recording
 
 Array = NDArray[np.float64]
@@ -85,13 +86,15 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
         return None
     at = recording.time[recording.band.rows(recording.time.size)]
     step = float(at[1] - at[0])
-    jumps = np.clip((at[:, None] - at[None, EDGE:-EDGE]) / max(rise, step) + 0.5, 0.0, 1.0)
-    weights = base.solution.weights
-    white = weights.colours[base.design.groups[s]].whitened(jumps) / weights.sizes[s]
-    along = base.solution.slopes[rows].T @ white
-    left = np.sum(white * white, axis=0) - np.sum(along * (base.solution.covariance @ along), axis=0)
-    pull = white.T @ base.solution.whitened[rows]
-    gain = np.where(left > 1e-9 * np.sum(white * white, axis=0), pull**2 / np.maximum(left, 1e-300), 0.0)
+    weights, solution = base.solution.weights, base.solution
+    gain = jump_gains(
+        solution.whitened[rows],
+        solution.slopes[rows],
+        solution.covariance,
+        weights.colours[base.design.groups[s]],
+        max(rise / step, 1.0),
+        np.arange(EDGE, samples - EDGE),
+    )
     return float(at[EDGE + int(np.argmax(gain))])
 
 

@@ -23,7 +23,7 @@ QUICK = ModelErrorSearchSettings(
     shortlist=3,
     rounds=4,
     trial_sweeps=1,
-    held_trials=True,
+    kept_statistics=True,
     sweeps=SweepSettings(searches=(0,), first_spread=None, first_memory=3.0, settled=0.1, shown=2.7),
 )
 """A second opinion may cost a fifth of the loop: few trial fits, the statistics of d(t) sought once a structure."""

@@ -93,7 +93,7 @@ def select(
         Where the declared model with its model error cannot be flown.
     """
     search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
-    before = current = search.sweeps.estimate(start, polished=not settings.held_trials)
+    before = current = search.sweeps.estimate(start, polished=not settings.kept_statistics)
     alternatives: list[Finding] = []
     rounds: list[tuple[Score, ...]] = []
     for n in range(settings.rounds):
@@ -188,8 +188,8 @@ class _Search:
         """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
         trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
         trials += self._in_moving_air(current)
-        for held in sorted(trials, key=lambda trial: trial.price):
-            trial = self._with_own_statistics(current, held)
+        for first in sorted(trials, key=lambda trial: trial.price):
+            trial = self._with_own_statistics(current, first)
             if trial is None:
                 continue
             new = self._new_parts(current, trial.sweep)
@@ -205,9 +205,9 @@ class _Search:
             others = [
                 self._rival(current, other, trial)
                 for other in trials
-                if other is not held and other.price - held.price < self.settings.reach
+                if other is not first and other.price - first.price < self.settings.reach
             ]
-            whole = trial.sweep if self.settings.held_trials else self.sweeps.estimate(trial.sweep.swept)
+            whole = trial.sweep if self.settings.kept_statistics else self.sweeps.estimate(trial.sweep.swept)
             if apparent_mass(whole, self.manoeuvres[0]) >= self.settings.apparent_mass:
                 continue
             return whole, [other for other in others if other is not None]
@@ -215,7 +215,7 @@ class _Search:
 
     def _with_own_statistics(self, current: Sweep, trial: _Trial) -> _Trial | None:
         """A trial as it is compared with the structure before; None where it is not significant as it stands."""
-        if not self.settings.held_trials or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
+        if not self.settings.kept_statistics or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
             return trial
         new = self._new_parts(current, trial.sweep)
         if not new or self._p_value(trial.sweep, new) > self.settings.false_alarm:
@@ -274,7 +274,7 @@ class _Search:
         listed: dict[tuple[str, str, str], Score] = {}
         best = max((self._worth(score) for score in scores if score.hypothesis.is_plain_term), default=0.0)
         for score in scores:
-            worth, linear = self._worth(score), settings.held_trials and score.hypothesis.is_plain_term
+            worth, linear = self._worth(score), settings.kept_statistics and score.hypothesis.is_plain_term
             enough = worth > settings.least_share * least and worth >= settings.nearly_best * best * linear
             if enough and len(listed) < settings.shortlist:
                 listed.setdefault(score.hypothesis.label, score)
@@ -293,7 +293,7 @@ class _Search:
         hypothesis, settings = score.hypothesis, self.settings
         sweeps = []
         starts = self._starts(score)
-        whole = not settings.held_trials
+        whole = not settings.kept_statistics
         for start in starts:
             count = settings.trial_sweeps if len(starts) == 1 else 1
             begun = self._with(current, start)
@@ -317,7 +317,7 @@ class _Search:
         if trials < 2:
             return [score]
         beyond = tuple(np.inf for _ in score.start)
-        asked = (score.trial,) if self.settings.held_trials else range(trials)
+        asked = (score.trial,) if self.settings.kept_statistics else range(trials)
         return [replace(score, start=beyond, trial=trial) for trial in asked]
 
     def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
@@ -379,7 +379,7 @@ class _Search:
         """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
         rows = []
         for part in self.parts(current):
-            if self.settings.held_trials:
+            if self.settings.kept_statistics:
                 rows.append((part, part.ratio**2, self._p_value(current, [part])))
                 continue
             try:

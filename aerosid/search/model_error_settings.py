@@ -30,7 +30,7 @@ class ModelErrorSearchSettings:
         Difference of -2 ln L within which another candidate counts as not told apart: odds of 20 to 1.
     trial_sweeps : int
         Sweeps of a trial fit.
-    held_trials : bool
+    kept_statistics : bool
         Whether trial fits hold the statistics of d(t) of the structure before them, begin from the best scored start
         alone, and a part's gain is its Wald statistic: only what then is likeliest is estimated with statistics of its
         own. A third of the work; ranks are the same where an effect is plain.
@@ -78,7 +78,7 @@ class ModelErrorSearchSettings:
     evidence: float = 8.0
     reach: float = 6.0
     trial_sweeps: int = 3
-    held_trials: bool = False
+    kept_statistics: bool = False
     nearly_best: float = 0.9
     least_share: float = 0.5
     unlike_share: float = 0.1
