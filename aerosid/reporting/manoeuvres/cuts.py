@@ -83,7 +83,7 @@ def _segments(segmentation: FlightSegmentation, log: FlightLog, names: list[str]
 def _page(segmentation: FlightSegmentation, log: FlightLog, names: list[str]) -> str:
     book = FigureBook()
     overview = overview_chart(log, segmentation)
-    whole = book.add(overview, "The whole recording; lines mark every motion.", "Whole recording") if overview else None
+    whole = book.add(overview, "The whole recording; every motion is shaded.", "Whole recording") if overview else None
     rows = []
     for name, manoeuvre in zip(names, segmentation, strict=True):
         kind = KIND_WORDS[manoeuvre.kind]

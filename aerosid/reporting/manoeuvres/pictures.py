@@ -8,7 +8,7 @@ import numpy as np
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
-from aerosid.reporting.figures.chart import Chart, Line, Mark
+from aerosid.reporting.figures.chart import Chart, Corridor, Line, Mark
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
 
@@ -19,6 +19,7 @@ _CHANNELS = ("q", "alpha", "a_z", "theta", "V")
 _LATERAL_CHANNELS = ("p", "r", "phi", "a_y", "beta")
 _HEIGHT, _GAP = 46.0, 10.0  # pt
 _MOST_POINTS = 1500
+_LEAST_SHARE = 0.1  # of a channel's range in the recording: what a strip shows at least, or rest would look like motion
 _PADDING = 1.5  # times the lead-in, that is shown to either side of a cut
 
 
@@ -29,16 +30,24 @@ def manoeuvre_chart(log: FlightLog, manoeuvre: FoundManoeuvre) -> Chart | None:
     lateral = manoeuvre.kind in _LATERAL or manoeuvre.surface in ("delta_a", "delta_r")
     surfaces = [name for name in ("delta_e", "delta_a", "delta_r") if name in log]
     wanted = [*surfaces, *(_LATERAL_CHANNELS if lateral else _CHANNELS)]
-    return _strips(part, wanted, (manoeuvre.start, manoeuvre.stop))
+    return _strips(part, wanted, [(manoeuvre.start, manoeuvre.stop)], _least_ranges(log, wanted))
 
 
 def overview_chart(log: FlightLog, segmentation: FlightSegmentation) -> Chart | None:
     """Speed, height, bank and load factor over the whole recording, with every motion marked."""
     spans = [(entry.start, entry.stop) for entry in segmentation.dynamic]
-    return _strips(log, ["V", "h", "phi", "a_z", "delta_e"], *spans)
+    return _strips(log, ["V", "h", "phi", "a_z", "delta_e"], spans, {})
 
 
-def _strips(log: FlightLog, names: list[str], *spans: tuple[float, float]) -> Chart | None:
+def _least_ranges(log: FlightLog, names: list[str]) -> dict[str, float]:
+    """What a strip of each channel spans at least, SI."""
+    held = [name for name in names if name in log and np.isfinite(log[name]).any()]
+    return {name: _LEAST_SHARE * float(np.ptp(np.nanpercentile(log[name], (0.5, 99.5)))) for name in held}
+
+
+def _strips(
+    log: FlightLog, names: list[str], spans: list[tuple[float, float]], least: dict[str, float]
+) -> Chart | None:
     rows = []
     every = max(1, math.ceil(log.samples / _MOST_POINTS))
     for name in names:
@@ -46,10 +55,12 @@ def _strips(log: FlightLog, names: list[str], *spans: tuple[float, float]) -> Ch
             continue
         unit = shown_unit(log.units.get(name, "1"))
         values = unit.factor * log[name][::every]
-        limits = limits_around(values)
-        marks: list[Mark] = [Line(log.time[::every], values, "ink")]
-        for span in spans:
-            marks += [Line(np.array([at, at]), np.array(limits), "muted", 0.6) for at in span]
+        middle = 0.5 * (np.nanmin(values) + np.nanmax(values))
+        half = 0.5 * unit.factor * least.get(name, 0.0)
+        limits = limits_around(np.append(values, (middle - half, middle + half)))
+        low, high = (np.full(2, limit) for limit in limits)
+        marks: list[Mark] = [Corridor(np.array(span), low, high) for span in spans]
+        marks.append(Line(log.time[::every], values, "ink"))
         label = f"{subscripted(name)} [{unit.text}]" if unit.text not in ("", "1") else subscripted(name)
         rows.append(Row(_HEIGHT, _GAP, label, limits, tuple(marks)))
     if not rows:

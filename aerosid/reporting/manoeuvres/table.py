@@ -71,8 +71,13 @@ def summary(segmentation: FlightSegmentation) -> str:
     turns = sum(entry.kind in ("turn", "steady_turn") for entry in segmentation)
     flown = ", ".join(f"{first:.6g} to {last:.6g} s" for first, last in segmentation.airborne[:4]) or "never"
     more = " and more" if len(segmentation.airborne) > 4 else ""
+    rejected = _counted(len(segmentation.rejected), "stretch", "stretches")
     return (
-        f"{len(segmentation.dynamic)} manoeuvres, {trims} trim points and {turns} turns in "
-        f"{segmentation.start:.6g} to {segmentation.stop:.6g} s; in the air {flown}{more}; "
-        f"{len(segmentation.rejected)} lively stretches are no manoeuvre."
+        f"{_counted(len(segmentation.dynamic), 'manoeuvre')}, {_counted(trims, 'trim point')} and "
+        f"{_counted(turns, 'turn')} in {segmentation.start:.6g} to {segmentation.stop:.6g} s; "
+        f"in the air {flown}{more}; lively and no manoeuvre: {rejected}."
     )
+
+
+def _counted(number: int, one: str, several: str = "") -> str:
+    return f"{number} {one if number == 1 else several or one + 's'}"
