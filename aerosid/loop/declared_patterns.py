@@ -76,8 +76,13 @@ def told_of_patterns(
     common = _common_factors(asked, settings)
     shared = {coefficient for coefficient, _ in common}
     lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
-    single = [sentence for row in asked if (sentence := _single(row, row.coefficient in shared | lagged, settings))]
-    return (*(sentence for _, sentence in common), *single, *_worse(errors, settings))
+    turned = _turned_controls(asked, settings)
+    single = [
+        sentence
+        for row in asked
+        if row.term not in turned and (sentence := _single(row, row.coefficient in shared | lagged, settings))
+    ]
+    return (*(sentence for _, sentence in common), *turned.values(), *single, *_worse(errors, settings))
 
 
 def _known(row: DerivativeRow) -> bool:
@@ -110,6 +115,21 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
                 f"check {causes} before an aerodynamic reason."
             )
             found.append((coefficient, sentence))
+    return found
+
+
+def _turned_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -> dict[str, str]:
+    """Controls all of whose certain derivatives, in several coefficients, have the other sign, with the sentence."""
+    found = {}
+    for term in dict.fromkeys(row.term for row in rows if row.term.startswith("delta_")):
+        ratios = [(row.coefficient, *_ratio(row)) for row in rows if row.term == term]
+        certain = [(name, factor) for name, factor, error in ratios if abs(factor) > settings.deviations * error]
+        if len(certain) > 1 and all(factor < 0.0 for _, factor in certain):
+            names = " and ".join(name for name, _ in certain)
+            found[term] = (
+                f"{term} has the other sign than declared in {names}: its positive sense on the recorder is probably "
+                f"the other one; turn it with sign = -1 in the channel map and run again."
+            )
     return found
 
 

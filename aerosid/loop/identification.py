@@ -26,6 +26,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.methods import CASES, Question, answer, require_method_for
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Progress
+from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
 from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
@@ -142,7 +143,11 @@ def identify(
         agreement,
         told.found,
         told.rivals,
-        (*_told_of_axes(aircraft, settings), *told.notes),
+        (
+            *_told_of_axes(aircraft, settings),
+            *told_of_unseen_sideslip(aircraft, told.found.completed.model, manoeuvres),
+            *told.notes,
+        ),
         second,
         told.search,
     )

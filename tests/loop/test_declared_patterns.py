@@ -86,3 +86,9 @@ def test_a_damping_that_shares_its_part_with_alphadot_is_not_asked_after_its_uni
     assert any("per q c/(4 V)" in sentence for sentence in told_of_patterns(halved, []))
     found = DerivativeRow("C_m", "alpha_dot_hat", None, None, -8.0, 0.2, 0.2, None, None, None, shown=True)
     assert told_of_patterns([*halved, found], []) == ()
+
+
+def test_a_control_that_is_turned_in_every_coefficient_is_said_once_with_the_remedy() -> None:
+    (said,) = told_of_patterns(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
+    assert said.startswith("delta_e has the other sign than declared in C_Z and C_m")
+    assert "sign = -1" in said

@@ -1,0 +1,42 @@
+"""Sensitivity of the side force's sideslip derivative to the accelerometer's place, where no vane shows sideslip.
+
+What a lateral accelerometer x ahead of the centre of gravity reads beyond the side force is x r', and in a Dutch roll
+r' is N_beta beta: C_Y beta moves by -m b C_n beta/I_zz for each metre that the accelerometer sits further ahead than
+declared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aerosid.aircraft import Aircraft
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.terms import parse_term
+from aerosid.notation import number
+
+WEATHERCOCK = ("C_n", parse_term("beta"))
+SIDE = ("C_Y", parse_term("beta"))
+
+
+def told_of_unseen_sideslip(
+    aircraft: Aircraft, model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre]
+) -> tuple[str, ...]:
+    """A sentence where sideslip was simulated and not measured.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        As estimated.
+    """
+    lacking = [each.name for each in manoeuvres if "v" in each.axes.integrated and "beta" not in each.outputs]
+    held = [entry in model.entries for entry in (WEATHERCOCK, SIDE)]
+    if not lacking or not all(held) or aircraft.span is None or aircraft.I_zz is None:
+        return ()
+    each_metre = aircraft.mass * aircraft.span * model.value(WEATHERCOCK) / aircraft.I_zz
+    said = (
+        f"{', '.join(lacking)}: beta was not recorded and is simulated. C_Y beta then depends on where the lateral "
+        f"accelerometer sits: by {number(-each_metre)} for each metre that it is further ahead of the centre of "
+        "gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map where it is known."
+    )
+    return (said,)
