@@ -13,9 +13,11 @@ from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, ra
 from aerosid.signals.noise import estimate_noise
 
 
-def _lateness(name: str, lowest: float = 0.0) -> EffectParameter:
+def _lateness(name: str, lowest: float = 0.0, least: float = 0.0) -> EffectParameter:
     before = (-0.03,) if lowest < 0.0 else ()
-    return EffectParameter(name, "s", trials=(0.03, 0.1, 0.25, *before), lowest=lowest, highest=2.0, step=1e-4)
+    return EffectParameter(
+        name, "s", trials=(0.03, 0.1, 0.25, *before), lowest=lowest, highest=2.0, step=1e-4, least=least
+    )
 
 
 def control_lag(channel: str) -> InputEffect:
@@ -30,15 +32,15 @@ def control_lag(channel: str) -> InputEffect:
     )
 
 
-def control_delay(channel: str, earliest: float = 0.0) -> InputEffect:
+def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0) -> InputEffect:
     """The surface follows the recorded control after a pure delay.
 
-    `earliest` [s]: the least that it may be; below zero the record is late.
+    `earliest` [s]: the lowest that it may be; below zero the record is late. `least` [s]: what counts as none.
     """
     return InputEffect(
         "control_delay",
         channel,
-        (_lateness("delay", earliest),),
+        (_lateness("delay", earliest, least),),
         lambda time, values, p: delayed_linear(time, values, p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "MIL-F-8785C equivalent time delay",
@@ -97,15 +99,17 @@ def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEf
     )
 
 
-def control_effects(channel: str, time: Signal, values: Signal, earliest: float = 0.0) -> tuple[InputEffect, ...]:
-    """All effects of one control, limits taken from its record; `earliest` as of `control_delay`."""
+def control_effects(
+    channel: str, time: Signal, values: Signal, earliest: float = 0.0, least: float = 0.0
+) -> tuple[InputEffect, ...]:
+    """All effects of one control, limits taken from its record; `earliest` and `least` as of `control_delay`."""
     fastest = float(np.max(np.abs(np.diff(values) / np.diff(time))))
     widest = float(np.max(np.abs(values - values[0])))
     if fastest == 0.0 or widest == 0.0:
         return ()
     return (
         control_lag(channel),
-        control_delay(channel, earliest),
+        control_delay(channel, earliest, least),
         control_rate_limit(channel, fastest, widest),
         control_deadband(channel, widest, float(estimate_noise(time, values))),
     )
@@ -131,7 +135,8 @@ def _offered(flights: tuple[Flown, ...], controls: tuple[str, ...], _coefficient
         widest = max(flights, key=lambda flown: float(np.ptp(flown.inputs[channel])))
         sideways = {"p", "r"} <= set(widest.axes.integrated)
         earliest = OFFERED.earliest_control if sideways else 0.0
-        for effect in control_effects(channel, widest.time, widest.inputs[channel], earliest):
+        least = OFFERED.least_timing * float(np.median(np.diff(widest.time))) if sideways else 0.0
+        for effect in control_effects(channel, widest.time, widest.inputs[channel], earliest, least):
             yield Offer(effect.kind, channel, (at_null(effect),))
 
 

@@ -45,6 +45,9 @@ class OfferLimits:
     earliest_control : float
         s; the least delay of a control where rolling and yawing are integrated: below zero the record is late, as of a
         surface whose sensor is filtered. A tenth of a second is a filter of 2 Hz.
+    least_timing : float
+        Share of the sampling interval, 1, below which a delay of a control is none where rolling and yawing are
+        integrated: between samples nothing is known better. Found on benchmarks/sideways_flights.py, seed 1.
     furthest : float
         m; how far from its declared place a sensor may sit.
     """
@@ -64,6 +67,7 @@ class OfferLimits:
     least_thrust: float = 0.05
     most_channels: int = 8
     earliest_control: float = -0.1
+    least_timing: float = 0.2
     furthest: float = 30.0
 
 

@@ -52,6 +52,8 @@ class EvidenceFinding:
     @property
     def ratio(self) -> float:
         """Distance from none in its own deviations; of several numbers the most certain one counts."""
+        if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
+            return 0.0
         if self.active is None or len(self.active.values) == 1:
             return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
         ratios = [
