@@ -100,6 +100,18 @@ def test_each_log_has_its_report_and_two_workers_say_the_same(tmp_path: Path) ->
         assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
 
 
+@pytest.mark.slow
+def test_a_dask_cluster_writes_the_same_bytes(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="the optional extra 'cluster' is not installed")
+    logs = find_logs(fill(tmp_path / "logs", {"a.csv": flight(90.0, 1), "b.csv": flight(110.0, 2)}), None)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        for name, workers in (("here", Workers(1)), ("there", Workers(scheduler=cluster.scheduler_address))):
+            out = tmp_path / name
+            write_batch(run_batch(logs, LIGHT, out, settings=QUICK, reports=False, workers=workers), out)
+    for name in ("batch.json", "batch.html", "derivative_table.csv", "manoeuvres.csv"):
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+
+
 def test_a_list_names_logs_and_a_folder_holds_them(tmp_path: Path) -> None:
     folder = fill(tmp_path, {"x/a.csv": b"1", "x/a.mat": b"2", "x/notes.md": b"", "b.csv": b"3", "out/c.csv": b"4"})
     assert [log.name for log in find_logs(folder, None, but_in=folder / "out")] == ["b", "x/a.csv", "x/a.mat"]
