@@ -7,7 +7,7 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.equation_error.proved_faults import prove_faults
+from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.flight_log import FlightLog
@@ -16,13 +16,18 @@ from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 
 
 def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
+    return decide(proved(aircraft, logs, others), aircraft.coefficients)
+
+
+def proved(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> ProvedFaults:
+    """The first stage alone."""
     candidates = candidate_entries(aircraft, [*logs, *others])
     model = declared_model(aircraft, float(np.nanmean(logs[0]["V"])), [term for _, term in candidates])
     manoeuvres = [prepare(log, aircraft, model.columns) for log in logs]
     unseen = [prepare(log, aircraft, model.columns) for log in others]
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
-    return decide(prove_faults(model, free, (), hypotheses, manoeuvres, unseen), aircraft.coefficients)
+    return prove_faults(model, free, (), hypotheses, manoeuvres, unseen)
 
 
 def questioned(aircraft: Aircraft, log: FlightLog) -> tuple[AerodynamicModel, Manoeuvre]:

@@ -2,7 +2,7 @@
 
 `consistency` gives the answer; `contradiction` sees what cannot belong together, `search` looks for faults of
 instruments, `estimate` fits them, `likelihood` whitens what is left, `flight_path` integrates the motion, `faults` is
-the catalogue, `recording` a log as arrays.
+the catalogue, `recording` a log as arrays; `proved_agreement` tells the same of the equations' faults.
 """
 
 from aerosid.compatibility.consistency import (
@@ -12,6 +12,7 @@ from aerosid.compatibility.consistency import (
     KinematicConsistency,
     MovingAir,
     check_kinematics,
+    contradicting,
     describe,
 )
 from aerosid.compatibility.contradiction import Contradiction
@@ -29,5 +30,6 @@ __all__ = [
     "KinematicConsistency",
     "MovingAir",
     "check_kinematics",
+    "contradicting",
     "describe",
 ]

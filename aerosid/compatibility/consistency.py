@@ -145,21 +145,12 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
     alpha, theta and h show beside them is the instruments' and the air's. Klein & Morelli, Aircraft System
     Identification, chapter 10; Jategaonkar, Flight Vehicle System Identification, 2nd ed., chapter 10.
     """
-    read = [(log, read_recording(log)) for log in logs]
-    recordings = [recording for _, recording in read if recording is not None]
+    recordings, notes = _compared(logs)
     if not recordings:
         return None
-    notes = tuple(_left_out(log) for log, recording in read if recording is None)
-    notes += tuple(
-        f"{r.log.name}: the liveliest {r.compared_samples} of {r.log.samples} samples are looked at."
-        for r in recordings
-        if r.log.samples > MOST_SAMPLES
-    )
-    opposed = contradictions(recordings, settings=settings.contradiction)
-    if opposed:
-        names = tuple(recording.log.name for recording in recordings)
-        sentence = " ".join(each.sentence for each in opposed)
-        return KinematicConsistency(names, Agreement.INCONSISTENT, (), (), (), (), sentence, notes, opposed)
+    opposed = _opposed(recordings, notes, settings)
+    if opposed is not None:
+        return opposed
     found = search(recordings, settings)
     findings = tuple(_finding(named) for named in found.named)
     groups = tuple(
@@ -176,10 +167,40 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
         groups,
         air,
         _channels(recordings, found, settings),
-        _sentence(findings, groups, air),
+        told(findings, groups, air),
         notes,
         is_gusty=_is_gusty(recordings, air, settings),
     )
+
+
+def contradicting(logs: Sequence[FlightLog], settings: SearchSettings = DEFAULT) -> KinematicConsistency | None:
+    """What no fault of an instrument reconciles; None where there is nothing of the kind, or too few channels."""
+    recordings, notes = _compared(logs)
+    return _opposed(recordings, notes, settings) if recordings else None
+
+
+def _compared(logs: Sequence[FlightLog]) -> tuple[list[Recording], tuple[str, ...]]:
+    """The logs as arrays, and what was left out of them."""
+    read = [(log, read_recording(log)) for log in logs]
+    recordings = [recording for _, recording in read if recording is not None]
+    notes = tuple(_left_out(log) for log, recording in read if recording is None)
+    notes += tuple(
+        f"{r.log.name}: the liveliest {r.compared_samples} of {r.log.samples} samples are looked at."
+        for r in recordings
+        if r.log.samples > MOST_SAMPLES
+    )
+    return recordings, notes
+
+
+def _opposed(
+    recordings: Sequence[Recording], notes: tuple[str, ...], settings: SearchSettings
+) -> KinematicConsistency | None:
+    opposed = contradictions(recordings, settings=settings.contradiction)
+    if not opposed:
+        return None
+    names = tuple(recording.log.name for recording in recordings)
+    sentence = " ".join(each.sentence for each in opposed)
+    return KinematicConsistency(names, Agreement.INCONSISTENT, (), (), (), (), sentence, notes, opposed)
 
 
 def _left_out(log: FlightLog) -> str:
@@ -246,7 +267,7 @@ def _whiteness(recordings: Sequence[Recording], at: Fit, settings: SearchSetting
     return white
 
 
-def _sentence(
+def told(
     findings: Sequence[InstrumentFinding],
     groups: Sequence[tuple[InstrumentFinding, ...]],
     air: Sequence[MovingAir],

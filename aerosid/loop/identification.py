@@ -15,7 +15,7 @@ from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
-from aerosid.compatibility import Agreement, KinematicConsistency, check_kinematics
+from aerosid.compatibility import KinematicConsistency, contradicting
 from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
@@ -23,7 +23,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.methods import CASES, Question, answer, require_method_for
+from aerosid.loop.methods import CASES, Answer, Question, answer, require_method_for
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Progress
 from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
@@ -122,11 +122,11 @@ def identify(
 
     progress("comparing the instruments with each other")
     compared = settings.kinematics and aircraft.axes in compatibility.CASES
-    agreement = check_kinematics(logs) if compared else None
-    if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
-        return Identification(aircraft, plain, declared, candidates, manoeuvres, others, agreement, None)
+    opposed = contradicting(logs) if compared else None
+    if opposed is not None:
+        return Identification(aircraft, plain, declared, candidates, manoeuvres, others, opposed, None)
 
-    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others, agreement)
+    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others, compared=compared)
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
@@ -140,11 +140,11 @@ def identify(
         candidates,
         manoeuvres,
         others,
-        agreement,
+        told.agreement,
         told.found,
         told.rivals,
         (
-            *_told_of_axes(aircraft, settings),
+            *_told_of_axes(aircraft, settings, told),
             *told_of_unseen_sideslip(aircraft, told.found.completed.model, manoeuvres),
             *told.notes,
         ),
@@ -153,10 +153,10 @@ def identify(
     )
 
 
-def _told_of_axes(aircraft: Aircraft, settings: LoopSettings) -> tuple[str, ...]:
+def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:
     """What was not asked because of the axes of the model."""
     left = []
-    if settings.kinematics and aircraft.axes not in compatibility.CASES:
+    if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
         left.append("whether the instruments agree by kinematics")
     if settings.second_opinion and aircraft.axes not in CASES["iebmee"]:
         left.append("whether the model error d(t) by itself names the same")

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
-from aerosid.compatibility import KinematicConsistency
+from aerosid.compatibility import KinematicConsistency, check_kinematics
+from aerosid.compatibility.proved_agreement import agreement_of
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.channels import equations_of
@@ -49,8 +50,8 @@ class Question:
         Terms that may be missing.
     manoeuvres, others : tuple of Manoeuvre
         Flights that are fitted, and flights that are only predicted.
-    agreement : KinematicConsistency or None
-        What the instruments say of each other.
+    compared : bool
+        Whether the instruments are compared with each other where the answer needs it.
     """
 
     aircraft: Aircraft
@@ -59,7 +60,11 @@ class Question:
     candidates: tuple[Entry, ...]
     manoeuvres: tuple[Manoeuvre, ...]
     others: tuple[Manoeuvre, ...]
-    agreement: KinematicConsistency | None = None
+    compared: bool = False
+
+    def agreement(self) -> KinematicConsistency | None:
+        """What the instruments of the fitted flights say of each other, by a simulated path."""
+        return check_kinematics([each.log for each in self.manoeuvres]) if self.compared else None
 
     @property
     def free(self) -> tuple[Entry, ...]:
@@ -83,7 +88,7 @@ class Answer:
     """What a method found, what one coefficient could not tell from it, and what the method has to say.
 
     `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked; `deciding`:
-    the method whose answer it is.
+    the method whose answer it is; `agreement`: what its witness says of the instruments.
     """
 
     found: Attribution
@@ -91,6 +96,7 @@ class Answer:
     rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
     deciding: Method = "likelihood"
+    agreement: KinematicConsistency | None = None
 
 
 CASES: dict[Method, tuple[Axes, ...]] = {
@@ -203,7 +209,8 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
     notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
         found = estimated_in_calm_air(found, decision, search)
-    return Answer(found, search, notes=notes, deciding="equations")
+    agreement = agreement_of(faults) if settings.kinematics else None
+    return Answer(found, search, notes=notes, deciding="equations", agreement=agreement)
 
 
 def told_of_damping(damping: SharedDamping) -> str:
@@ -233,6 +240,7 @@ def _declared_estimate(question: Question, settings: LoopSettings, progress: Pro
 def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Score tests, trial fits and maximum likelihood."""
     manoeuvres, declared = question.manoeuvres, question.declared
+    agreement = question.agreement()
     before = _declared_estimate(question, settings, progress)
     progress("tracing the residual")
     hypotheses = question.hypotheses(settings.catalogue)
@@ -240,7 +248,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         quiet = replace(settings.attribution, disturbances=False)
         found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
         search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
-        return Answer(significant(found, search), search)
+        return Answer(significant(found, search), search, agreement=agreement)
     attribution = question.attribution(settings.attribution)
     found = attribute(
         before,
@@ -250,12 +258,12 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         attribution,
         declared,
         question.others,
-        moving_air=question.agreement is not None and question.agreement.is_gusty,
+        moving_air=agreement is not None and agreement.is_gusty,
     )
     search = StructureSearch(manoeuvres, hypotheses, question.aircraft.coefficients, before, attribution, declared)
     found = significant(found, search)
     rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-    return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals))
+    return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals), agreement=agreement)
 
 
 def by_model_error(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
@@ -281,7 +289,8 @@ def by_model_error(question: Question, settings: LoopSettings, progress: Progres
         settings.attribution,
         question.declared,
     )
-    return Answer(found, search, notes=tuple(told_of_unseen(selection)), deciding="iebmee")
+    notes = tuple(told_of_unseen(selection))
+    return Answer(found, search, notes=notes, deciding="iebmee", agreement=question.agreement())
 
 
 def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
