@@ -8,6 +8,7 @@ import gzip
 import hashlib
 import io
 import math
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -323,6 +324,20 @@ def test_damaged_files_are_read_or_refused(tmp_path: Path, data: st.DataObject) 
     if log is not None:
         assert log.samples >= 10
         assert not any(np.isinf(values).any() for values in log.channels.values())
+
+
+def test_a_matlab_file_whose_sizes_do_not_fit_what_it_holds_is_refused(tmp_path: Path) -> None:
+    """A library that followed such lengths left the memory of the file, and the interpreter was gone."""
+    scipy.io.savemat(tmp_path / "log.mat", {"t": K, "al": {"b": 2 * K}})
+    write(tmp_path, "log.mat.channels.toml", MATLAB_MAP.format('"t"', '"al.b"'))
+    whole = (tmp_path / "log.mat").read_bytes()
+    sizes = whole.index(struct.pack("<4I", 5, 8, 1, K.size))
+    name = whole.index(b"b", whole.index(b"al"))
+    for place, wrong in ((sizes + 8, b"\x09"), (sizes + 4, b"\xff"), (sizes + 15, b"\x7f"), (name - 4, b"\x40")):
+        content = bytearray(whole)
+        content[place : place + 1] = wrong
+        with pytest.raises(AerosidError, match=r"log\.mat: the MATLAB file is damaged or truncated \("):
+            read_log(write(tmp_path, "log.mat", bytes(content)))
 
 
 @SHARED_FOLDER

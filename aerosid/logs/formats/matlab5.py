@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.formats.matlab5_elements import check_elements
 from aerosid.logs.formats.table import FloatArray, RawTable
 
 _DEEPEST = 6  # nested structs: beyond, it is no log
@@ -83,6 +84,7 @@ def _load(data: bytes, path: str) -> dict[str, object]:
     if not data.startswith(b"MATLAB 5"):
         raise LogError(f"{path}: the file does not start with a MATLAB 5 header; save it from MATLAB with `-v7`.")
     try:
+        check_elements(data)
         # The stubs forget that an open file will do.
         loaded = scipy.io.loadmat(cast(Any, io.BytesIO(data)))
     except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead scipy to
