@@ -71,6 +71,12 @@ class Question:
         """Declared terms that are estimated."""
         return tuple((d.coefficient, d.term) for d in self.aircraft.derivatives if not d.fixed)
 
+    @property
+    def is_reconstructed(self) -> bool:
+        """Whether every flight holds what its path is reconstructed from by kinematics."""
+        needed = set(equations_of(self.aircraft.axes).needed)
+        return all(needed <= set(each.outputs) for each in (*self.manoeuvres, *self.others))
+
     def attribution(self, settings: AttributionSettings) -> AttributionSettings:
         """The settings of the structure search, which has more to ask where kinematics do not judge the instruments."""
         return replace(settings, instruments_compared=self.aircraft.axes in compatibility.CASES)
@@ -177,9 +183,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
     """What kinematics prove of the instruments; None where terms alone are asked for or a channel is missing."""
     if settings.catalogue == "terms" or question.aircraft.axes not in CASES["equations"]:
         return None
-    flights = (*question.manoeuvres, *question.others)
-    needed = set(equations_of(question.aircraft.axes).needed)
-    if not all(needed <= set(each.outputs) for each in flights):
+    if not question.is_reconstructed:
         return None
     return prove_faults(
         question.declared,

@@ -26,6 +26,7 @@ from aerosid.aircraft import (
     warnings_about,
 )
 from aerosid.aircraft.bundled import bundled_folder
+from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.cli.main import main
 from aerosid.errors import AircraftError
 
@@ -421,6 +422,30 @@ def test_the_template_is_a_legal_aircraft_that_names_every_key() -> None:
     inside = [line.removeprefix("# ") if number >= start else line for number, line in enumerate(lines)]
     inside = [line for line in inside if not line.startswith("Terms to screen")]
     assert tomllib.loads("\n".join(inside)).keys() >= {"effects", "candidates"}
+
+
+SIDE_OF_THE_TEMPLATE = (
+    "span",
+    "I_xx",
+    "I_zz",
+    "I_xz",
+    "[derivatives.C_Y]",
+    "[derivatives.C_l]",
+    "[derivatives.C_n]",
+    '"',
+)
+
+
+def test_the_template_with_its_lateral_lines_taken_in_is_an_aircraft_in_six_axes() -> None:
+    lines = load_aircraft(bundled_folder("aircraft_models") / "_template.toml").text.splitlines()
+    wind = lines.index("# Lift and drag may be declared in place of C_Z and C_X, both together:")
+    inside = [
+        line.removeprefix("# ") if n < wind and line.removeprefix("# ").startswith(SIDE_OF_THE_TEMPLATE) else line
+        for n, line in enumerate(lines)
+    ]
+    aircraft = aircraft_from_text("\n".join(inside) + "\n", "template.toml", "0" * 64)
+    assert aircraft.axes.name == "six degrees of freedom"
+    assert set(aircraft.coefficients) == {"C_X", "C_Y", "C_Z", "C_l", "C_m", "C_n"}
 
 
 def _coefficient(aircraft: Aircraft, coefficient: str, further: dict[str, float], given: dict[str, float]) -> float:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -48,8 +51,8 @@ def test_verbs_are_those_of_the_command_line() -> None:
 def test_options_of_close_loop_exist() -> None:
     command = getattr(typer.main.get_command(app), "commands", {})["close-loop"]
     known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
-    (line,) = (line for line in COMMANDS if line.startswith("aerosid close-loop"))
-    wanted = re.findall(r"--[\w-]+", line)
+    lines = [line for line in COMMANDS if line.startswith("aerosid close-loop")]
+    wanted = re.findall(r"--[\w-]+", " ".join(lines))
     assert wanted
     assert set(wanted) <= known
 
@@ -75,6 +78,17 @@ def test_the_printed_verdict_is_what_the_code_prints(
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})  # noqa: S102
     assert capsys.readouterr().out.split() == blocks("text")[0].split()
+
+
+@pytest.mark.slow
+def test_the_six_axis_command_names_what_its_flight_lacks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (command,) = [line.split("#")[0].split() for line in COMMANDS if "navion_identify" in line]
+    monkeypatch.chdir(ROOT)
+    asked = [sys.executable, "-m", *command, "--out", str(tmp_path), "--no-next-flight", "--static"]
+    done = subprocess.run(asked, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["effects"]
+    assert {(each["kind"], each["where"]) for each in found} == {("control_lag", "delta_r"), ("sensor_position", "a_y")}
 
 
 def test_exit_codes_are_those_of_the_errors() -> None:
