@@ -116,6 +116,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
+    alike = settings.alike_instruments if each.kinematic else settings.alike
     order: list[int] = []
     labels: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
@@ -127,11 +128,11 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     rows = []
     for n in order:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * settings.alike + 0.3 * worth:
+        if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * alike + 0.3 * worth:
             continue
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - found.gain_over(bare)
-        if behind < settings.alike + 0.03 * worth:
+        if behind < alike + 0.03 * worth:
             row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
             rows.append(replace(row, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)

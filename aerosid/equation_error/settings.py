@@ -81,8 +81,11 @@ class EquationErrorSettings:
         listed as an alternative. By reasoning; the first recording on which it decided is the Twin Otter 018.
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
-        its place is listed as its alternative. Two and a half standard deviations, one in eighty, of the difference
-        between structures neither of which holds the other: 2.5 sqrt(2 x 12.5) = 12.5 (Vuong, Econometrica 57, 1989).
+        its place is listed as its alternative. Two standard deviations of the difference between structures neither of
+        which holds the other, 2 sqrt(2 x 8) = 8 (Vuong, Econometrica 57, 1989).
+    alike_instruments : float
+        The same of faults of instruments, at two and a half deviations, 12.5: late vanes and arms differ by less than
+        what the path of a real sensor makes of either.
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
@@ -141,7 +144,8 @@ class EquationErrorSettings:
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
     distinct: float = 0.01
-    alike: float = 12.5
+    alike: float = 8.0
+    alike_instruments: float = 12.5
     usual_excess: float = 1.4
     usual_freedom: float = 20.0
 
