@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from aerosid.errors import EstimationError
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.open_loop import on_log, respond
@@ -47,7 +48,8 @@ def prediction_gains(found: Attribution, search: StructureSearch, flights: Seque
     gains: dict[tuple[str, str, str, float | None], float | None] = {}
     for part in search.parts(found.completed, None):
         try:
-            without = _errors(refine_on(search.struck_out(found.completed, [part]), search.manoeuvres), flights)
+            lacking = refine_on(search.struck_out(found.completed, [part]), search.manoeuvres, WRONG_STRUCTURE)
+            without = _errors(lacking, flights)
         except EstimationError:
             gains[identity(part)] = None
             continue
