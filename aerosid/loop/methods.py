@@ -220,9 +220,10 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
 def told_of_damping(damping: SharedDamping) -> str:
     """What these manoeuvres do not say of C_m q_hat."""
     least, most = damping.parts
+    own = f"{number(100.0 * damping.own)} %" if damping.own > 1e-3 else "less than 0.1 %"
     return (
         f"C_m q_hat, {number(damping.value)}, is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
-        f"that the model may lack, of whose column these manoeuvres show only {number(100.0 * damping.own)} % apart "
+        f"that the model may lack, of whose column these manoeuvres show {own} apart "
         f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
         f"{number(least)} to {number(most)}; the bound does not count that."
     )
