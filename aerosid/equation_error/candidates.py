@@ -12,6 +12,7 @@ from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.limits import LARGEST_BIAS
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
 from aerosid.equation_error.design import Solution, compared, design_of, regress, whiten, whitened_instruments
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
@@ -51,10 +52,6 @@ def told_apart(hypothesis: Hypothesis) -> tuple[str, ...]:
     """What tells a hypothesis from others of its own list: its label, of a place the axes too."""
     axes = (active.effect.axes for active in hypothesis.effects if isinstance(active.effect, PositionEffect))
     return (*hypothesis.label, *axes)
-
-
-LARGEST_BIAS = {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
-"""By unit; a channel that is further off is wrong and not biased. Airspeed: three times the 5 kt of 14 CFR 25.1323."""
 
 
 LARGEST_SCALE = {"rad": 0.4, "m/s": 0.1, "m": 0.4}
