@@ -34,7 +34,7 @@ def batch_command(
         ),
     ] = None,
     reports: Annotated[bool, typer.Option(help="A report for each log.")] = True,
-    seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 0,
     strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 where a log could not be used.")] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,

@@ -25,8 +25,8 @@ def cross_check_command(
     amplitude: Annotated[
         float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Of the aircraft's manoeuvres, rad.")
     ] = 0.04,
-    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 50,
-    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 0,
+    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 50,
+    seed: Annotated[int, typer.Option(help="Of the sensors' noise.", min=0)] = 0,
 ) -> None:
     """Judges the loop by JSBSim: the paper's flight, aircraft with known derivatives, and each undeclared effect."""
     from aerosid.cli.progress_bar import progress_bar

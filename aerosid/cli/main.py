@@ -186,7 +186,7 @@ def close_loop_command(
         ),
     ] = None,
     priors: Annotated[bool, typer.Option("--priors", help="Let the aircraft file's sigma enter the estimate.")] = False,
-    seed: Annotated[int, typer.Option(help="Seed of every random draw.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 0,
     static: Annotated[
         bool, typer.Option("--static", help="Still figures only: report.html takes half a megabyte, not five.")
     ] = False,
@@ -274,7 +274,7 @@ def close_loop_command(
 @app.command("reproduce")
 def reproduce_command(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/paper"),
-    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.")] = 200,
+    seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 200,
 ) -> None:
     """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
     from aerosid.file_set import require_folder

@@ -232,3 +232,11 @@ def test_the_module_ends_with_the_exit_code_as_the_command_does(tmp_path: Path) 
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 3
     assert done.stderr.startswith("aerosid: ")
+
+
+@pytest.mark.parametrize("verb", ["close-loop x.csv --aircraft y", "batch x", "cross-check"])
+def test_a_seed_below_zero_is_refused_before_anything_is_read(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*verb.split(), "--seed", "-1"]) == 2
+    said = capsys.readouterr().err
+    assert "seed" in said
+    assert said.count("\n") == 1
