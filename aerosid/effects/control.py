@@ -47,12 +47,15 @@ def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0) -> In
     )
 
 
-def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffect:
+def control_rate_limit(channel: str, fastest: float, widest: float, lasting: int = 1) -> InputEffect:
     """The surface moves no faster than a limit.
 
-    `fastest` [rad/s] is the greatest rate in the record, `widest` [rad] the greatest excursion. A step's rate depends
-    on the sampling alone: what limit shows itself is known from the time that the excursion takes.
+    `fastest` [rad/s] is the greatest rate in the record, `widest` [rad] the greatest excursion, `lasting` over how many
+    sampling intervals the fastest movement goes. A step's rate depends on the sampling alone: what limit shows itself
+    is known from the time that the excursion takes, and one that makes the fastest movement longer by less than the
+    time within which a sample places it is none.
     """
+    resolved = fastest / (1.0 + OFFERED.least_slowing / lasting)
     highest, lowest = 0.5 * fastest, min(0.05 * fastest, widest / OFFERED.slowest)
     return InputEffect(
         "control_rate_limit",
@@ -66,6 +69,7 @@ def control_rate_limit(channel: str, fastest: float, widest: float) -> InputEffe
                 highest=fastest,
                 step=1e-4 * fastest,
                 null=fastest,
+                least=fastest - resolved,
             ),
         ),
         lambda time, values, p: rate_limited(time, np.ascontiguousarray(values), p[0]),
@@ -110,9 +114,19 @@ def control_effects(
     return (
         control_lag(channel),
         control_delay(channel, earliest, least),
-        control_rate_limit(channel, fastest, widest),
+        control_rate_limit(channel, fastest, widest, _lasting(time, values)),
         control_deadband(channel, widest, float(estimate_noise(time, values))),
     )
+
+
+def _lasting(time: Signal, values: Signal) -> int:
+    """Sampling intervals over which the fastest movement of a record goes on at half its rate at least."""
+    rates = np.diff(values) / np.diff(time)
+    fastest = int(np.argmax(np.abs(rates)))
+    quick = rates * np.sign(rates[fastest]) >= 0.5 * abs(rates[fastest])
+    before = int(np.argmin(quick[fastest::-1])) if not quick[fastest::-1].all() else fastest + 1
+    after = int(np.argmin(quick[fastest:])) if not quick[fastest:].all() else quick.size - fastest
+    return before + after - 1
 
 
 def _lag_noise(constant: float, interval: float) -> tuple[float, float]:

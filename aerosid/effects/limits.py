@@ -48,6 +48,10 @@ class OfferLimits:
     least_timing : float
         Share of the sampling interval, 1, below which a delay of a control is none where rolling and yawing are
         integrated: between samples nothing is known better. Found on benchmarks/sideways_flights.py, seed 1.
+    least_slowing : float
+        Sampling intervals, 1, by which a rate limit must make the fastest recorded movement longer: where between two
+        samples a step lies is not known. By reasoning, after two false limits in benchmarks/turbulent_false_alarms.py,
+        seed 1.
     furthest : float
         m; how far from its declared place a sensor may sit.
     """
@@ -68,6 +72,7 @@ class OfferLimits:
     most_channels: int = 8
     earliest_control: float = -0.1
     least_timing: float = 0.2
+    least_slowing: float = 0.5
     furthest: float = 30.0
 
 

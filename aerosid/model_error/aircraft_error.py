@@ -87,6 +87,8 @@ def estimate_aircraft_error(
     ------
     EstimationError
         Where the recursion cannot be formed: the estimate left the model's range.
+    ValueError
+        Where the flight does not hold the model's input columns: the kernel would read and write beside them.
 
     Notes
     -----
@@ -96,6 +98,8 @@ def estimate_aircraft_error(
     own size at large weights.
     """
     axes = model.axes
+    if flight.inputs.shape[1] != len(model.columns):
+        raise ValueError(f"the flight has {flight.inputs.shape[1]} input columns, the model {len(model.columns)}")
     start = initial_state(flight, axes)
     fed = measured_states(flight, measurement_variance, axes)
     samples, terms, count = flight.time.size, model.values.size, len(coupled_of(axes))

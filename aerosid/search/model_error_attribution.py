@@ -90,7 +90,8 @@ def swept_start(
 ) -> SweptModel:
     """The declared structure with the forward estimate's d(t)."""
     variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
-    forces = forward_forces(declared, manoeuvres, coefficients, chain)
+    acting = [replace(m, flight=acting_flight(declared, m, given)[0], columns=declared.columns) for m in manoeuvres]
+    forces = forward_forces(declared, acting, coefficients, chain)
     first = settings.sweeps
     spread = (first.first_spread,) * len(coefficients) if first.first_spread is not None else _spread(forces, first)
     statistics = ErrorStatistics(spread, first.first_memory, variance)

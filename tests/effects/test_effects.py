@@ -15,7 +15,13 @@ from problems import LIGHT, NOISE, Problem
 from scipy.signal import lsim
 
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
-from aerosid.effects.control import control_deadband, control_delay, control_lag, control_rate_limit
+from aerosid.effects.control import (
+    control_deadband,
+    control_delay,
+    control_effects,
+    control_lag,
+    control_rate_limit,
+)
 from aerosid.effects.disturbance import gust
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
@@ -84,6 +90,17 @@ def test_a_lagged_ramp_on_uneven_samples_trails_by_its_constant() -> None:
     t = UNEVEN - UNEVEN[0]
     wanted = 2.0 + 3.0 * (t - 0.2 * (1.0 - np.exp(-t / 0.2)))
     assert_allclose(lagged(UNEVEN, (2.0 + 3.0 * t)[:, None], 0.2)[:, 0], wanted, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("samples", "shown"), [(1, 1.5), (10, 1.05)])
+def test_a_rate_limit_counts_from_half_a_sampling_interval_on(samples: int, shown: float) -> None:
+    # The fastest movement lasts so many intervals; where it begins and ends between two samples nobody recorded.
+    time = 0.1 * np.arange(60.0)
+    values = np.interp(np.arange(60.0), [20.0, 20.0 + samples], [0.0, 0.05])
+    (limit,) = (e.parameters[0] for e in control_effects("delta_e", time, values) if e.kind == "control_rate_limit")
+    fastest = 0.05 / (0.1 * samples)
+    assert limit.null == pytest.approx(fastest)
+    assert limit.null - limit.least == pytest.approx(fastest / shown)
 
 
 def test_a_rate_limited_step_is_a_ramp_and_slow_signals_pass() -> None:

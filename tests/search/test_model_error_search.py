@@ -10,12 +10,16 @@ from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, NOISE, Problem, Truth, 
 from scipy.signal import lfilter
 
 from aerosid.aircraft import Aircraft
+from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects.ground_effect import ground_effect
 from aerosid.errors import EstimationError
+from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question, by_model_error
 from aerosid.loop.settings import LoopSettings
+from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.attribution import Attribution
@@ -120,6 +124,26 @@ def test_the_fixed_interval_d_is_the_missing_term_within_its_deviation() -> None
     assert np.sqrt(np.mean(away**2)) < 2.0
     assert asked.declared.entries == model.entries[: len(asked.declared.entries)]
     assert np.corrcoef(sweep.swept.forces[0][:, 2], expected)[0, 1] > 0.99
+
+
+def test_a_declared_effect_of_the_motion_has_its_input_column_in_the_first_estimate_too() -> None:
+    log = Problem().fly(12)
+    asked = question(log)
+    lift = frozen(ActiveEffect(ground_effect("C_Z", 20.0), (0.3, 20.0)))
+    model = with_columns_of(asked.declared, [lift])
+    assert len(model.columns) > len(asked.declared.columns)
+    numbers = LIGHT.coefficients, ChainSettings(), ModelErrorSearchSettings()
+    start = swept_start(model, asked.manoeuvres, asked.free, (lift,), *numbers)
+    # Far from the ground the effect is none, and so is its part of the first d(t).
+    plain = swept_start(asked.declared, asked.manoeuvres, asked.free, (), *numbers)
+    np.testing.assert_allclose(start.forces[0], plain.forces[0], atol=1e-12)
+
+
+def test_a_flight_without_the_model_s_columns_is_refused_before_a_kernel_reads_beside_it() -> None:
+    asked = question(Problem().fly(12))
+    wider = with_columns_of(asked.declared, [frozen(ActiveEffect(ground_effect("C_Z", 20.0), (0.3, 20.0)))])
+    with pytest.raises(ValueError, match="input columns"):
+        estimate_aircraft_error(wider, asked.manoeuvres[0].flight, np.ones(4), np.ones(4))
 
 
 def test_a_withheld_term_is_not_told_as_a_sensors_fault_or_a_jump() -> None:
