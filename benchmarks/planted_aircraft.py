@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 STRUCTURE = {
     "C_X": ("1", "alpha"),
@@ -137,3 +140,16 @@ BODIES = (
         (0.08, -1.2, -21.0, -1.4),
     ),
 )
+
+
+def declared_derivatives(
+    terms: Mapping[tuple[str, str], float], coefficients: Sequence[str], off: float, generator: np.random.Generator
+) -> list[str]:
+    """Lines of an aircraft file that declare derivatives, each `off` by a share at random."""
+    lines = []
+    for coefficient in coefficients:
+        lines.append(f"[derivatives.{coefficient}]")
+        for (name, term), value in terms.items():
+            if name == coefficient:
+                lines.append(f'"{term}" = {{ value = {value * (1.0 + off * generator.standard_normal())!r} }}')
+    return lines

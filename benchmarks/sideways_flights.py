@@ -17,6 +17,7 @@ from scipy.signal import lfilter
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.logs.flight_log import FlightLog
+from benchmarks.planted_aircraft import declared_derivatives
 
 Array = NDArray[np.float64]
 State = tuple[float, float, float, float, float]
@@ -83,11 +84,7 @@ def aircraft_of(body: SideBody, off: float, generator: np.random.Generator) -> A
         f"mass = {{ mass = {body.mass}, I_xx = {i_xx}, I_yy = {i_yy}, I_zz = {i_zz}, I_xz = {i_xz} }}",
         f"air = {{ density = {body.density} }}",
     ]
-    for coefficient in ("C_Y", "C_l", "C_n"):
-        lines.append(f"[derivatives.{coefficient}]")
-        for (name, term), value in body.terms.items():
-            if name == coefficient:
-                lines.append(f'"{term}" = {{ value = {value * (1.0 + off * generator.standard_normal())!r} }}')
+    lines += declared_derivatives(body.terms, ("C_Y", "C_l", "C_n"), off, generator)
     return aircraft_from_text("\n".join(lines) + "\n", f"{body.name}.toml", "0" * 64)
 
 

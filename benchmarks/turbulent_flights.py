@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.logs.flight_log import FlightLog
-from benchmarks.planted_aircraft import BODIES, Body
+from benchmarks.planted_aircraft import BODIES, Body, declared_derivatives
 
 Array = NDArray[np.float64]
 
@@ -57,11 +57,7 @@ def aircraft_of(body: Body, off: float, generator: np.random.Generator) -> Aircr
         f"air = {{ density = {body.density} }}",
         f"thrust = {{ force = {thrust!r} }}",
     ]
-    for coefficient in ("C_X", "C_Z", "C_m"):
-        lines.append(f"[derivatives.{coefficient}]")
-        for (name, term), value in body.terms.items():
-            if name == coefficient:
-                lines.append(f'"{term}" = {{ value = {value * (1.0 + off * generator.standard_normal())!r} }}')
+    lines += declared_derivatives(body.terms, ("C_X", "C_Z", "C_m"), off, generator)
     return aircraft_from_text("\n".join(lines) + "\n", f"{body.name}.toml", "0" * 64)
 
 

@@ -14,6 +14,7 @@ from aerosid.compatibility.consistency import (
     check_kinematics,
     contradicting,
     describe,
+    reconciled,
 )
 from aerosid.compatibility.contradiction import Contradiction
 from aerosid.flight_model.axes import LONGITUDINAL
@@ -32,4 +33,5 @@ __all__ = [
     "check_kinematics",
     "contradicting",
     "describe",
+    "reconciled",
 ]

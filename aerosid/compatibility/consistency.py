@@ -148,9 +148,19 @@ def check_kinematics(logs: Sequence[FlightLog], settings: SearchSettings = DEFAU
     recordings, notes = _compared(logs)
     if not recordings:
         return None
-    opposed = _opposed(recordings, notes, settings)
-    if opposed is not None:
-        return opposed
+    return _opposed(recordings, notes, settings) or _reconciled(recordings, notes, settings)
+
+
+def reconciled(logs: Sequence[FlightLog], settings: SearchSettings = DEFAULT) -> KinematicConsistency | None:
+    """As `check_kinematics`, of logs in which `contradicting` found nothing."""
+    recordings, notes = _compared(logs)
+    return _reconciled(recordings, notes, settings) if recordings else None
+
+
+def _reconciled(
+    recordings: Sequence[Recording], notes: tuple[str, ...], settings: SearchSettings
+) -> KinematicConsistency:
+    """The faults of instruments that reconcile the channels."""
     found = search(recordings, settings)
     findings = tuple(_finding(named) for named in found.named)
     groups = tuple(

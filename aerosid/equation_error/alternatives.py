@@ -73,9 +73,9 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
-    price = rules.price(each.hypothesis) + _implausibility_of(selected, each)
+    price = rules.price(each.hypothesis) + implausibility(_numbered(selected, each))
     rows = [
-        (price - rules.price(row.hypothesis) - implausibility(row.estimate, row.hypothesis) - row.behind, row)
+        (price - rules.price(row.hypothesis) - implausibility([row.active] if row.active else []) - row.behind, row)
         for row in in_place_of(selected, each, asked)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
@@ -85,14 +85,10 @@ def _better(
     return None
 
 
-def _implausibility_of(selected: Selected, each: Chosen) -> float:
-    """That of a chosen one at its value in the whole structure."""
-    point = selected.estimate.point
+def _numbered(selected: Selected, each: Chosen) -> list[ActiveEffect]:
+    """The effects of a chosen one with their numbers in the whole structure."""
     names = {active.name for active in each.hypothesis.effects}
-    active = tuple(one for one in point.effects if one.values and one.name in names)
-    if not active:
-        return 0.0
-    return implausibility(replace(selected.estimate, point=replace(point, effects=active)), each.hypothesis)
+    return [one for one in selected.estimate.point.effects if one.values and one.name in names]
 
 
 CLEARLY = 1.0

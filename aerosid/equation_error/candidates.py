@@ -97,14 +97,14 @@ CALIBRATED = ("sensor_bias", "sensor_scale")
 """Kinds whose limits say what instruments in use are off by at most."""
 
 
-def implausibility(found: Estimate, hypothesis: Hypothesis) -> float:
+def implausibility(effects: Sequence[ActiveEffect]) -> float:
     """What the size of an instrument's fault takes off ln L: its limit is three standard deviations of what is usual.
 
-    `found`: an estimate with the hypothesis last among its effects.
+    `effects`: a hypothesis' own with their numbers; none of a term.
     """
-    if hypothesis.kind not in CALIBRATED:
+    if not effects or effects[0].effect.kind not in CALIBRATED:
         return 0.0
-    active = found.point.effects[-1]
+    (active, *_) = effects
     (parameter, *_), (value, *_) = active.effect.parameters, active.values
     return 0.5 * (6.0 * (value - parameter.null) / (parameter.highest - parameter.lowest)) ** 2
 

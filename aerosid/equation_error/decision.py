@@ -31,7 +31,7 @@ from aerosid.equation_error.selection import (
 )
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
 from aerosid.equation_error.starts import may_separate, of_controls
-from aerosid.equation_error.votes import Share, refused, shares_of, unconfirmed
+from aerosid.equation_error.votes import Share, beside_gusts, refused, shares_of, unconfirmed
 
 Array = NDArray[np.float64]
 
@@ -223,13 +223,16 @@ def _standing(
 
 def _refused_one(selected: Selected, completed: Estimate) -> Chosen | None:
     """The chosen one of least gain with which an unseen coefficient is predicted worse than without it."""
-    settings = completed.frame.settings
+    if not selected.chosen:
+        return None
+    settings, whole = completed.frame.settings, selected.estimate.frame
+    after = beside_gusts(whole, completed)
     for each in sorted(selected.chosen, key=lambda each: each.gain):
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        whole = selected.estimate.frame
-        if refused(whole, bare, completed, settings.doubt, settings.least_rise):
+        before = beside_gusts(whole, bare)
+        if refused(whole, before, after, settings.doubt, settings.least_rise):
             return each
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
-        if any(unconfirmed(whole, bare, completed, coefficient) for coefficient in sideways):
+        if any(unconfirmed(whole, before, after, coefficient) for coefficient in sideways):
             return each
     return None

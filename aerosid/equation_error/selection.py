@@ -167,7 +167,11 @@ def _best(
         if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
             break
         found = estimate(frame, _begun(frame, base, linear), linear.weights, steps=6)
-        net = found.gain_over(base) - rules.price(linear.hypothesis) - implausibility(found, linear.hypothesis)
+        net = (
+            found.gain_over(base)
+            - rules.price(linear.hypothesis)
+            - implausibility(found.point.effects[-1:] if linear.hypothesis.effects else ())
+        )
         tried.append(_Trial(net, found, linear.hypothesis))
         tried.sort(key=lambda trial: -trial.net)
     told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))

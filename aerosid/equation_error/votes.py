@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,11 @@ class LeftOver:
     uncertain: float
 
 
-def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> dict[tuple[int, str], LeftOver]:
+Predicted = Mapping[tuple[int, str], LeftOver]
+"""By recording and coefficient."""
+
+
+def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> Predicted:
     """What an estimate's own numbers leave of each coefficient of every recording.
 
     `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
@@ -93,14 +98,18 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
     return tuple(rows)
 
 
-def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, least: float) -> bool:
+def beside_gusts(frame: Frame, found: Estimate) -> Predicted:
+    """What an estimate's numbers leave, and what gusts do, which is as good as noise, taken off."""
+    return left_over(frame, found, gusts=False)
+
+
+def refused(frame: Frame, before: Predicted, after: Predicted, doubt: float, least: float) -> bool:
     """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
 
     Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
-    R^2 by more than `least`; what gusts do, which is as good as noise, is taken off both. An effect that one
-    coefficient needs moves the derivatives of the others a little, with what gusts left in them.
+    R^2 by more than `least`. `before` and `after` beside gusts. An effect that one coefficient needs moves the
+    derivatives of the others a little, with what gusts left in them.
     """
-    before, after = (left_over(frame, each, gusts=False) for each in (without, found))
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
     for (place, equation), each in after.items():
@@ -116,9 +125,8 @@ def refused(frame: Frame, without: Estimate, found: Estimate, doubt: float, leas
     return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
-def unconfirmed(frame: Frame, without: Estimate, found: Estimate, coefficient: str) -> bool:
+def unconfirmed(frame: Frame, before: Predicted, after: Predicted, coefficient: str) -> bool:
     """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
-    before, after = (left_over(frame, each, gusts=False) for each in (without, found))
     falls = [
         float(np.mean(before[key].left ** 2 - each.left**2))
         for key, each in after.items()

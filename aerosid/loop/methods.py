@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
-from aerosid.compatibility import KinematicConsistency, check_kinematics
+from aerosid.compatibility import KinematicConsistency, reconciled
 from aerosid.compatibility.proved_agreement import agreement_of
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
@@ -64,7 +64,7 @@ class Question:
 
     def agreement(self) -> KinematicConsistency | None:
         """What the instruments of the fitted flights say of each other, by a simulated path."""
-        return check_kinematics([each.log for each in self.manoeuvres]) if self.compared else None
+        return reconciled([each.log for each in self.manoeuvres]) if self.compared else None
 
     @property
     def free(self) -> tuple[Entry, ...]:
