@@ -51,6 +51,19 @@ def require_writable(directory: Path) -> None:
         raise _unwritable(directory, error) from None
 
 
+def require_writable_file(file: Path) -> None:
+    """Nothing, where the file can be written or replaced; makes none.
+
+    Raises
+    ------
+    UsageError
+        Where its folder cannot be written, or a folder stands in its place.
+    """
+    if file.is_dir():
+        raise UsageError(f"{file}: is a folder, expected the name of a file; give one with --out.")
+    require_writable(file.parent)
+
+
 def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, ...]:
     """The paths of the files written.
 

@@ -7,7 +7,7 @@ from typing import Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console, out_folder
 from aerosid.cli.output import written
 
 
@@ -15,8 +15,8 @@ def batch_command(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="DIR|LIST|SEGMENTS",
-            help="A folder of logs, a text file with one path or LOG@FROM:TO a line, or a segment file.",
+            metavar="DIR|LIST|LOG",
+            help="A folder of logs, a text file with one path or LOG@FROM:TO a line, a segment file, or a log or span.",
             show_default=False,
         ),
     ],
@@ -38,7 +38,7 @@ def batch_command(
     strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 where a log could not be used.")] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/batch"),
+    out: Annotated[Path, out_folder()] = Path("reports/batch"),
 ) -> int:
     """Closes the loop on every log of a folder, and tabulates the derivatives over manoeuvres."""
     from aerosid.aircraft import load_aircraft

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from aerosid.cli.options import console
+from aerosid.cli.options import console, out_file
+from aerosid.cli.output import headed, tell
 
 
 def channels_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.", show_default=False)],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the listing and the map as JSON.")] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", help="Write the proposed map there.", show_default=False),
-    ] = None,
+    out: Annotated[Path | None, out_file("Write the proposed map there.")] = None,
     form: Annotated[
         str | None, typer.Option("--format", metavar="NAME", help="As `aerosid formats` names it.", show_default=False)
     ] = None,
@@ -37,8 +32,5 @@ def channels_command(
     listing, proposal = list_channels(recording), propose_map(recording, str(log))
     if out is not None:
         write_files(out.parent, {out.name: text(proposal.text)})
-    if as_json:
-        content = {**listing.as_json(), "map": proposal.text}
-        sys.stdout.write(json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n")
-        return
     print_channels(listing, proposal.text, str(log), console())
+    tell(lambda: headed("channels", {**listing.as_json(), "map": proposal.text}))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Optional
 import typer
 
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
-from aerosid.cli.output import headed
+from aerosid.cli.output import headed, mode, tell
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,8 +27,6 @@ def check_command(
     channels: ChannelsOption = None,
     start: FromOption = None,
     stop: ToOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the tables.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print the closing sentences only.")] = False,
     aircraft: Annotated[
         Optional[str],
         typer.Option(
@@ -39,9 +37,10 @@ def check_command(
         ),
     ] = None,
 ) -> int:
-    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack."""
-    import json
+    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack.
 
+    With --quiet the closing sentences alone.
+    """
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
     from aerosid.logs.channel_noise import with_declared_noise
@@ -52,7 +51,7 @@ def check_command(
     declared = load_aircraft(aircraft) if aircraft else None
     held: dict[Path, FlightLog] = {}
     closing = []
-    silent = quiet or as_json
+    silent = mode().silent
     for span in spans_between(logs, start, stop):
         if span.path not in held and span.path.exists() and FORMATS[format_of(span.path)].several_clocks:
             streams = read_recording(span.path)
@@ -64,11 +63,10 @@ def check_command(
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
         closing.append(_checked(log, None if silent else output, _longest(declared)))
-    if as_json:
-        typer.echo(json.dumps(headed("check", {"logs": closing}), indent=2, allow_nan=False))
-    elif quiet:
+    tell(lambda: headed("check", {"logs": closing}))
+    if silent and not mode().json:
         for entry in closing:
-            output.print(str(entry["sentence"]), soft_wrap=True)
+            typer.echo(str(entry["sentence"]))
     return 0 if all(entry["usable"] for entry in closing) else UNUSABLE
 
 

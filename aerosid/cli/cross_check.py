@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from aerosid.cli.options import console
+from aerosid.cli.options import console, out_folder
 from aerosid.cli.output import written
 from aerosid.cli.quantity_option import in_unit
 
@@ -21,7 +21,7 @@ def cross_check_command(
             show_default=False,
         ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/jsbsim"),
+    out: Annotated[Path, out_folder()] = Path("reports/jsbsim"),
     amplitude: Annotated[
         float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Of the aircraft's manoeuvres, rad.")
     ] = 0.04,

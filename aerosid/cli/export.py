@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aerosid.cli.options import out_file
 from aerosid.cli.output import headed, mode, tell
 from aerosid.cli.quantity_option import in_unit
 from aerosid.errors import UsageError
@@ -25,9 +26,7 @@ def export_command(
         str, typer.Argument(metavar="AIRCRAFT", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     format_name: Annotated[str, typer.Option("--format", metavar="FORMAT", help=f"{_FORMATS}.", show_default=False)],
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Where to; default the terminal.", show_default=False)
-    ] = None,
+    out: Annotated[Path | None, out_file("Where to; default the terminal.")] = None,
     into: Annotated[
         Path | None,
         typer.Option(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.options import ChannelsOption, console, out_folder
+from aerosid.cli.output import headed, tell
 
 
 def find_command(
@@ -30,14 +30,11 @@ def find_command(
         Optional[str],
         typer.Option("--kinds", metavar="KIND,...", help="Only these kinds, as in trim,phugoid.", show_default=False),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")] = False,
     rejected: Annotated[bool, typer.Option("--rejected", help="List also what is lively and no manoeuvre.")] = False,
     out: Annotated[
         Optional[Path],
-        typer.Option(
-            "--out",
-            metavar="DIR",
-            help="Write cuts with their maps, segments.csv, manoeuvres.json and a page with a picture of each.",
+        out_folder(
+            "Write cuts with their maps, segments.csv, manoeuvres.json and a page with a picture of each.",
             show_default=False,
         ),
     ] = None,
@@ -48,7 +45,6 @@ def find_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.aircraft.loading import with_mass
     from aerosid.errors import UsageError
-    from aerosid.file_set import require_folder
     from aerosid.logs.spans import read_span
     from aerosid.manoeuvres import KINDS, find_manoeuvres
     from aerosid.reporting.manoeuvres import print_segmentation, segmentation_json, write_segmentation
@@ -58,19 +54,14 @@ def find_command(
         if word not in KINDS:
             raise UsageError(f"--kinds holds {word!r}; give some of {', '.join(KINDS)}.")
     declared = load_aircraft(aircraft) if aircraft else None
-    if out is not None:
-        require_folder(out)
     recording = read_span(log, channels, across_holes=True)
     if declared is not None:
         recording = with_mass(recording, declared)
     found = find_manoeuvres(recording, declared)
     found = replace(found, manoeuvres=tuple(entry for entry in found if entry.kind in wanted))
     output = console()
-    if as_json:
-        typer.echo(json.dumps(segmentation_json(found, recording), indent=2, allow_nan=False))
-    else:
-        print_segmentation(found, recording, output, rejected)
+    print_segmentation(found, recording, output, rejected)
     if out is not None:
         files = write_segmentation(found, recording, out)
-        if not as_json:
-            output.print(f"Written: {len(files)} files, {files[2]} first.", soft_wrap=True)
+        output.print(f"Written: {len(files)} files, {files[2]} first.", soft_wrap=True)
+    tell(lambda: headed("find", segmentation_json(found, recording)))

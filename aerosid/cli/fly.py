@@ -7,6 +7,7 @@ from typing import Annotated, Optional
 
 import typer
 
+from aerosid.cli.options import out_file
 from aerosid.cli.output import written
 from aerosid.cli.quantity_option import in_unit
 
@@ -20,7 +21,7 @@ def fly_command(
             show_default=False,
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="LOG", help="Native log, NAME.csv; the rest goes beside it.")],
+    out: Annotated[Path, out_file("Native log, NAME.csv; the rest goes beside it.", "LOG")],
     shapes: Annotated[
         Optional[list[str]],
         typer.Option(

@@ -19,7 +19,7 @@ from aerosid.cli.cross_check import cross_check_command
 from aerosid.cli.export import export_command
 from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
-from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console
+from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console, out_folder
 from aerosid.cli.output import headed, loudly, taken_out, tell, written
 from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
@@ -159,7 +159,7 @@ def close_loop_command(
     channels: ChannelsOption = None,
     out: Annotated[
         Optional[Path],
-        typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
+        out_folder("Where files go; default reports/<log name>/.", show_default=False),
     ] = None,
     start: FromOption = None,
     stop: ToOption = None,
@@ -273,7 +273,7 @@ def close_loop_command(
 
 @app.command("reproduce")
 def reproduce_command(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/paper"),
+    out: Annotated[Path, out_folder()] = Path("reports/paper"),
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 200,
 ) -> None:
     """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
@@ -371,3 +371,7 @@ def check_aircraft(
         for aircraft in loaded
     ]
     tell(lambda: headed("aircraft check", {"aircraft": rows}))
+
+
+for _verb in (*app.registered_commands, *aircraft_app.registered_commands):
+    _verb.epilog = "Also, as every verb: --json, --quiet and --debug; see `aerosid --help`."

@@ -40,6 +40,40 @@ SchedulerOption = Annotated[
 ]
 
 
+def _writable_folder(directory: Path | None) -> Path | None:
+    """The folder, refused while the words are read where nothing can be written: before any log is opened."""
+    from aerosid.file_set import require_writable
+
+    if directory is not None:
+        require_writable(directory)
+    return directory
+
+
+def _writable_file(file: Path | None) -> Path | None:
+    """The file, refused likewise where its folder cannot be written or where a folder stands in its place."""
+    from aerosid.file_set import require_writable_file
+
+    if file is not None:
+        require_writable_file(file)
+    return file
+
+
+def out_folder(help: str = "Where files go.", *, show_default: bool = True) -> typer.models.OptionInfo:  # noqa: A002
+    """The option --out of a verb that writes into a folder."""
+    info: typer.models.OptionInfo = typer.Option(
+        "--out", metavar="DIR", help=help, show_default=show_default, callback=_writable_folder
+    )
+    return info
+
+
+def out_file(help: str, metavar: str = "FILE") -> typer.models.OptionInfo:  # noqa: A002
+    """The option --out of a verb that writes a file."""
+    info: typer.models.OptionInfo = typer.Option(
+        "--out", metavar=metavar, help=help, show_default=False, callback=_writable_file
+    )
+    return info
+
+
 def console() -> Console:
     """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
     from rich.console import Console

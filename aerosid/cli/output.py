@@ -10,9 +10,6 @@ from pathlib import Path
 from typing import Any
 
 SCHEMA = 1
-OF_THEIR_OWN = ("channels", "check", "find", "warm-up")
-"""Verbs that declare --json or --quiet themselves."""
-
 WHERE_TO = "--out"
 ABOUT_THE_CALL = ("--strict", "--json", "--quiet", "--debug")
 """Words that change the exit code or what is printed, and no number."""
@@ -53,9 +50,6 @@ def mode() -> OutputMode:
 
 def taken_out(words: Sequence[str]) -> list[str]:
     """The words without --json and --quiet, wherever they stand before `--`; they become the mode of the command."""
-    if next((word for word in words if not word.startswith("-")), "") in OF_THEIR_OWN:
-        flags = [word for word in words if word in ("--json", "--quiet")]
-        return [*(word for word in words if word not in flags), *flags]
     end = words.index("--") if "--" in words else len(words)
     asked, rest = words[:end], words[end:]
     found = OutputMode("--json" in asked, "--quiet" in asked, command_line(words))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import ChannelsOption, console
+from aerosid.cli.options import ChannelsOption, console, out_folder
+from aerosid.cli.output import headed, written
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,7 +30,7 @@ def replay_command(
     channels: ChannelsOption = None,
     out: Annotated[
         Optional[Path],
-        typer.Option("--out", metavar="DIR", help="Where files go; default reports/<log name>/.", show_default=False),
+        out_folder("Where files go; default reports/<log name>/.", show_default=False),
     ] = None,
     step: Annotated[float, typer.Option(help="Seconds of flight from one frame to the next.")] = 0.25,
     speed: Annotated[
@@ -58,7 +60,7 @@ def replay_command(
         output.print(f"{name.coefficient} {name.term} named at {name.time:.2f} s", markup=False)
     if not frames[-1].names:
         output.print("Nothing was named.")
-    output.print(f"Written: {', '.join(str(file) for file in files)}", soft_wrap=True)
+    written("replay", files, lambda: headed("replay", {"files": list(map(str, files)), "last": asdict(frames[-1])}))
 
 
 def _watched(frames: Iterable[Frame], output: Console, speed: float) -> Iterator[Frame]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Optional
 
 import typer
 
+from aerosid.cli.options import out_file
+from aerosid.cli.output import written
 from aerosid.errors import UsageError
 
 if TYPE_CHECKING:
@@ -22,21 +24,18 @@ def schema_command(
     document: Annotated[
         str, typer.Argument(metavar="DOCUMENT", help=f"One of {', '.join(DOCUMENTS)}.", show_default=False)
     ],
-    out: Annotated[
-        Optional[Path],
-        typer.Option("--out", metavar="FILE", help="Where to; default the terminal.", show_default=False),
-    ] = None,
+    out: Annotated[Optional[Path], out_file("Where to; default the terminal.")] = None,
 ) -> None:
     """Writes the JSON Schema (draft 2020-12) of result.json, of `check --json`, of batch.json or of study.json."""
     from aerosid.file_set import text, write_files
 
     if document not in DOCUMENTS:
         raise UsageError(f"no schema is named {document!r}, expected one of {', '.join(DOCUMENTS)}; give one of them.")
-    written = schema_text(document)
+    content = schema_text(document)
     if out is None:
-        typer.echo(written, nl=False)
+        typer.echo(content, nl=False)
     else:
-        write_files(out.parent, {out.name: text(written)})
+        written("schema", write_files(out.parent, {out.name: text(content)}))
 
 
 def schema_text(document: str) -> str:

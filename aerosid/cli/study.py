@@ -7,7 +7,7 @@ from typing import Annotated, Optional
 
 import typer
 
-from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console
+from aerosid.cli.options import ChannelsOption, SchedulerOption, WorkersOption, console, out_folder
 from aerosid.cli.output import written
 from aerosid.cli.quantity_option import in_unit
 
@@ -86,7 +86,7 @@ def study_command(
     seed: Annotated[Count, _option("--seed", help="Of every draw; default 0.")] = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where files go.")] = Path("reports/study"),
+    out: Annotated[Path, out_folder()] = Path("reports/study"),
 ) -> None:
     """Flies the aircraft many times with noise: errors against their bound, true coverage, detection, prediction."""
     from aerosid.cli.progress_bar import progress_bar

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
-from typing import Annotated
-
-import typer
 
 from aerosid.cli.options import WorkersOption
-from aerosid.cli.output import headed
+from aerosid.cli.output import headed, mode, tell
 from aerosid.errors import UsageError
 
 
 def warm_up_command(
     workers: WorkersOption = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end.")] = False,
 ) -> None:
     """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
     from aerosid.compiled.kernel_cache import user_folder
@@ -27,7 +21,7 @@ def warm_up_command(
         raise UsageError(f"--workers is {workers}; at least 1 is needed.")
 
     def say(text: str) -> None:
-        if not quiet:
+        if not mode().quiet:
             sys.stderr.write(f"{text}\n")
             sys.stderr.flush()
 
@@ -39,5 +33,4 @@ def warm_up_command(
         say(f"  {number} of {len(TASKS)}: {done.part}, {len(done.kernels)} compiled, {done.seconds:.0f} s")
     seconds = time.perf_counter() - start
     say(f"{count} kernels compiled in {seconds:.0f} s.")
-    if as_json:
-        typer.echo(json.dumps(headed("warm-up", {"kernels": count, "seconds": seconds}), indent=2))
+    tell(lambda: headed("warm-up", {"kernels": count, "seconds": seconds}))

@@ -108,3 +108,17 @@ def test_the_loop_closes_on_each_found_manoeuvre(flight_file: Path, tmp_path: Pa
     for row in batch.rows.values():
         (pitch,) = [each for each in row["derivatives"] if (each["coefficient"], each["term"]) == ("C_m", "alpha")]
         assert abs(pitch["value"] + 0.729) < 0.1
+
+
+def test_a_single_recording_or_span_is_a_batch_of_one(flight_file: Path, tmp_path: Path) -> None:
+    assert [log.name for log in find_logs(flight_file, None)] == ["flight"]
+    (lone,) = find_logs(Path(f"{flight_file}@28:38"), None)
+    assert (lone.name, lone.path) == ("flight_28-38", f"{flight_file}@28:38")
+    # Bytes that are no text, and a text whose first line is no path.
+    (tmp_path / "garbage.mat").write_bytes(bytes(range(256)) * 4)
+    (tmp_path / "long.txt").write_text("column " * 999 + "\n1 2\n")
+    for name in ("garbage.mat", "long.txt"):
+        assert [log.path for log in find_logs(tmp_path / name, None)] == [str(tmp_path / name)]
+    # A list of one log is a list.
+    (tmp_path / "list.txt").write_text("garbage.mat\n")
+    assert [log.name for log in find_logs(tmp_path / "list.txt", None)] == ["garbage"]

@@ -41,13 +41,13 @@ class LogFile:
 
 
 def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -> tuple[LogFile, ...]:
-    """The logs of a folder and the folders in it, sorted; or those that a text file lists, in its order.
+    """The logs of a folder and the folders in it, sorted; those that a text file lists, in its order; or a single one.
 
     Parameters
     ----------
     source : Path
-        A folder; a file with one path or LOG@FROM:TO a line, relative to its own folder, `#` begins a comment; or a
-        segment file.
+        A folder; a file with one path or LOG@FROM:TO a line, relative to its own folder, `#` begins a comment; a
+        segment file; a recording, or LOG@FROM:TO.
     channels : Path, optional
         The channel map for all of them.
     but_in : Path, optional
@@ -60,19 +60,19 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
     """
     if source.is_dir():
         root = source
-        suffixes = {suffix for entry in FORMATS.values() for suffix in entry.suffixes}
+        suffixes = _suffixes()
         without = but_in.resolve() if but_in is not None else None
         paths = [
             path
             for path in sorted(source.rglob("*"))
-            if Path(path.name.lower().removesuffix(".gz")).suffix in suffixes
-            and path.is_file()
-            and (without is None or without not in path.resolve().parents)
+            if _named_as_a_log(path) and path.is_file() and (without is None or without not in path.resolve().parents)
         ]
         if not paths:
             raise UsageError(f"{source}: no log is in this folder; known suffixes are {', '.join(sorted(suffixes))}.")
     elif is_segment_file(source):
         return tuple(_of_span(span, channels) for span in read_segment_file(source))
+    elif (lone := _lone(source)) is not None:
+        return (_of_span(lone, channels),)
     else:
         root = source.parent
         spans = [parse_span(root / line) for line in _lines(source)]
@@ -83,6 +83,31 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
         paths = [span.path for span in spans]
     names = _names(paths, root)
     return tuple(LogFile(str(path), name, _content(path, channels)) for path, name in zip(paths, names, strict=True))
+
+
+def _suffixes() -> set[str]:
+    return {suffix for entry in FORMATS.values() for suffix in entry.suffixes}
+
+
+def _named_as_a_log(path: Path) -> bool:
+    return Path(path.name.lower().removesuffix(".gz")).suffix in _suffixes()
+
+
+def _lone(source: Path) -> Span | None:
+    """The recording, or the span of one, that a path is itself; None where it lists others, or is nothing of either.
+
+    A list is told from a recording in text by its first line, which names a log.
+    """
+    span = parse_span(source)
+    if not span.path.is_file() or not _named_as_a_log(span.path):
+        return None
+    try:
+        first = next(iter(_lines(span.path)), None)
+        if first is None or _named_as_a_log(parse_span(first).path):
+            return None
+        return None if (span.path.parent / first).is_file() else span
+    except (UsageError, OSError, ValueError):  # bytes that are no text, or a text that is no path
+        return span
 
 
 def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[LogFile, ...]:
