@@ -1,4 +1,4 @@
-"""Plausibility of sensor positions: none is further from the centre of gravity than the aircraft is long."""
+"""Plausibility of sensor positions: none is further from the centre of gravity than the aircraft reaches."""
 
 from __future__ import annotations
 
@@ -7,33 +7,31 @@ import math
 from aerosid.compatibility.consistency import KinematicConsistency
 from aerosid.notation import number
 
-__all__ = ["LENGTH_IN_CHORDS", "implausible_positions"]
-
-LENGTH_IN_CHORDS = 8.0
-"""Fuselage length over mean chord at most: Citation II 7, VFW-614 6.5, DHC-6 8 (Jane's), model aircraft less. Effect: a
-sensor position beyond it is refused. Found on none of the recordings that are judged with it."""
+__all__ = ["implausible_positions"]
 
 
-def implausible_positions(agreement: KinematicConsistency, longest: float | None) -> tuple[str, ...]:
+def implausible_positions(agreement: KinematicConsistency, farthest: float | None) -> tuple[str, ...]:
     """One sentence for each sensor position found that no aircraft of this size has.
 
     Parameters
     ----------
     agreement : KinematicConsistency
-    longest : float or None
-        Length of the aircraft, m; None: its size is not known, and nothing is refused.
+    farthest : float or None
+        m from the centre of gravity that a sensor of this aircraft can sit; None: its size is not known, and nothing is
+        refused.
     """
-    if longest is None:
+    if farthest is None:
         return ()
     names = dict.fromkeys(finding.where for finding in agreement.findings)
     sentences = []
     for name in names:
         arms = [f for f in agreement.findings if f.where == name and f.kind == "sensor_position"]
         distance = math.hypot(*(arm.value for arm in arms)) if arms else 0.0
-        if distance > longest:
+        if distance > farthest:
             sentences.append(
                 f"The position of {name} that kinematics ask for, {number(distance)} m from where it was taken to be, "
-                f"cannot be: the aircraft is at most {number(longest)} m long. What is wrong is something else that "
-                "looks the same, a delay or a scale; measure the position and give it in the channel map."
+                f"cannot be: on an aircraft of this size none lies further than {number(farthest)} m from the centre "
+                "of gravity. What is wrong is something else that looks the same, a delay or a scale; measure the "
+                "position and give it in the channel map."
             )
     return tuple(sentences)

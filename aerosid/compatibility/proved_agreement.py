@@ -14,7 +14,7 @@ from aerosid.compatibility.consistency import (
 )
 from aerosid.compatibility.fault_search import DEFAULT, SearchSettings
 from aerosid.effects import ActiveEffect, PositionEffect
-from aerosid.equation_error.alternatives import alternatives_of
+from aerosid.equation_error.alternatives import alternatives_of, worth_of
 from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
@@ -34,7 +34,7 @@ def agreement_of(faults: ProvedFaults, settings: SearchSettings = DEFAULT) -> Ki
     found = selected.estimate
     covariance = corrected_covariance(found.design, found.solution)
     asked = len(faults.asked)
-    rows = findings_of(found, covariance, selected.chosen)
+    rows = findings_of(found, covariance, selected.chosen, worth_of(selected))
     findings = tuple(
         _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, asked) for row in rows
     )

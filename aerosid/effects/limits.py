@@ -53,7 +53,13 @@ class OfferLimits:
         samples a step lies is not known. By reasoning, after two false limits in benchmarks/turbulent_false_alarms.py,
         seed 1.
     furthest : float
-        m; how far from its declared place a sensor may sit.
+        m; how far from its declared place a sensor may sit where the aircraft's size is not asked.
+    length_in_chords : float
+        Mean chords, 1, that an aircraft is long where its file does not say: Citation II 7, VFW-614 6.5, DHC-6 8
+        (Jane's), model aircraft less.
+    reach : float
+        Of the length, 1, that a sensor sits from the centre of gravity at most: half of it, and a nose boom. The
+        VFW-614 ATTAS has its vane 0.64 of its length ahead.
     """
 
     grid: int = 48
@@ -74,6 +80,8 @@ class OfferLimits:
     least_timing: float = 0.2
     least_slowing: float = 0.5
     furthest: float = 30.0
+    length_in_chords: float = 8.0
+    reach: float = 0.65
 
 
 LARGEST_BIAS = {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}

@@ -21,6 +21,19 @@ SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz")))
 """Sensors and the body axes of their positions that rolling and yawing motion shows, alone and together."""
 
 
+def farthest_place(mean_chord: float, length: float | None = None) -> float:
+    """How far from the centre of gravity a sensor of an aircraft can sit, m.
+
+    Parameters
+    ----------
+    mean_chord : float
+        m.
+    length : float, optional
+        Of the aircraft, m; by default a multiple of its chord.
+    """
+    return OFFERED.reach * (length or OFFERED.length_in_chords * mean_chord)
+
+
 def sensor_position(channel: str, axis: str) -> PositionEffect:
     """The sensor lies `position` m further along a body axis, x forward or z down, than declared."""
     return _sits(channel, axis, ("position",))

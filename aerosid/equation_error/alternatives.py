@@ -17,6 +17,7 @@ from aerosid.equation_error.candidates import (
     term_candidates,
     to_first_order,
     told_apart,
+    within_limits,
 )
 from aerosid.equation_error.design import gain_over
 from aerosid.equation_error.deviations import corrected_covariance
@@ -28,8 +29,8 @@ from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, 
 class Alternative:
     """What could stand in place of a chosen hypothesis.
 
-    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more;
-    `own` the share of its columns that no other explains.
+    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more,
+    which decides nothing up to `margin`; `own` the share of its columns that no other explains.
     """
 
     hypothesis: Hypothesis
@@ -38,9 +39,26 @@ class Alternative:
     std_error: float
     gain: float
     behind: float
+    margin: float
     instead_of: Hypothesis
     estimate: Estimate = field(repr=False, compare=False)
     own: float = 1.0
+
+
+def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
+    """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
+    return {each.hypothesis.label: selected.estimate.gain_over(_bare(selected, each)) for each in selected.chosen}
+
+
+def _bare(selected: Selected, each: Chosen) -> Estimate:
+    """The structure without one, estimated anew; asked again of the same structure, it is not made anew."""
+    key = ("without", each.hypothesis.label)
+    if key not in selected.instead:
+        weights = selected.estimate.solution.weights
+        found = estimate(selected.estimate.frame, without(selected.estimate.point, each), weights, steps=4)
+        selected.instead[key] = [found]
+    bare: Estimate = selected.instead[key][0]
+    return bare
 
 
 def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
@@ -105,7 +123,7 @@ def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
-    bare = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+    bare = _bare(selected, each)
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
@@ -113,6 +131,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
+    margin = alike + 0.03 * worth
     order: list[int] = []
     labels: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
@@ -128,9 +147,9 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             continue
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - found.gain_over(bare)
-        if behind < alike + 0.03 * worth:
+        if behind < margin and within_limits(found, hypothesis):
             row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
-            rows.append(replace(row, own=float(scored.own[n])))
+            rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
 
 
@@ -146,4 +165,4 @@ def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: floa
         unknown, value = ("effect", place, 0), active.values[0]
     known = unknown in found.design.unknowns
     error = float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")
-    return Alternative(hypothesis, active, value, error, gain, behind, chosen, found)
+    return Alternative(hypothesis, active, value, error, gain, behind, behind, chosen, found)

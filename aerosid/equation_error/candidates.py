@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import LARGEST_BIAS
-from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, sensor_position
+from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, sensor_position
 from aerosid.equation_error.design import Solution, compared, design_of, regress, whiten, whitened_instruments
 from aerosid.equation_error.estimate import Estimate, Frame, residual_of
 from aerosid.equation_error.points import Point
@@ -70,10 +70,10 @@ def unit_of(channel: str) -> str:
     return CHANNELS[channel].unit if channel in CHANNELS else ""
 
 
-def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
+def bounded(hypothesis: Hypothesis, mean_chord: float, length: float | None = None) -> Hypothesis:
     """The hypothesis with the limits of an instrument in use and of a flyable aircraft; most have those of their kind.
 
-    `mean_chord`: m.
+    `mean_chord`, `length` of the aircraft: m; None: not known.
     """
     if not hypothesis.effects:
         return hypothesis
@@ -82,15 +82,24 @@ def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
     limits = {
         "sensor_bias": LARGEST_BIAS.get(first.unit),
         "sensor_scale": LARGEST_SCALE.get(unit_of(hypothesis.where), LARGEST_INERTIAL_SCALE),
+        "sensor_position": farthest_place(mean_chord, length),
         "cg_shift": FARTHEST * mean_chord,
     }
     limit = limits.get(hypothesis.kind)
     if limit is None:
         return hypothesis
-    bound = replace(first, lowest=first.null - limit, highest=first.null + limit)
-    trials = tuple(trial for trial in first.trials if bound.lowest <= trial <= bound.highest)
-    parameters = (replace(bound, trials=trials or (first.null,)), *active.effect.parameters[1:])
+    held = len(active.effect.parameters) if isinstance(active.effect, PositionEffect) else 1
+    parameters = tuple(
+        _within(parameter, limit) if n < held else parameter for n, parameter in enumerate(active.effect.parameters)
+    )
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
+
+
+def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
+    """The number with a limit about its null."""
+    lowest, highest = parameter.null - limit, parameter.null + limit
+    trials = tuple(trial for trial in parameter.trials if lowest <= trial <= highest)
+    return replace(parameter, lowest=lowest, highest=highest, trials=trials or (parameter.null,))
 
 
 CALIBRATED = ("sensor_bias", "sensor_scale")

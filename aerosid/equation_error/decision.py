@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import frozen
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced
+from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced, worth_of
 from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.deviations import corrected_covariance
@@ -117,10 +117,14 @@ def decide(
             break
         told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
         kept = left_out(kept, weak)
+    worth = {**worth_of(proved), **worth_of(kept)}
+    findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen), worth)
+    # What another flight refutes stands in nobody's place.
+    open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
     before = estimate(fitted, start)
     return EquationErrorDecision(
         findings=findings,
-        alternatives=(*alternatives_of(proved, sensors), *alternatives_of(kept, others)),
+        alternatives=(*alternatives_of(proved, sensors), *alternatives_of(kept, open_)),
         before=before,
         completed=completed,
         covariance=covariance,
@@ -193,12 +197,12 @@ def _attributed(
         if separated is not None:
             separated = searched(separated, most)
             found = searched(begun, len(separated.chosen))
-            if worth(separated, rules) > worth(found, rules):
+            if paid(separated, rules) > paid(found, rules):
                 return replaced(separated, others, rules)
     return replaced(searched(found, most), others, rules)
 
 
-def worth(selected: Selected, rules: Rules) -> float:
+def paid(selected: Selected, rules: Rules) -> float:
     """Ln L less the price of all that entered."""
     return selected.estimate.log_likelihood - total_price(rules, selected.chosen)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ class EvidenceFinding:
     std_errors : tuple of float
         Of all its numbers.
     gain : float
-        In ln L when it entered.
+        In ln L: the fall when it is struck out of the final structure, or the rise when it entered.
     witness : "kinematics" or "coefficients"
         Which equations proved it.
     """
@@ -66,27 +67,34 @@ class EvidenceFinding:
         return max(ratios, default=np.inf)
 
 
-def findings_of(found: Estimate, covariance: Array, chosen: Sequence[Chosen]) -> tuple[EvidenceFinding, ...]:
-    """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain."""
+def findings_of(
+    found: Estimate,
+    covariance: Array,
+    chosen: Sequence[Chosen],
+    worth: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
+) -> tuple[EvidenceFinding, ...]:
+    """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain.
+
+    `worth`: their gain in the whole structure, by label; what is not in it keeps that of its entry.
+    """
     deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
     rows = []
     for each in chosen:
         witness = "kinematics" if each.kinematic else "coefficients"
         hypothesis = each.hypothesis
+        gain = worth.get(hypothesis.label, each.gain)
         if hypothesis.entries:
             (entry,) = hypothesis.entries
             n = place.get(("term", entry))
             value = found.point.model.value(entry)
             error = float(deviations[n]) if n is not None else np.inf
-            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), each.gain, witness))
+            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), gain, witness))
             continue
         for i, active in enumerate(found.point.effects):
             if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
                 errors = tuple(float(deviations[place["effect", i, k]]) for k in range(len(active.values)))
-                rows.append(
-                    EvidenceFinding(hypothesis, active, active.values[0], errors[0], errors, each.gain, witness)
-                )
+                rows.append(EvidenceFinding(hypothesis, active, active.values[0], errors[0], errors, gain, witness))
                 break
     return tuple(sorted(rows, key=_rank))
 

@@ -88,6 +88,7 @@ def prove_faults(
     validation: Sequence[Manoeuvre] = (),
     settings: EquationErrorSettings = USUAL,
     told: Callable[[str], None] = lambda _text: None,
+    length: float | None = None,
 ) -> ProvedFaults:
     """The instruments' faults that kinematics prove; coefficients do not undo them.
 
@@ -105,11 +106,13 @@ def prove_faults(
         Structure is chosen on all of them; derivatives come from the first alone.
     told : callable
         Hears what enters and leaves, for a journal.
+    length : float, optional
+        Of the aircraft, m: how far from the centre of gravity a sensor can sit; by default a multiple of its chord.
     """
     recordings = read_recordings(identification, validation, settings)
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     every = (*hypotheses, *position_hypotheses(channels))
-    asked = tuple(bounded(h, model.constants.mean_chord) for h in every if askable(h))
+    asked = tuple(bounded(h, model.constants.mean_chord, length) for h in every if askable(h))
     sensors = [h for h in asked if of_sensors(h)]
     start = Point(model, tuple(free), tuple(given))
     frame = Frame(recordings, KINEMATIC, settings)

@@ -32,6 +32,9 @@ class PatternSettings:
         Of its own, by which a number must differ from what it is compared with.
     near : float
         Relative distance from 180/pi, or from 2, at which a unit is asked after.
+    sharp : float
+        Largest standard error of a factor, relative to 2 or 1/2, with which q c/V is asked after: a vaguer one is near
+        either by chance. Chosen: a fifth of the way from 1 to 1/2.
     apart : float
         Relative scatter of factors that still are one.
     common : float
@@ -45,6 +48,7 @@ class PatternSettings:
     many: float = 5.0
     deviations: float = 3.0
     near: float = 0.25
+    sharp: float = 0.1
     apart: float = 0.12
     common: float = 0.15
     fewest: int = 3
@@ -153,10 +157,11 @@ def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> s
         if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
             return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
     if "q_hat" in row.term and not rate_told:
-        for unit, meant in ((2.0, "per q c/V"), (0.5, "per q c/(4 V)")):
+        for unit, asked in ((2.0, "is it declared per q c/V"), (0.5, "was it doubled from q c/V once too often")):
             near = abs(factor - unit) <= max(settings.deviations * deviation, 0.05 * unit)
-            if near and abs(factor - 1.0) > settings.deviations * deviation:
-                return f"{name} is {number(factor)} times as declared: is it declared {meant}? q_hat is q c/(2 U0)."
+            sharp = deviation <= settings.sharp * unit
+            if near and sharp and abs(factor - 1.0) > settings.deviations * deviation:
+                return f"{name} is {number(factor)} times as declared: {asked}? q_hat is q c/(2 U0)."
     if not 1.0 / settings.many < factor < settings.many:
         return f"{name} is {number(factor)} times as declared: check its unit and decimal point."
     return None

@@ -161,11 +161,16 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
         return by_likelihood(question, settings, progress)
     found = _by_equations(faults, question, settings, progress)
     said = (
-        f"Kinematics leave up to {ratio:.2g} times the noise that successive samples show: the air moves, or the "
+        f"Kinematics leave {_times(ratio)} the noise that successive samples show: the air moves, or the "
         "recorder filters. The kinematic and coefficient equations decide (method equations); errors of open-loop "
         "simulations are predictions, no measure of the model."
     )
     return replace(found, notes=(said, *found.notes))
+
+
+def _times(ratio: float) -> str:
+    """A multiple of the noise; beyond a hundred the recorder's filter has made the noise, and its size says nothing."""
+    return f"up to {number(ratio, 2)} times" if ratio < 100.0 else "more than 100 times"
 
 
 def by_equations(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
@@ -193,6 +198,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
         question.manoeuvres,
         question.others,
         settings.equation_error,
+        length=question.aircraft.length,
     )
 
 
@@ -222,10 +228,11 @@ def told_of_damping(damping: SharedDamping) -> str:
     least, most = damping.parts
     own = f"{number(100.0 * damping.own)} %" if damping.own > 1e-3 else "less than 0.1 %"
     return (
-        f"C_m q_hat, {number(damping.value)}, is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
+        f"C_m q_hat is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
         f"that the model may lack, of whose column these manoeuvres show {own} apart "
         f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
-        f"{number(least)} to {number(most)}; the bound does not count that."
+        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the bound does "
+        "not count that."
     )
 
 

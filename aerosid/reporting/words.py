@@ -133,4 +133,4 @@ def effect_sentence(effect: Effect) -> str:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
     said = KINDS[effect.kind].sentence.format(where=effect.where)
-    return said if effect.time is None else f"{said} at {effect.time:g} s"
+    return said if effect.time is None else f"{said} at {effect.time:.2f} s"

@@ -230,6 +230,8 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * asked)),
         gain=2.0 * row.gain,
         instead_of=named(row.instead_of.label),
+        worse_by=2.0 * row.behind,
+        margin=2.0 * row.margin,
     )
 
 

@@ -17,7 +17,7 @@ def found(**arms: float) -> KinematicConsistency:
 def test_a_sensor_outside_the_aircraft_is_refused() -> None:
     (said,) = implausible_positions(found(z=-24.0), 14.0)
     assert "24.0 m" in said
-    assert "at most 14.0 m long" in said
+    assert "further than 14.0 m from the centre" in said
     (both,) = implausible_positions(found(x=12.0, z=9.0), 14.0)  # 15 m away
     assert "15.0 m" in both
 

@@ -8,7 +8,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.effects.cg_shift import cg_shift
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.candidates import effect_candidates, to_first_order
+from aerosid.equation_error.candidates import bounded, effect_candidates, position_hypotheses, to_first_order
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
@@ -103,3 +103,22 @@ def shift_ratio(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLo
     (candidate,) = effect_candidates(before.frame, before, [shift])
     solution, _ = to_first_order(before, candidate)
     return float(solution.values[-1] / np.sqrt(solution.covariance[-1, -1]))
+
+
+def test_alternatives_lie_within_their_margin_and_gains_are_those_of_the_whole_structure() -> None:
+    found = decided(*pair(3, Wrong(delay={"alpha": 0.03}, terms={("C_X", "alpha^2"): 1.5})))
+    gains = {row.hypothesis.label: row.gain for row in found.findings}
+    assert len(found.alternatives) > 1
+    for row in found.alternatives:
+        assert row.behind < row.margin
+        # What stands in a finding's place brings what the finding is worth, less what it lacks.
+        assert row.gain + row.behind == pytest.approx(gains[row.instead_of.label])
+        assert row.hypothesis.label not in found.refuted
+
+
+def test_no_sensor_sits_outside_the_aircraft() -> None:
+    (place,) = position_hypotheses(["a_z"])
+    (active,) = bounded(place, 2.0, 14.0).effects
+    assert [active.effect.parameters[0].lowest, active.effect.parameters[0].highest] == [-9.1, 9.1]
+    (active,) = bounded(place, 2.0).effects
+    assert active.effect.parameters[0].highest == pytest.approx(0.65 * 8.0 * 2.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import replace
 
@@ -80,10 +81,19 @@ def test_worse_on_its_own_data_is_said() -> None:
     assert told_of_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()
 
 
+def test_a_vague_factor_near_a_half_is_not_asked_after() -> None:
+    for share, asked in ((0.02, True), (0.09, False)):
+        off = [
+            dataclasses.replace(row, std_error=share * abs(row.declared or 0.0)) if row.term == "q_hat" else row
+            for row in rows(C_m_q_hat=0.55 if asked else 0.664)
+        ]
+        assert bool(told_of_patterns(off, [])) is asked
+
+
 def test_a_damping_that_shares_its_part_with_alphadot_is_not_asked_after_its_unit() -> None:
     """Half of the declared C_m q_hat in q_hat and half in alpha_dot_hat: their sum is as declared."""
     halved = rows(C_m_q_hat=0.5)
-    assert any("per q c/(4 V)" in sentence for sentence in told_of_patterns(halved, []))
+    assert any("doubled from q c/V once too often" in sentence for sentence in told_of_patterns(halved, []))
     found = DerivativeRow("C_m", "alpha_dot_hat", None, None, -8.0, 0.2, 0.2, None, None, None, shown=True)
     assert told_of_patterns([*halved, found], []) == ()
 
