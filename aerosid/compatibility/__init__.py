@@ -1,22 +1,21 @@
 """Data compatibility check: a_x, a_z, q, theta, V, alpha and h against each other, without aerodynamics.
 
-`consistency` gives the answer; `contradiction` sees what cannot belong together, `search` looks for faults of
-instruments, `estimate` fits them, `likelihood` whitens what is left, `flight_path` integrates the motion, `faults` is
-the catalogue, `recording` a log as arrays; `proved_agreement` tells the same of the equations' faults.
+`consistency` checks logs; `contradiction` sees what cannot belong together by the paths that `window_fit` finds with
+the equations of `flight_path`; `proved_agreement` tells the faults that the kinematic equations prove, as `agreement`
+holds them; `recording` is a log as arrays.
 """
 
-from aerosid.compatibility.consistency import (
+from aerosid.compatibility.agreement import (
     Agreement,
     ChannelAgreement,
     InstrumentFinding,
     KinematicConsistency,
     MovingAir,
-    check_kinematics,
-    contradicting,
     describe,
-    reconciled,
 )
+from aerosid.compatibility.consistency import check_kinematics, contradicting
 from aerosid.compatibility.contradiction import Contradiction
+from aerosid.compatibility.proved_agreement import agreement_of
 from aerosid.flight_model.axes import LONGITUDINAL
 
 CASES = (LONGITUDINAL,)
@@ -30,8 +29,8 @@ __all__ = [
     "InstrumentFinding",
     "KinematicConsistency",
     "MovingAir",
+    "agreement_of",
     "check_kinematics",
     "contradicting",
     "describe",
-    "reconciled",
 ]

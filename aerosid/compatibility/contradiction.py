@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compatibility.estimate import FitSettings, fit
-from aerosid.compatibility.faults import Fault, catalogue
-from aerosid.compatibility.flight_path import DRIVING
-from aerosid.compatibility.likelihood import Structure, simulate
-from aerosid.compatibility.recording import SEEN, Recording, compacted
-from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN
+from aerosid.compatibility.recording import STRETCHES, Recording, compacted, liveliest, shows_motion
+from aerosid.compatibility.window_fit import fit_windows
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.limits import LARGEST_BIAS
+from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
@@ -56,6 +57,12 @@ class ContradictionSettings:
         Times its noise, 1, that a misfit must be.
     doubtful_air, doubtful_noise : float
         Shares, 1, of what gusts may do and of `above_noise` that the misfit of a doubtful channel must be.
+    latest : float
+        s; by so much a channel may be late, and follow a lag, without being another one. Chosen.
+    largest_scale : float
+        Share, 1, by which a channel may be wrongly scaled without being another one. Chosen.
+    shifts : tuple of float
+        s; how late or early a channel may be stamped, roughly. Chosen.
     """
 
     window: float = 8.0
@@ -73,6 +80,9 @@ class ContradictionSettings:
     above_noise: float = 8.0
     doubtful_air: float = 0.3
     doubtful_noise: float = 0.5
+    latest: float = 1.0
+    largest_scale: float = 0.5
+    shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
 
     def worst_share(self, output: str) -> float:
         """Share of an output's variation that is not explained, from which it contradicts."""
@@ -100,8 +110,8 @@ _ANGLE = (
 )
 _ACCELERATION = (
     SIGN,
-    (9.80665, "if its numbers are multiples of g and not m/s^2"),
-    (1.0 / 9.80665, "if its numbers are m/s^2 and not multiples of g"),
+    (GRAVITY, "if its numbers are multiples of g and not m/s^2"),
+    (1.0 / GRAVITY, "if its numbers are m/s^2 and not multiples of g"),
 )
 FACTORS = {
     "rad": _ANGLE,
@@ -121,17 +131,11 @@ FACTORS = {
 }
 """What channel maps get wrong, by unit: by this the recorded numbers would have to be multiplied."""
 
-OFFSETS = ((-9.80665, "with 9.81 m/s^2 taken off"), (9.80665, "with 9.81 m/s^2 added"))
+OFFSETS = ((-GRAVITY, "with 9.81 m/s^2 taken off"), (GRAVITY, "with 9.81 m/s^2 added"))
 """An acceleration without the weight that specific force holds."""
-
-SHIFTS = tuple(sign * seconds for seconds in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0) for sign in (1.0, -1.0))
-"""s; how late a channel may be stamped, roughly."""
 
 DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
 """The input that an output answers to first: where the output is wrong, it may be that one's fault."""
-
-
-_QUICK = FitSettings(steps=6, rounds=3, cost_tolerance=1.0, variance_tolerance=0.2)
 
 
 @dataclass(frozen=True)
@@ -173,25 +177,22 @@ class Contradiction:
 
 
 def contradictions(
-    recordings: Sequence[Recording],
-    faults: Sequence[Fault] = (),
-    values: Sequence[float] = (),
-    settings: ContradictionSettings = USUAL,
+    recordings: Sequence[Recording], settings: ContradictionSettings = USUAL
 ) -> tuple[Contradiction, ...]:
-    """What no instrument fault, gust or noise reconciles; `faults` with their numbers are taken as known."""
+    """What no instrument fault, gust or noise reconciles."""
     found = []
     for recording in recordings:
         windows = _windows(recording, settings)
         if windows is None:
             continue
-        misfits = _misfits(windows, settings, faults, values)
+        misfits = _misfits(windows, settings)
         wrong, doubtful = _wrong(windows, settings, misfits), _doubtful(windows, settings, misfits)
         if wrong or doubtful:
             # An instrument may be late or wrongly scaled without being another one.
-            tolerant = _tolerant(windows, settings, faults, values, wrong or doubtful)
+            tolerant = _tolerant(windows, settings, wrong or doubtful)
             wrong, doubtful = _wrong(windows, settings, tolerant), _doubtful(windows, settings, tolerant)
         if wrong or doubtful:
-            explained = _explained(windows, settings, faults, values, misfits, wrong, doubtful)
+            explained = _explained(windows, settings, misfits, wrong, doubtful)
             if explained is not None:
                 found.append(explained)
     return tuple(found)
@@ -201,77 +202,87 @@ def _windows(recording: Recording, settings: ContradictionSettings) -> Recording
     """The recording in short stretches, the liveliest of them."""
     pieces: list[slice] = []
     interval = float(np.median(np.diff(recording.time)))
-    length = max(20, round(settings.window / interval))
+    length = max(STRETCHES.fewest, round(settings.window / interval))
     for stretch in recording.stretches:
         size = stretch.stop - stretch.start
         count = max(1, size // length)
         edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int)
         pieces += [slice(int(a), int(b)) for a, b in itertools.pairwise(edges)]
-    pieces = [piece for piece in pieces if np.isfinite(recording.measured[piece, :2]).sum(axis=0).min() >= 10]
-    lively = sorted(pieces, key=lambda piece: -float(np.std(recording.inputs[piece, 2])))[: settings.most_windows]
-    chosen = tuple(sorted(lively, key=lambda piece: piece.start))
-    return compacted(replace(recording, stretches=chosen)) if lively else None
+    lively = liveliest(recording.inputs, [piece for piece in pieces if shows_motion(recording, piece)])
+    chosen = tuple(sorted(lively[: settings.most_windows], key=lambda piece: piece.start))
+    return compacted(replace(recording, stretches=chosen)) if chosen else None
 
 
 def _misfits(
     windows: Recording,
     settings: ContradictionSettings,
-    faults: Sequence[Fault],
-    values: Sequence[float],
+    faults: Sequence[ActiveEffect] = (),
     outputs: Sequence[str] = SEEN,
 ) -> dict[str, tuple[float, float]]:
-    """Share of each output's variation that the motion leaves, and the misfit itself (SI), biases being free."""
+    """Share of each output's variation that the motion leaves, and the misfit itself (SI), biases being free.
+
+    `faults`: others that are free too, with the numbers to begin with.
+    """
+    left_out = [SEEN.index(name) for name in SEEN if name not in outputs]
     compared = windows.compared.copy()
-    for name in SEEN:
-        if name not in outputs:
-            compared[:, LONGITUDINAL.outputs.index(name)] = False
+    compared[:, left_out] = False
     windows = replace(windows, compared=compared)
-    # Biases of what drives the path; those of what sees it go into the initial states but for their difference.
-    held = {(fault.kind, fault.channel) for fault in faults}
-    biases = [
-        fault if fault.drives else replace(fault, lowest=-settings.small_bias, highest=settings.small_bias)
-        for fault in catalogue([windows])
-        if fault.kind == "sensor_bias" and fault.channel in (*DRIVING, "theta", "alpha")
-        and (fault.kind, fault.channel) not in held
-        and (fault.drives or fault.channel in windows.outputs)
-    ]  # fmt: skip
-    structure = Structure((*faults, *biases), (*values, *(0.0 for _ in biases)))
     with np.errstate(all="ignore"):
-        at = fit([windows], structure, settings=_QUICK)
-        parts = list(simulate([windows], at.structure, at.states))
+        fitted = fit_windows(windows, [*faults, *_biases(windows, settings)])
     result = {}
     for name in windows.outputs:
-        i = LONGITUDINAL.outputs.index(name)
-        squares, spread, count = 0.0, 0.0, 0
-        for stretch, part in zip(windows.stretches, parts, strict=True):
-            held_here = part.held[:, i]
-            measured = windows.measured[stretch, i][held_here]
+        i = SEEN.index(name)
+        squares, variation, count = 0.0, 0.0, 0
+        for stretch, residual in zip(windows.stretches, fitted.residuals, strict=True):
+            held = windows.compared[stretch, i]
+            measured = windows.measured[stretch, i][held]
             if measured.size > 1:
-                squares += float(np.sum(part.block[held_here, i, 0] ** 2))
-                spread += float(np.sum((measured - measured.mean()) ** 2))
+                squares += float(np.sum(residual[held, i] ** 2))
+                variation += float(np.sum((measured - measured.mean()) ** 2))
                 count += measured.size
         misfit = float(np.sqrt(squares / max(count, 1)))
         misfit = misfit if np.isfinite(misfit) else np.inf
-        result[name] = (misfit / float(np.sqrt(max(spread, 1e-300) / max(count, 1))), misfit)
+        result[name] = (misfit / float(np.sqrt(max(variation, 1e-300) / max(count, 1))), misfit)
     return result
 
 
+def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveEffect]:
+    """Zeros of what drives the path, and of theta and alpha; those of the others go into the initial states."""
+    seen = [name for name in ("theta", "alpha") if name in windows.outputs]
+    return [
+        _limited(
+            sensor_bias(name, CHANNELS[name].unit, max(windows.noise[name], 1e-9)),
+            settings.small_bias if name in seen else LARGEST_BIAS[CHANNELS[name].unit],
+        )
+        for name in (*DRIVING, *seen)
+    ]
+
+
+def _limited(effect: OutputEffect, reach: float, start: float | None = None) -> ActiveEffect:
+    """The effect from `start`, by default none, its number within a reach of none."""
+    (parameter,) = effect.parameters
+    lowest, highest = max(parameter.lowest, parameter.null - reach), min(parameter.highest, parameter.null + reach)
+    bound = replace(parameter, lowest=lowest, highest=highest)
+    return ActiveEffect(replace(effect, parameters=(bound,)), (parameter.null if start is None else start,))
+
+
 def _tolerant(
-    windows: Recording,
-    settings: ContradictionSettings,
-    faults: Sequence[Fault],
-    values: Sequence[float],
-    suspects: Sequence[str],
+    windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]
 ) -> dict[str, tuple[float, float]]:
     """The misfits that are left where the suspects and what drives them may be late and wrongly scaled, at best."""
-    channels = {*suspects, *(DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY)}
-    asked = [fault for fault in catalogue([windows]) if fault.channel in channels and fault not in faults]
-    best = _misfits(windows, settings, faults, values)
-    for kind, start in (("sensor_delay", 0.1), ("sensor_delay", 0.4), ("sensor_lag", 0.2)):
-        for drives in (False, True):
-            more = [fault for fault in asked if fault.kind in (kind, "sensor_scale") and fault.drives == drives]
-            begin = [start if fault.kind == kind else 1.0 for fault in more]
-            found = _misfits(windows, settings, (*faults, *more), (*values, *begin))
+    best = _misfits(windows, settings)
+    driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
+    for made, start in ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2)):
+        for channels in (suspects, driving):
+            faults = [
+                active
+                for name in channels
+                for active in (
+                    _limited(made(name), settings.latest, start),
+                    _limited(sensor_scale(name), settings.largest_scale),
+                )
+            ]
+            found = _misfits(windows, settings, faults)
             if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
                 best = found
     return best
@@ -305,8 +316,6 @@ def _doubtful(
 def _explained(
     windows: Recording,
     settings: ContradictionSettings,
-    faults: Sequence[Fault],
-    values: Sequence[float],
     misfits: dict[str, tuple[float, float]],
     wrong: tuple[str, ...],
     doubtful: tuple[str, ...],
@@ -314,15 +323,15 @@ def _explained(
     """The contradiction with the channel that is to blame and what mends it, where that can be told."""
     suspects = wrong or doubtful
     misfit = max(misfits[name][0] for name in suspects)
-    blamed = _without_which_the_others_agree(windows, settings, faults, values)
+    blamed = _without_which_the_others_agree(windows, settings)
     if blamed is None:
         channels: tuple[str, ...] = DRIVING
     else:
         channels = (blamed, DRIVEN_BY[blamed]) if blamed in DRIVEN_BY else (blamed,)
     enough = settings.agrees if wrong else settings.vanishes
     best: tuple[float, str, str] | None = None
-    for channel, remedy, changed in _remedies(windows, channels):
-        after = _misfits(changed, settings, faults, values)
+    for channel, remedy, changed in _remedies(windows, channels, settings):
+        after = _misfits(changed, settings)
         left = max(after[name][0] for name in {*suspects, blamed} if name in after)
         if left < enough and not _wrong(changed, settings, after) and (best is None or left < best[0]):
             best = (left, channel, remedy)
@@ -333,50 +342,44 @@ def _explained(
     return Contradiction(windows.log.name, wrong if blamed is None else (blamed,), "", misfit)
 
 
-def _without_which_the_others_agree(
-    windows: Recording, settings: ContradictionSettings, faults: Sequence[Fault], values: Sequence[float]
-) -> str | None:
+def _without_which_the_others_agree(windows: Recording, settings: ContradictionSettings) -> str | None:
     """The output without which the others agree best; None where they do not without any."""
     best: tuple[float, str] | None = None
     for name in windows.outputs:
         others = [other for other in windows.outputs if other != name]
         if len(others) < 2:
             continue
-        after = _misfits(windows, settings, faults, values, others)
+        after = _misfits(windows, settings, outputs=others)
         left = max(share for share, _ in after.values())
         if not _wrong(windows, settings, after) and (best is None or left < best[0]):
             best = (left, name)
     return None if best is None else best[1]
 
 
-def _remedies(windows: Recording, channels: Sequence[str]) -> Iterator[tuple[str, str, Recording]]:
+def _remedies(
+    windows: Recording, channels: Sequence[str], settings: ContradictionSettings
+) -> Iterator[tuple[str, str, Recording]]:
     """These channels with another sign, unit, zero or clock: the name, the words, the recording so changed."""
     for channel in channels:
-        given = _channel(windows, channel)
+        given = windows.channel(channel)
         for factor, words in FACTORS[CHANNELS[channel].unit]:
             yield channel, words, _with_channel(windows, channel, factor * given)
         if channel in ("a_x", "a_z"):
             for offset, words in OFFSETS:
                 yield channel, words, _with_channel(windows, channel, given + offset)
-        for shift in SHIFTS:
+        for shift in (sign * seconds for seconds in settings.shifts for sign in (1.0, -1.0)):
             moved = np.interp(windows.time + shift, windows.time, given)
             words = f"when moved about {abs(shift):g} s {'earlier' if shift > 0.0 else 'later'}"
             yield channel, words, _with_channel(windows, channel, moved)
 
 
-def _channel(recording: Recording, name: str) -> Array:
-    if name in DRIVING:
-        return recording.inputs[:, DRIVING.index(name)]
-    return recording.measured[:, LONGITUDINAL.outputs.index(name)]
-
-
 def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
-    factor = float(np.nanstd(values)) / max(float(np.nanstd(_channel(recording, name))), 1e-300)
+    factor = float(np.nanstd(values)) / max(float(np.nanstd(recording.channel(name))), 1e-300)
     noise = {**recording.noise, name: recording.noise[name] * factor}
     if name in DRIVING:
         inputs = recording.inputs.copy()
-        inputs[:, DRIVING.index(name)] = values
+        inputs[:, GIVEN.index(name)] = values
         return replace(recording, inputs=inputs, noise=noise)
     measured = recording.measured.copy()
-    measured[:, LONGITUDINAL.outputs.index(name)] = values
+    measured[:, SEEN.index(name)] = values
     return replace(recording, measured=measured, noise=noise)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from aerosid.compatibility.consistency import KinematicConsistency
+from aerosid.compatibility.agreement import KinematicConsistency
 from aerosid.notation import number
 
 __all__ = ["implausible_positions"]

@@ -1,34 +1,42 @@
-"""Data compatibility from the kinematic equations that decide: the proved faults told as the instruments' agreement."""
+"""Data compatibility from the kinematic equations: the faults that they prove, told as the instruments' agreement."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from aerosid.compatibility.consistency import (
+from aerosid.compatibility.agreement import (
     Agreement,
     ChannelAgreement,
     InstrumentFinding,
     KinematicConsistency,
+    MovingAir,
     told,
 )
-from aerosid.compatibility.fault_search import DEFAULT, SearchSettings
+from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.equation_error.alternatives import alternatives_of, worth_of
 from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, estimate
+from aerosid.equation_error.estimate import Estimate
 from aerosid.equation_error.evidence import findings_of
 from aerosid.equation_error.proved_faults import ProvedFaults
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.fit_statistics import whiteness
 
+SEES = {"w": "alpha", "u": "V"}
+"""The sensor that sees the air move along each body axis."""
 
-def agreement_of(faults: ProvedFaults, settings: SearchSettings = DEFAULT) -> KinematicConsistency:
-    """What the proved faults say of the instruments of all recordings, in the terms of the instruments' check.
 
-    Residuals are those of the channels in the band of the motion; moving air is told by vane and lift together, which
-    are not asked here.
+def agreement_of(
+    faults: ProvedFaults, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
+) -> KinematicConsistency:
+    """What the proved faults say of the instruments of all recordings.
+
+    Residuals are those of the channels in the band of the motion.
     """
     selected = faults.selected
     found = selected.estimate
@@ -47,14 +55,16 @@ def agreement_of(faults: ProvedFaults, settings: SearchSettings = DEFAULT) -> Ki
         for row, finding in zip(rows, findings, strict=True)
         if row.hypothesis.label in others
     )
+    air = tuple(_moving_air(found, settings))
     return KinematicConsistency(
-        tuple(recording.name for recording in found.frame.recordings),
+        tuple(dict.fromkeys(recording.name for recording in found.frame.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
         findings,
         groups,
-        (),
-        _channels(estimate(found.frame, faults.start), found, settings),
-        told(findings, groups, ()),
+        air,
+        tuple(_channels(faults.declared, found, settings)),
+        told(findings, groups, air),
+        notes,
     )
 
 
@@ -69,23 +79,44 @@ def _finding(
     return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
 
 
-def _channels(before: Estimate, after: Estimate, settings: SearchSettings) -> tuple[ChannelAgreement, ...]:
-    rows = []
-    for s, (place, name) in enumerate(after.design.segments):
-        manoeuvre = after.frame.recordings[place].manoeuvre
+def _segments(found: Estimate, channel: str) -> list[int]:
+    """The segments in which a channel is compared."""
+    return [s for s, (_, name) in enumerate(found.design.segments) if name == channel]
+
+
+def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[MovingAir]:
+    """The air along each axis where what its sensor leaves over the path is more than noise and lasts."""
+    for axis, channel in SEES.items():
+        seen: list[NDArray[np.float64]] = []
+        noise, memories = 0.0, []
+        for s in _segments(found, channel):
+            recording = found.frame.recordings[found.design.segments[s][0]]
+            manoeuvre = recording.manoeuvre
+            across = manoeuvre.mean_airspeed if CHANNELS[channel].unit == "rad" else 1.0
+            left = found.solution.residuals[found.design.rows(s)] * across
+            kept = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+            step = recording.interval * recording.band.step
+            memories.append(-step / float(np.log(np.clip(kept, 1e-3, 0.999))))
+            noise = max(noise, float(manoeuvre.noise[manoeuvre.row(channel)]) * across)
+            seen.append(left)
+        if not seen:
+            continue
+        sigma, memory = float(np.std(np.concatenate(seen))), float(np.median(memories))
+        if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
+            speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.frame.recordings]))
+            yield MovingAir(axis, sigma, memory * speed)
+
+
+def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings) -> Iterator[ChannelAgreement]:
+    """Each channel of each log, all its stretches together."""
+    for log, channel in dict.fromkeys((after.frame.recordings[n].name, name) for n, name in after.design.segments):
+        own = [s for s in _segments(after, channel) if after.frame.recordings[after.design.segments[s][0]].name == log]
+        manoeuvre = after.frame.recordings[after.design.segments[own[0]][0]].manoeuvre
         alone, corrected = (
-            float(np.sqrt(np.mean(at.solution.residuals[at.design.rows(s)] ** 2))) for at in (before, after)
+            float(np.sqrt(np.mean(np.concatenate([at.solution.residuals[at.design.rows(s)] for s in own]) ** 2)))
+            for at in (before, after)
         )
-        said = whiteness(after.solution.whitened[after.design.rows(s)])
-        rows.append(
-            ChannelAgreement(
-                manoeuvre.name,
-                name,
-                CHANNELS[name].unit,
-                alone,
-                corrected,
-                float(manoeuvre.noise[manoeuvre.row(name)]),
-                said is None or said.p_value >= settings.coloured,
-            )
-        )
-    return tuple(rows)
+        said = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
+        white = all(each is None or each.p_value >= settings.coloured for each in said)
+        noise = float(manoeuvre.noise[manoeuvre.row(channel)])
+        yield ChannelAgreement(log, channel, CHANNELS[channel].unit, alone, corrected, noise, white)

@@ -8,37 +8,58 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN, STATES
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
 
-NEEDED = ("a_x", "a_z", "q", "V", "alpha")
+NEEDED = (*DRIVING, "V", "alpha")
 """Without these channels the path cannot be followed; theta and h add to it."""
 
-SEEN = ("V", "alpha", "theta", "h")
-"""Channels that see the path."""
-
-LATERAL = ("p", "r", "phi", "beta")
-
-LONGEST_STRETCH = 100.0
-"""s; a longer record begins anew: the integral of unknown noise and drift would leave the linear range."""
-
-SHORTEST_STRETCH = 3.0
-"""s; less says nothing about any instrument."""
-
-GAP = 2.5
-"""Median intervals without a sample that end a stretch."""
-
-MOST_SAMPLES = 4_000
-"""Of a longer recording the liveliest stretches are looked at: an instrument does not change within hours."""
-
-PADDING = 10.0
-"""s kept on both sides of a stretch: what is late by less still lies in them."""
-
-MARGIN = 0.5
-"""s at both ends of a stretch whose outputs are not compared: an instrument that is late looks past them."""
-
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StretchSettings:
+    """How a log is cut into stretches over which its path is followed; chosen, found on no recording.
+
+    Attributes
+    ----------
+    longest, shortest : float
+        s; a longer record begins anew, for the integral of unknown noise and drift would leave the linear range; a
+        shorter one says nothing about any instrument.
+    gap : float
+        Median sampling intervals, 1, without a sample that end a stretch.
+    most_samples : int
+        Of a longer recording the liveliest stretches are looked at: an instrument does not change within hours.
+    padding : float
+        s kept on both sides of a stretch: what is late by less still lies in them.
+    margin : float
+        s at both ends of a stretch whose outputs are not compared: an instrument that is late looks past them.
+    margin_share : float
+        Share, 1, of a stretch that the margin is at most.
+    fewest : int
+        Samples of a channel, and of a stretch, from which on it is used.
+    fewest_seen : int
+        Samples of airspeed and angle of attack that a stretch holds at least.
+    first : int
+        Samples whose mean is the first guess of where a path begins.
+    """
+
+    longest: float = 100.0
+    shortest: float = 3.0
+    gap: float = 2.5
+    most_samples: int = 4_000
+    padding: float = 10.0
+    margin: float = 0.5
+    margin_share: float = 0.05
+    fewest: int = 20
+    fewest_seen: int = 10
+    first: int = 5
+
+
+STRETCHES = StretchSettings()
+"""How every log is cut."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +73,13 @@ class Recording:
     time : ndarray, shape (N,)
         s.
     inputs : ndarray, shape (N, 7)
-        a_x, a_z, q, p, r, phi, beta as recorded, short gaps bridged; zeros where a lateral channel is absent.
-    measured : ndarray, shape (N, 8)
-        The channels of `SEEN` in the places of the longitudinal outputs; NaN elsewhere and where missing.
+        The channels of `GIVEN` as recorded, short gaps bridged; zeros where a lateral channel is absent.
+    measured : ndarray, shape (N, 4)
+        The channels of `SEEN`; NaN where missing.
     stretches : tuple of slice
         Where the record is whole.
-    compared : ndarray, shape (N, 8), bool
-        Which samples enter the likelihood.
+    compared : ndarray, shape (N, 4), bool
+        Which samples of those channels are compared with the path.
     noise : mapping of str to float
         Standard deviation of the white noise of each channel, from the log alone.
     positions : mapping of str to (float, float, float)
@@ -77,7 +98,7 @@ class Recording:
     @property
     def outputs(self) -> tuple[str, ...]:
         """The channels that see the path and are there."""
-        return tuple(name for name in SEEN if self.compared[:, LONGITUDINAL.outputs.index(name)].any())
+        return tuple(name for name, held in zip(SEEN, self.compared.T, strict=True) if held.any())
 
     @property
     def compared_samples(self) -> int:
@@ -87,27 +108,36 @@ class Recording:
     @property
     def airspeed(self) -> float:
         """Mean true airspeed, m/s."""
-        return float(np.nanmean(self.measured[:, 0]))
+        return float(np.nanmean(self.channel("V")))
+
+    def channel(self, name: str) -> Array:
+        """The samples of a channel that drives the path or sees it, (N,), SI."""
+        return self.measured[:, SEEN.index(name)] if name in SEEN else self.inputs[:, GIVEN.index(name)]
 
 
-def lacking(log: FlightLog) -> tuple[str, ...]:
+def lacking(log: FlightLog, settings: StretchSettings = STRETCHES) -> tuple[str, ...]:
     """The channels that the kinematics need and the log lacks."""
-    return tuple(name for name in NEEDED if name not in log or np.isfinite(log[name]).sum() < 20)
+    return tuple(name for name in NEEDED if not _is_there(log, name, settings))
 
 
-def read_recording(log: FlightLog) -> Recording | None:
+def _is_there(log: FlightLog, name: str, settings: StretchSettings) -> bool:
+    return name in log and int(np.isfinite(log[name]).sum()) >= settings.fewest
+
+
+def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Recording | None:
     """The log as arrays; None where a needed channel or every whole stretch is absent."""
-    if lacking(log):
+    if lacking(log, settings):
         return None
     time = np.array(log.time)
-    driving = [np.array(log[name]) for name in ("a_x", "a_z", "q")]
-    lateral = [np.array(log[name]) if name in log else np.zeros(time.size) for name in LATERAL]
-    inputs = np.column_stack([*driving, *lateral])
-    measured = np.full((time.size, len(LONGITUDINAL.outputs)), np.nan)
-    for name in SEEN:
-        if name in log and np.isfinite(log[name]).sum() >= 20:
-            measured[:, LONGITUDINAL.outputs.index(name)] = log[name]
-    stretches = _whole_stretches(time, inputs, measured)
+    inputs = np.zeros((time.size, len(GIVEN)))
+    for j, name in enumerate(GIVEN):
+        if name in log:
+            inputs[:, j] = log[name]
+    measured = np.full((time.size, len(SEEN)), np.nan)
+    for i, name in enumerate(SEEN):
+        if _is_there(log, name, settings):
+            measured[:, i] = log[name]
+    stretches = _whole_stretches(time, inputs, measured, settings)
     if not stretches:
         return None
     for j in range(inputs.shape[1]):
@@ -117,20 +147,21 @@ def read_recording(log: FlightLog) -> Recording | None:
     compared = np.zeros(measured.shape, dtype=bool)
     for stretch in stretches:
         inside = time[stretch]
-        margin = min(MARGIN, 0.05 * float(inside[-1] - inside[0]))
+        margin = min(settings.margin, settings.margin_share * float(inside[-1] - inside[0]))
         kept = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
         compared[stretch] = np.isfinite(measured[stretch]) & kept[:, None]
-    noise = {name: channel_noise(log, name).deviation for name in (*NEEDED, "theta", "h") if name in log}
-    return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)))
+    names = dict.fromkeys((*NEEDED, *SEEN))
+    noise = {name: channel_noise(log, name).deviation for name in names if name in log}
+    return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)), settings)
 
 
-def compacted(recording: Recording) -> Recording:
+def compacted(recording: Recording, settings: StretchSettings = STRETCHES) -> Recording:
     """The recording without the samples that are far from every stretch; what is left keeps its time."""
     time = recording.time
     keep = np.zeros(time.size, dtype=bool)
     for stretch in recording.stretches:
-        first = np.searchsorted(time, time[stretch.start] - PADDING)
-        keep[first : np.searchsorted(time, time[stretch.stop - 1] + PADDING, side="right")] = True
+        first = np.searchsorted(time, time[stretch.start] - settings.padding)
+        keep[first : np.searchsorted(time, time[stretch.stop - 1] + settings.padding, side="right")] = True
     if keep.all():
         return recording
     place = np.cumsum(keep) - 1
@@ -145,56 +176,61 @@ def compacted(recording: Recording) -> Recording:
     )
 
 
-def _whole_stretches(time: Array, inputs: Array, measured: Array) -> tuple[slice, ...]:
+def shows_motion(recording: Recording, piece: slice, settings: StretchSettings = STRETCHES) -> bool:
+    """Whether a piece holds airspeed and angle of attack often enough for its path to be compared."""
+    seen = (recording.channel(name)[piece] for name in ("V", "alpha"))
+    return all(int(np.isfinite(values).sum()) >= settings.fewest_seen for values in seen)
+
+
+def liveliest(inputs: Array, pieces: Sequence[slice]) -> list[slice]:
+    """The pieces by how much the pitch rate varies in them, most of all first."""
+    q = inputs[:, GIVEN.index("q")]
+    return sorted(pieces, key=lambda piece: -float(np.std(q[piece])))
+
+
+def _whole_stretches(time: Array, inputs: Array, measured: Array, settings: StretchSettings) -> tuple[slice, ...]:
     """Runs without gaps in what drives the path, in pieces of equal length that are not too long; the liveliest."""
     interval = float(np.median(np.diff(time)))
-    usable = np.isfinite(inputs).all(axis=1)
-    there = np.flatnonzero(usable)
+    there = np.flatnonzero(np.isfinite(inputs).all(axis=1))
     if there.size < 2:
         return ()
-    breaks = np.flatnonzero(np.diff(time[there]) > GAP * interval) + 1
+    breaks = np.flatnonzero(np.diff(time[there]) > settings.gap * interval) + 1
+    seen = np.isfinite(measured[:, [SEEN.index("V"), SEEN.index("alpha")]])
     pieces: list[slice] = []
     for run in np.split(there, breaks):
         length = float(time[run[-1]] - time[run[0]])
-        count = max(1, int(np.ceil(length / LONGEST_STRETCH - 1e-9)))
+        count = max(1, int(np.ceil(length / settings.longest - 1e-9)))
         for part in np.array_split(run, count):
             piece = slice(int(part[0]), int(part[-1]) + 1)
-            long_enough = float(time[part[-1]] - time[part[0]]) >= SHORTEST_STRETCH and part.size >= 20
-            if long_enough and np.isfinite(measured[piece, :2]).sum(axis=0).min() >= 10:
+            long_enough = float(time[part[-1]] - time[part[0]]) >= settings.shortest and part.size >= settings.fewest
+            if long_enough and seen[piece].sum(axis=0).min() >= settings.fewest_seen:
                 pieces.append(piece)
     total = 0
     kept: list[slice] = []
-    for piece in sorted(pieces, key=lambda piece: -float(np.std(inputs[piece, 2]))):
-        if total == 0 or total + piece.stop - piece.start <= MOST_SAMPLES:
+    for piece in liveliest(inputs, pieces):
+        if total == 0 or total + piece.stop - piece.start <= settings.most_samples:
             kept.append(piece)
             total += piece.stop - piece.start
     return tuple(sorted(kept, key=lambda piece: piece.start))
 
 
 def first_states(recording: Recording) -> tuple[Array, ...]:
-    """A first guess of u, w, -, theta, h (5,) where each stretch begins, from its first five samples."""
+    """A first guess of the path's state (4,) where each stretch begins, from its first samples."""
     return tuple(_first_state(recording, stretch) for stretch in recording.stretches)
 
 
 def _first_state(recording: Recording, stretch: slice) -> Array:
-    speed, alpha, theta, height = (
-        _first_mean(recording.measured[stretch, LONGITUDINAL.outputs.index(name)])
-        for name in ("V", "alpha", "theta", "h")
+    speed, alpha, theta, h, a_x, q, beta = (
+        _first_mean(recording.channel(name)[stretch]) for name in (*SEEN, "a_x", "q", "beta")
     )
-    a_x, q, beta = (float(np.mean(recording.inputs[stretch][:5, j])) for j in (0, 2, 6))
     alpha += q * recording.positions.get("alpha", (0.0, 0.0, 0.0))[0] / speed
     if not np.isfinite(theta):
-        theta = float(np.arcsin(np.clip(a_x / 9.80665, -0.9, 0.9)))
+        theta = float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9)))
     plane = speed * np.cos(beta)
-    return np.array([plane * np.cos(alpha), plane * np.sin(alpha), 0.0, theta, height if np.isfinite(height) else 0.0])
+    motion = {"u": plane * np.cos(alpha), "w": plane * np.sin(alpha), "theta": theta}
+    return np.array([motion.get(name, h if np.isfinite(h) else 0.0) for name in STATES])
 
 
-def _first_mean(values: Array, count: int = 5) -> float:
+def _first_mean(values: Array, settings: StretchSettings = STRETCHES) -> float:
     held = values[np.isfinite(values)]
-    return float(held[:count].mean()) if held.size else float("nan")
-
-
-def spread(recordings: Sequence[Recording], channel: str) -> float:
-    """Mean standard deviation of a channel's white noise over the recordings that hold it; 0 where none does."""
-    held = [recording.noise[channel] for recording in recordings if channel in recording.noise]
-    return float(np.mean(held)) if held else 0.0
+    return float(held[: settings.first].mean()) if held.size else float("nan")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -75,13 +75,19 @@ def sensor_effects(channel: str, unit: str, noise: float) -> tuple[OutputEffect,
     return sensor_bias(channel, unit, noise), sensor_scale(channel), sensor_delay(channel), sensor_lag(channel)
 
 
+def sensor_offers(noise: Mapping[str, float]) -> Iterator[Offer]:
+    """Bias, scale, delay and lag of the sensor of each channel, given the deviation of its noise, SI."""
+    for channel, deviation in noise.items():
+        for effect in sensor_effects(channel, CHANNELS[channel].unit, max(deviation, 1e-9)):
+            yield Offer(effect.kind, channel, (at_null(effect),))
+
+
 def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
     """Bias, scale, delay and lag of every measured output."""
     for channel in dict.fromkeys(name for flown in flights for name in flown.measured):
         noise = [flown.noise[channel] for flown in flights if channel in flown.measured]
         if noise:
-            for effect in sensor_effects(channel, CHANNELS[channel].unit, max(float(np.mean(noise)), 1e-9)):
-                yield Offer(effect.kind, channel, (at_null(effect),))
+            yield from sensor_offers({channel: float(np.mean(noise))})
 
 
 FAMILY = Family(

@@ -16,8 +16,6 @@ from scipy.linalg import toeplitz
 
 Array = NDArray[np.float64]
 
-WHITE = np.ones(1)
-
 
 @dataclass(frozen=True)
 class Colour:

@@ -38,12 +38,16 @@ def laguerre_functions(signal: Array, interval: float, time_constant: float, ord
     return np.column_stack(columns)
 
 
-def instruments_of(recordings: Sequence[Recording], settings: EquationErrorSettings) -> tuple[Array, ...]:
-    """The instruments of each recording in the band, orthonormal, (n, K) each.
+def instruments_of(
+    recordings: Sequence[Recording], settings: EquationErrorSettings
+) -> tuple[Array, ...] | tuple[None, ...]:
+    """The instruments of each recording in the band, orthonormal, (n, K) each; None where no control is recorded.
 
     Of the settings' time constants the one is taken that explains most of the angular rates that moments act on, each
     rate by its share.
     """
+    if not any(_moving_controls(recording) for recording in recordings):
+        return (None,) * len(recordings)
     trials = [
         [_orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
         for time in settings.laguerre_times
@@ -61,15 +65,20 @@ def instruments_of(recordings: Sequence[Recording], settings: EquationErrorSetti
 
 def _functions(recording: Recording, settings: EquationErrorSettings, time_constant: float) -> Array:
     """Trends, and fast and slow Laguerre functions of every control that moves, (N, K)."""
-    manoeuvre = recording.manoeuvre
-    columns = [np.vander(np.linspace(-1.0, 1.0, manoeuvre.flight.time.size), TRENDS)]
-    for name, values in zip(manoeuvre.columns, manoeuvre.flight.inputs.T, strict=True):
-        if name.startswith(CONTROLS) and float(np.ptp(values)) > 0.0:
-            columns.extend(
-                laguerre_functions(values - values[0], recording.interval, time, settings.laguerre_order)
-                for time in (time_constant, settings.laguerre_slower * time_constant)
-            )
+    columns = [np.vander(np.linspace(-1.0, 1.0, recording.time.size), TRENDS)]
+    for values in _moving_controls(recording):
+        columns.extend(
+            laguerre_functions(values - values[0], recording.interval, time, settings.laguerre_order)
+            for time in (time_constant, settings.laguerre_slower * time_constant)
+        )
     return np.hstack(columns)
+
+
+def _moving_controls(recording: Recording) -> list[Array]:
+    """The recorded controls that move, (N,) each."""
+    manoeuvre = recording.manoeuvre
+    controls = zip(manoeuvre.columns, manoeuvre.flight.inputs.T, strict=True)
+    return [values for name, values in controls if name.startswith(CONTROLS) and float(np.ptp(values)) > 0.0]
 
 
 def _orthonormal(functions: Array) -> Array:

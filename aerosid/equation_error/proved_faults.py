@@ -48,12 +48,15 @@ class ProvedFaults:
         The declared model, as the coefficients' search begins with it.
     asked : tuple of Hypothesis
         Everything that may be missing, with its limits.
+    declared : Estimate
+        The kinematic equations with no fault of any instrument but what is declared.
     selected : Selected
         The faults, estimated from the kinematic equations.
     """
 
     start: Point
     asked: tuple[Hypothesis, ...]
+    declared: Estimate
     selected: Selected
 
     @property
@@ -89,8 +92,8 @@ def prove_faults(
     settings: EquationErrorSettings = USUAL,
     told: Callable[[str], None] = lambda _text: None,
     length: float | None = None,
-) -> ProvedFaults:
-    """The instruments' faults that kinematics prove; coefficients do not undo them.
+) -> ProvedFaults | None:
+    """The instruments' faults that kinematics prove and coefficients do not undo; None where a recording is too short.
 
     Parameters
     ----------
@@ -110,6 +113,8 @@ def prove_faults(
         Of the aircraft, m: how far from the centre of gravity a sensor can sit; by default a multiple of its chord.
     """
     recordings = read_recordings(identification, validation, settings)
+    if any(recording.band.rows(recording.time.size).size < settings.fewest for recording in recordings):
+        return None
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     every = (*hypotheses, *position_hypotheses(channels))
     asked = tuple(bounded(h, model.constants.mean_chord, length) for h in every if askable(h))
@@ -130,7 +135,7 @@ def prove_faults(
         found = chosen_with_coefficients(found, sensors, rules, beside)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)
-    return ProvedFaults(start, asked, found)
+    return ProvedFaults(start, asked, none.estimate, found)
 
 
 def on_fitted(selected: Selected) -> Selected:

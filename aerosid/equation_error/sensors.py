@@ -33,7 +33,7 @@ def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str
         for active in reversed(faults_of(effects, recording, name)):
             effect = active.effect
             assert isinstance(effect, OutputEffect)
-            true = _held(effect.corrected(recording.time, true, active.numbers), true)
+            true = with_ends_held(effect.corrected(recording.time, true, active.numbers), true)
         found[name] = true
     return found
 
@@ -69,7 +69,7 @@ def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str
     return place
 
 
-def _held(values: Array, before: Array) -> Array:
+def with_ends_held(values: Array, before: Array) -> Array:
     """The values with bare ends held at the ends of what they were made of, so that they move smoothly with a delay."""
     known = np.flatnonzero(np.isfinite(values))
     if known.size == values.size:

@@ -36,6 +36,8 @@ class EquationErrorSettings:
         Order, samples, of the autoregression that colours the residuals. Klein & Morelli, Aircraft System
         Identification, section 6.3, use correlation up to a short-period's length; four poles hold a resonance, a bend
         and a drift.
+    fewest : int
+        Samples in the band, twice that order, below which a recording's equations are not compared.
     memory : float
         Longest memory, s, that the colour of a coefficient's residual may have, and of the paths of bank, heading and
         sideslip, which a gyro's zero bends: what is slower must be explained.
@@ -120,6 +122,7 @@ class EquationErrorSettings:
     sideways_false_alarm: float = 0.003
     deviations: float = 3.0
     order: int = 4
+    fewest: int = 8
     memory: float = 3.0
     band_ratio: float = 10.0
     band_depth: float = 1e-4

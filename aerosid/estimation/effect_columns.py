@@ -28,31 +28,31 @@ FILLED = {
 
 def with_gust(model: AerodynamicModel) -> AerodynamicModel:
     """The model with an input column for the vertical gust velocity."""
-    return _with_filled(model, GUST_COLUMN)
-
-
-def _with_filled(model: AerodynamicModel, column: str) -> AerodynamicModel:
-    extended = model.with_columns([column])
-    constants = extended.constants._asdict() | {FILLED[column]: extended.extra_place(column)}
-    return replace(extended, constants=Constants(**constants))
+    return _with_columns(model, (GUST_COLUMN,), ())
 
 
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:
     """The model with an input column that adds to each coefficient directly; zero until an effect fills it."""
-    entries = [(name, offset_term(name)) for name in coefficients]
-    extended = model.with_columns(offset_column(name) for name in coefficients).extended(entries)
-    values = extended.values.copy()
-    values[extended.indices(entries)] = 1.0
-    return extended.with_values(values)
+    return _with_columns(model, (), coefficients)
 
 
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
     """The model with the input columns that effects fill and no channel does."""
     wanted = {column for active in effects for column in _columns(active.effect)}
-    for column in FILLED:
-        if column in wanted:
-            model = _with_filled(model, column)
-    return with_offsets(model, [name for name in loads_of(model.axes) if offset_column(name) in wanted])
+    offsets = [name for name in loads_of(model.axes) if offset_column(name) in wanted]
+    return _with_columns(model, [column for column in FILLED if column in wanted], offsets)
+
+
+def _with_columns(model: AerodynamicModel, filled: Sequence[str], offsets: Sequence[str]) -> AerodynamicModel:
+    """The model with columns of `FILLED`, and with ones that add to each of some coefficients directly."""
+    if not filled and not offsets:
+        return model
+    entries = [(name, offset_term(name)) for name in offsets]
+    extended = model.with_columns([*filled, *map(offset_column, offsets)]).extended(entries)
+    values = extended.values.copy()
+    values[[extended.index(entry) for entry in entries]] = 1.0
+    constants = extended.constants._asdict() | {FILLED[column]: extended.extra_place(column) for column in filled}
+    return replace(extended, values=values, constants=Constants(**constants))
 
 
 def _columns(effect: Effect) -> tuple[str, ...]:

@@ -112,19 +112,6 @@ SIX = Axes(
 )
 """The whole motion."""
 
-FLIGHT_PATH = Axes(
-    name="flight path",
-    integrated=("u", "v", "w", "phi", "theta", "h", "psi"),
-    measured=("a_x", "a_y", "a_z", "p", "q", "r"),
-    coefficients=(),
-    wind_axes=(),
-    outputs=("V", "alpha", "beta", "phi", "theta", "psi", "h"),
-    required=("V", "a_x", "a_z", "q"),
-)
-"""Kinematics alone: accelerometers and rate gyros, which are noisy inputs, drive the path; for instruments' checks."""
-
-CASES = (LONGITUDINAL, LATERAL, SIX, FLIGHT_PATH)
-
 
 def input_columns_of(axes: Axes) -> tuple[str, ...]:
     """The leading input columns of a case; the channels that terms name follow them."""

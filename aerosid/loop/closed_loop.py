@@ -9,11 +9,9 @@ import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
-from aerosid.aircraft.loading import at_own_loading
-from aerosid.estimation.manoeuvre import Manoeuvre, prepare
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.flight_model.axes import LONGITUDINAL
-from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.carried_deviations import Spread
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
@@ -95,8 +93,7 @@ def close_loop(
     require_separate(identification, validation, hold_out)
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     signed = replace(provenance, date=provenance.date or today(), settings=unusual_settings(settings))
-    identified = identify(identification, aircraft, validation, settings, progress)
-    held_out = _held_out(hold_out, identification, aircraft, identified)
+    identified = identify(identification, aircraft, validation, settings, progress, hold_out=hold_out)
     if identified.found is None or identified.search is None:
         contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
         judged(contradicted)
@@ -105,7 +102,7 @@ def close_loop(
     progress("re-estimating beside what is not shown")
     excited = verdict is not Verdict.NOT_EXCITED
     completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
-    known = _Judged(identified, identified.found, identified.search, verdict, completion, held_out)
+    known = _Judged(identified, identified.found, identified.search, verdict, completion)
     result = _judged(known, settings, progress, signed)
     judged(result)
     return _completed(result, known, requirement, settings, progress)
@@ -120,27 +117,18 @@ class _Judged:
     search: StructureSearch
     verdict: Verdict
     completion: Completion
-    held_out: tuple[Manoeuvre, ...]
 
     @property
     def flights(self) -> dict[Role, tuple[Manoeuvre, ...]]:
         """The flights by their roles."""
-        return dict(zip(ROLES, (self.identified.manoeuvres, self.identified.validation, self.held_out), strict=True))
+        identified = self.identified
+        return dict(zip(ROLES, (identified.manoeuvres, identified.validation, identified.hold_out), strict=True))
 
     def rows(self, chain: Chain | None) -> tuple[DerivativeRow, ...]:
         """The derivative table, with the estimates of recursive least squares where they are known."""
         scattered = scatter(self.found.completed, self.identified.manoeuvres)
         completed, kept = self.completion.found, self.completion.kept
         return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, kept)
-
-
-def _held_out(
-    hold_out: Sequence[FlightLog], identification: Sequence[FlightLog], aircraft: Aircraft, identified: Identification
-) -> tuple[Manoeuvre, ...]:
-    """The flights that touch no decision, at the loading and with the noise that the fitted ones were taken with."""
-    _, _, logs = at_own_loading(aircraft, identification, hold_out)
-    known = [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in logs]
-    return tuple(prepare(log, identified.aircraft, identified.plain.columns) for log in known)
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
@@ -178,7 +166,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         innovations=tuple(innovation_rows(completed.completed, identified.manoeuvres)),
         correlation=correlation_matrix(known.found.completed, known.found.completed_deviations),
         kinematics=identified.agreement,
-        hold_out=tuple(manoeuvre.log for manoeuvre in known.held_out),
+        hold_out=tuple(manoeuvre.log for manoeuvre in known.identified.hold_out),
         decided_by_validation=told_of_decisions(completed),
         provenance=provenance,
         settings=settings,
@@ -191,7 +179,7 @@ def _gains(known: _Judged) -> tuple[Gains, Gains]:
     completed, search = known.completion.found, known.search
     return (
         prediction_gains(completed, search, known.identified.validation),
-        prediction_gains(completed, search, known.held_out),
+        prediction_gains(completed, search, known.identified.hold_out),
     )
 
 
@@ -271,7 +259,7 @@ def _notes(
     identified, found = judged.identified, judged.completion.found
     others = identified.validation
     return (
-        *_read(identified.manoeuvres, (*others, *judged.held_out)),
+        *_read(identified.manoeuvres, (*others, *identified.hold_out)),
         *(_BROKEN_DOWN if pictures is None and settings.paper_chain else ()),
         *identified.notes,
         *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),

@@ -54,6 +54,8 @@ class Identification:
         Whether the instruments agree; None where that was not asked.
     found : Attribution or None
         What the declared model lacks; None where the instruments contradict each other, so that nothing is judged.
+    hold_out : tuple of Manoeuvre
+        Further logs, that touched no decision.
     rivals : tuple of CoefficientRival
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     search : StructureSearch or None
@@ -76,6 +78,7 @@ class Identification:
     notes: tuple[str, ...] = ()
     second_opinion: SecondOpinion | None = None
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
+    hold_out: tuple[Manoeuvre, ...] = ()
 
 
 def identify(
@@ -84,6 +87,8 @@ def identify(
     validation: Sequence[FlightLog] = (),
     settings: LoopSettings = USUAL,
     progress: Progress = lambda _stage: None,
+    *,
+    hold_out: Sequence[FlightLog] = (),
 ) -> Identification:
     """What the declared model lacks, from the logs that are fitted and those that are only predicted.
 
@@ -97,6 +102,8 @@ def identify(
         Manoeuvres that are only predicted: what lowers their prediction is not named.
     progress : callable
         Told the name of each stage as it begins.
+    hold_out : sequence of FlightLog
+        Manoeuvres that are made ready as the others are, and touch no decision.
 
     Raises
     ------
@@ -110,23 +117,26 @@ def identify(
     """
     require_method_for(aircraft, settings.method)
     progress("reading the logs into the flight model")
-    aircraft, logs, validation = at_own_loading(aircraft, logs, validation)
-    logs, validation = (
-        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, validation)
+    aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
+    logs, unseen = (
+        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
     )
-    plain, candidates = asked_of(logs, validation, aircraft)
-    manoeuvres = tuple(prepare(log, aircraft, plain.columns) for log in logs)
-    others = tuple(prepare(log, aircraft, plain.columns) for log in validation)
-    given = declared_effects(aircraft, controls_of(plain), manoeuvres)
+    plain, candidates = asked_of(logs, unseen[: len(validation)], aircraft)
+    controls = controls_of(plain)
+    manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
+    others, held_out = predicted[: len(validation)], predicted[len(validation) :]
+    given = declared_effects(aircraft, controls, manoeuvres)
     declared = with_columns_of(plain, given)
 
     progress("comparing the instruments with each other")
     compared = settings.kinematics and aircraft.axes in compatibility.CASES
     opposed = contradicting(logs) if compared else None
     if opposed is not None:
-        return Identification(aircraft, plain, declared, candidates, manoeuvres, others, opposed, None)
+        return Identification(
+            aircraft, plain, declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
+        )
 
-    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others, compared=compared)
+    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others)
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
@@ -150,6 +160,7 @@ def identify(
         ),
         second,
         told.search,
+        held_out,
     )
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
-from aerosid.compatibility import KinematicConsistency, reconciled
-from aerosid.compatibility.proved_agreement import agreement_of
+from aerosid.compatibility import KinematicConsistency, agreement_of
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.channels import equations_of
@@ -50,8 +49,8 @@ class Question:
         Terms that may be missing.
     manoeuvres, others : tuple of Manoeuvre
         Flights that are fitted, and flights that are only predicted.
-    compared : bool
-        Whether the instruments are compared with each other where the answer needs it.
+    faults : ProvedFaults or None
+        What kinematics prove of the instruments; None where nobody asked, a channel is missing or a flight too short.
     """
 
     aircraft: Aircraft
@@ -60,11 +59,11 @@ class Question:
     candidates: tuple[Entry, ...]
     manoeuvres: tuple[Manoeuvre, ...]
     others: tuple[Manoeuvre, ...]
-    compared: bool = False
+    faults: ProvedFaults | None = None
 
-    def agreement(self) -> KinematicConsistency | None:
-        """What the instruments of the fitted flights say of each other, by a simulated path."""
-        return reconciled([each.log for each in self.manoeuvres]) if self.compared else None
+    def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
+        """What the instruments say of each other; None where that was not asked."""
+        return agreement_of(self.faults) if settings.kinematics and self.faults is not None else None
 
     @property
     def free(self) -> tuple[Entry, ...]:
@@ -114,6 +113,10 @@ CASES: dict[Method, tuple[Axes, ...]] = {
 """The cases of the equations of motion that each method handles."""
 
 
+KINEMATICS_FIRST: tuple[Method, ...] = ("evidence", "equations")
+"""Methods that ask first what kinematics prove of the instruments."""
+
+
 def require_method_for(aircraft: Aircraft, method: Method) -> None:
     """Refuse a method that does not handle the coefficients of an aircraft file.
 
@@ -144,7 +147,9 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
-    return methods[settings.method](question, settings, progress)
+    asked = settings.kinematics or (settings.catalogue == "all" and settings.method in KINEMATICS_FIRST)
+    faults = _proved_faults(question, settings) if asked and question.is_reconstructed else None
+    return methods[settings.method](replace(question, faults=faults), settings, progress)
 
 
 def by_evidence(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
@@ -153,8 +158,8 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
     In air that moves, and behind recorders that filter, an open-loop simulation follows no flight: its errors are not
     the measurement noise that the likelihood takes them for.
     """
-    faults = _proved_faults(question, settings)
-    if faults is None:
+    faults = question.faults
+    if faults is None or settings.catalogue == "terms":
         return by_likelihood(question, settings, progress)
     ratio = faults.noise_ratio
     if ratio <= settings.equation_error.closed:
@@ -178,23 +183,19 @@ def by_equations(question: Question, settings: LoopSettings, progress: Progress)
 
     A study of terms alone, with a start of its own, is answered by the likelihood.
     """
-    faults = _proved_faults(question, settings)
-    if faults is None:
+    faults = question.faults
+    if faults is None or settings.catalogue == "terms":
         return by_likelihood(question, settings, progress)
     return _by_equations(faults, question, settings, progress)
 
 
 def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults | None:
-    """What kinematics prove of the instruments; None where terms alone are asked for or a channel is missing."""
-    if settings.catalogue == "terms" or question.aircraft.axes not in CASES["equations"]:
-        return None
-    if not question.is_reconstructed:
-        return None
+    """What kinematics prove of the instruments, whatever the method decides of the aerodynamics."""
     return prove_faults(
         question.declared,
         question.free,
         question.given,
-        question.hypotheses(settings.catalogue),
+        question.hypotheses("all"),
         question.manoeuvres,
         question.others,
         settings.equation_error,
@@ -219,8 +220,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
     notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
         found = estimated_in_calm_air(found, decision, search)
-    agreement = agreement_of(faults) if settings.kinematics else None
-    return Answer(found, search, notes=notes, deciding="equations", agreement=agreement)
+    return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
 
 
 def told_of_damping(damping: SharedDamping) -> str:
@@ -252,7 +252,7 @@ def _declared_estimate(question: Question, settings: LoopSettings, progress: Pro
 def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Score tests, trial fits and maximum likelihood."""
     manoeuvres, declared = question.manoeuvres, question.declared
-    agreement = question.agreement()
+    agreement = question.agreement(settings)
     before = _declared_estimate(question, settings, progress)
     progress("tracing the residual")
     hypotheses = question.hypotheses(settings.catalogue)
@@ -302,7 +302,7 @@ def by_model_error(question: Question, settings: LoopSettings, progress: Progres
         question.declared,
     )
     notes = tuple(told_of_unseen(selection))
-    return Answer(found, search, notes=notes, deciding="iebmee", agreement=question.agreement())
+    return Answer(found, search, notes=notes, deciding="iebmee", agreement=question.agreement(settings))
 
 
 def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:

@@ -22,9 +22,6 @@ from aerosid.manoeuvres.settings import FinderSettings
 
 __all__ = ["stretches"]
 
-_OWN_CONTROLS_REST = ("phugoid", "spiral")
-"""Free motions: what overlaps them moved a surface, and is something else."""
-
 
 def stretches(record: FlightRecord, settings: FinderSettings) -> tuple[list[Stretch], list[Rejected]]:
     """All manoeuvres of a record in order of time, and the lively stretches that are none, each with its reason."""

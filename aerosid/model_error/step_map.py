@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 _SHORT_STEP_NORM = 1.0 / 11.0
 # A step of norm 2^60 short steps is beyond any meaning of the numbers; more doublings only spread rounding.
 _MAX_DOUBLINGS = 60
-_TINY = float(np.finfo(np.float64).tiny)
 
 
 @njit_inline

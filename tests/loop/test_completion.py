@@ -147,11 +147,11 @@ def test_a_log_that_is_fitted_is_not_predicted() -> None:
             close_loop([log], LIGHT, settings=QUICK, **roles)
 
 
-@pytest.mark.parametrize("duration", [0.6, 1.0])
-def test_half_a_second_teaches_nothing_and_changes_nothing(duration: float) -> None:
+@pytest.mark.parametrize(("duration", "settings"), [(0.6, QUICK), (1.0, QUICK), (0.6, replace(QUICK, catalogue="all"))])
+def test_half_a_second_teaches_nothing_and_changes_nothing(duration: float, settings: LoopSettings) -> None:
     """The elevator rests: whatever an estimate would say, the completed aircraft holds what was declared."""
     still = Problem(elevator="none", duration=duration)
-    closed = close_loop([still.fly(4, "still")], LIGHT, settings=QUICK)
+    closed = close_loop([still.fly(4, "still")], LIGHT, settings=settings)
     assert closed.verdict is Verdict.NOT_EXCITED
     given = {(d.coefficient, d.term): d.value for d in LIGHT.derivatives}
     assert {(d.coefficient, d.term): d.value for d in closed.completed_aircraft.derivatives} == given

@@ -14,8 +14,7 @@ import pytest
 from hostile_pages import HOSTILE, Page, hostile_result
 from problems_report import closed_loop
 
-from aerosid.compatibility import Agreement, KinematicConsistency
-from aerosid.compatibility.consistency import ChannelAgreement
+from aerosid.compatibility import Agreement, ChannelAgreement, KinematicConsistency
 from aerosid.loop.effect_rows import Confirmation, Effect, Evidence
 from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.open_loop_errors import ErrorRow

@@ -12,9 +12,6 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.damaged_columns import guarded
 from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, Recording, Stream
 
-PARQUET = b"PAR1"
-FEATHER = (b"ARROW1", b"FEA1")
-
 
 def read_parquet(data: bytes, path: str) -> Recording:
     """The columns of a Parquet file, read one by one as they are wanted.

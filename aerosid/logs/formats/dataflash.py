@@ -17,7 +17,6 @@ from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, FloatArray, I
 from aerosid.logs.stamps import boot_numbers
 
 MAGIC = b"\xa3\x95\x80"
-_HEAD = (0xA3, 0x95)
 _HEAD_LENGTH = 3
 _FMT = 128
 _FMT_LENGTH = 89

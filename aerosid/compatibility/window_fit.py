@@ -1,0 +1,252 @@
+"""Weighted least squares of flight-path reconstruction over short windows, faults of instruments estimated along."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN, STATES, integrate_path, see
+from aerosid.compatibility.recording import Recording, first_states
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.equation_error.kinematic_equations import Rates, lever_accelerations
+from aerosid.equation_error.sensors import with_ends_held
+
+Array = NDArray[np.float64]
+_FREE = len(STATES)
+
+
+@dataclass(frozen=True)
+class WindowFitSettings:
+    """Settings of the fit of short windows, for misfits that are compared with shares of a channel's variation.
+
+    Attributes
+    ----------
+    steps : int
+        Levenberg-Marquardt steps at given noise variances.
+    rounds : int
+        Rounds of noise variances: a channel that does not belong to the motion must lose its weight.
+    cost_tolerance : float
+        Fall of -2 ln L that decides nothing, 1.
+    variance_tolerance : float
+        Relative change of a noise variance that counts as none, 1.
+    least_variance : float
+        Share, 1, of the log's own noise variance that a channel keeps: a path that wanders can explain all of one.
+    """
+
+    steps: int = 6
+    rounds: int = 3
+    cost_tolerance: float = 1.0
+    variance_tolerance: float = 0.2
+    least_variance: float = 0.25
+
+
+QUICK = WindowFitSettings()
+"""The settings of every fit."""
+
+
+@dataclass(frozen=True)
+class WindowFit:
+    """The likeliest path of each window: `residuals` (n, 4) measured less seen, zero where nothing is compared."""
+
+    residuals: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Numbers of the faults and initial states (4,), with each window's residuals and their derivatives."""
+
+    effects: tuple[ActiveEffect, ...]
+    states: tuple[Array, ...]
+    residuals: tuple[Array, ...]
+    columns: tuple[Array, ...]
+
+
+def fit_windows(
+    recording: Recording, effects: Sequence[ActiveEffect], settings: WindowFitSettings = QUICK
+) -> WindowFit:
+    """The likeliest paths through the stretches of a recording, each with an initial state of its own.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its stretches are the windows.
+    effects : sequence of ActiveEffect
+        Faults of instruments whose numbers are estimated, in the order in which they act.
+
+    Notes
+    -----
+    Output error of the flight path (Klein & Morelli, Aircraft System Identification, chapter 10) with diagonal weights:
+    over some seconds the noise of the integrated channels moves the path little beside a contradiction.
+    """
+    floor = settings.least_variance * _starting_variance(recording)
+    variance = floor / settings.least_variance
+    point = _evaluate(recording, tuple(effects), first_states(recording))
+    cost = _cost(recording, point, variance)
+    for _ in range(settings.rounds):
+        before = cost
+        point = _improved(recording, point, variance, settings)
+        updated = np.maximum(_mean_squares(recording, point), floor)
+        if np.allclose(updated, variance, rtol=settings.variance_tolerance, atol=0.0):
+            break
+        variance = updated
+        cost = _cost(recording, point, variance)
+        if abs(before - cost) < settings.cost_tolerance:
+            break
+    return WindowFit(point.residuals)
+
+
+def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
+    """What drove the path, (N, 7): the recorded channels with their faults taken off, at the centre of gravity."""
+    given = recording.inputs.copy()
+    for active in reversed(effects):
+        effect = active.effect
+        if isinstance(effect, OutputEffect) and effect.where in DRIVING:
+            j = GIVEN.index(effect.where)
+            given[:, j] = with_ends_held(effect.corrected(recording.time, given[:, j], active.numbers), given[:, j])
+    arms = {name: recording.positions.get(name, (0.0, 0.0, 0.0)) for name in ("a_x", "a_z")}
+    if any(any(arm) for arm in arms.values()):
+        p, q, r = (given[:, GIVEN.index(name)] for name in ("p", "q", "r"))
+        still = np.zeros_like(q)
+        rates = Rates(p, q, r, still, np.gradient(q, recording.time), still)
+        for name, arm in arms.items():
+            given[:, GIVEN.index(name)] -= lever_accelerations(name, arm, rates)
+    return given
+
+
+def _starting_variance(recording: Recording) -> Array:
+    """Noise variances (4,) of the log, no smaller than rounding; 1 where a channel is absent."""
+    variance = np.ones(len(SEEN))
+    for name in recording.outputs:
+        samples = recording.measured[:, SEEN.index(name)]
+        least = 1e-6 * float(np.nanstd(samples)) + 1e-12
+        variance[SEEN.index(name)] = max(recording.noise[name], least) ** 2
+    return variance
+
+
+def _evaluate(recording: Recording, effects: tuple[ActiveEffect, ...], states: Sequence[Array]) -> _Point:
+    given = true_inputs(recording, effects)
+    directions, places = _directions(recording, effects, given)
+    x_arm, _, z_arm = recording.positions.get("alpha", (0.0, 0.0, 0.0))
+    residuals, columns = [], []
+    for stretch, state in zip(recording.stretches, states, strict=True):
+        here, along = np.ascontiguousarray(given[stretch]), np.ascontiguousarray(directions[stretch])
+        path = integrate_path(recording.time[stretch], here, state, along)
+        outputs, by_state, by_driving = see(path.states, here, x_arm, z_arm)
+        moved = by_state @ path.columns
+        moved[:, :, _FREE:] += by_driving @ along
+        slopes = np.zeros((*outputs.shape, _FREE + len(effects)))
+        slopes[:, :, :_FREE] = moved[:, :, :_FREE]
+        slopes[:, :, [_FREE + place for place in places]] = moved[:, :, _FREE:]
+        _enter_sensors(recording.time[stretch], outputs, slopes, effects)
+        compared = recording.compared[stretch]
+        residuals.append(np.where(compared, recording.measured[stretch] - outputs, 0.0))
+        columns.append(slopes * compared[:, :, None])
+    return _Point(effects, tuple(states), tuple(residuals), tuple(columns))
+
+
+def _directions(recording: Recording, effects: Sequence[ActiveEffect], given: Array) -> tuple[Array, list[int]]:
+    """How a_x, a_z and q move with each fault of theirs, (N, 3, D), and each one's place among the effects."""
+    moves, places = [], []
+    for n, active in enumerate(effects):
+        if active.effect.where in DRIVING:
+            beside = _beside(active)
+            changed = true_inputs(recording, (*effects[:n], beside, *effects[n + 1 :]))
+            moves.append((changed - given)[:, : len(DRIVING)] / (beside.values[0] - active.values[0]))
+            places.append(n)
+    empty = np.zeros((recording.time.size, len(DRIVING), 0))
+    return (np.stack(moves, axis=2) if moves else empty), places
+
+
+def _enter_sensors(time: Array, outputs: Array, slopes: Array, effects: Sequence[ActiveEffect]) -> None:
+    """Let the faults of what sees the path act on outputs and slopes, and enter their own columns, in place."""
+    for n, active in enumerate(effects):
+        effect = active.effect
+        if isinstance(effect, OutputEffect) and effect.where in SEEN:
+            i, beside = SEEN.index(effect.where), _beside(active)
+            true = outputs[:, i : i + 1].copy()
+            read = effect.output(time, true, active.numbers)
+            moved = effect.output(time, true, beside.numbers)
+            slopes[:, i] = effect.transform(time, np.ascontiguousarray(slopes[:, i]), active.numbers)
+            slopes[:, i, _FREE + n] = (moved - read)[:, 0] / (beside.values[0] - active.values[0])
+            outputs[:, i] = read[:, 0]
+
+
+def _beside(active: ActiveEffect) -> ActiveEffect:
+    """The effect with its number moved a little, inside its limits."""
+    step = active.effect.parameters[0].step
+    beside = active.beside(0, step)
+    return beside if beside.values != active.values else active.beside(0, -step)
+
+
+def _mean_squares(recording: Recording, point: _Point) -> Array:
+    counts = sum(recording.compared[stretch].sum(axis=0) for stretch in recording.stretches)
+    squares = sum(np.sum(part**2, axis=0) for part in point.residuals)
+    return np.asarray(np.where(counts > 0, squares / np.maximum(counts, 1), 1.0))
+
+
+def _cost(recording: Recording, point: _Point, variance: Array) -> float:
+    """-2 ln L but for a constant."""
+    counts = sum(recording.compared[stretch].sum(axis=0) for stretch in recording.stretches)
+    cost = float(np.sum(counts * (_mean_squares(recording, point) / variance + np.log(variance))))
+    return cost if np.isfinite(cost) else np.inf
+
+
+def _improved(recording: Recording, point: _Point, variance: Array, settings: WindowFitSettings) -> _Point:
+    """The best point at given noise variances, by Levenberg and Marquardt's damped steps."""
+    damping, cost = 1e-4, _cost(recording, point, variance)
+    for _ in range(settings.steps):
+        while True:
+            trial = _evaluate(recording, *_moved(point, variance, damping))
+            reached = _cost(recording, trial, variance)
+            if reached <= cost + 1e-9 * abs(cost):
+                break
+            damping *= 10.0
+            if damping > 1e8:
+                return point
+        damping = max(0.1 * damping, 1e-9)
+        fall, point, cost = cost - reached, trial, reached
+        if fall < settings.cost_tolerance:
+            break
+    return point
+
+
+def _moved(point: _Point, variance: Array, damping: float) -> tuple[tuple[ActiveEffect, ...], tuple[Array, ...]]:
+    """Faults, kept within their limits, and initial states after a damped Gauss-Newton step."""
+    blocks = []
+    for residual, columns in zip(point.residuals, point.columns, strict=True):
+        flat = (columns / np.sqrt(variance)[:, None]).reshape(-1, columns.shape[2])
+        blocks.append((flat.T @ flat, flat.T @ (residual / np.sqrt(variance)).ravel()))
+    count = len(point.effects)
+    normal, gradient = np.zeros((count, count)), np.zeros(count)
+    for matrix, slope in blocks:
+        # The window's own initial state is taken out.
+        right = np.column_stack([matrix[:_FREE, _FREE:], slope[:_FREE]])
+        taken = _solved(matrix[:_FREE, :_FREE], right, damping)
+        normal += matrix[_FREE:, _FREE:] - matrix[_FREE:, :_FREE] @ taken[:, :-1]
+        gradient += slope[_FREE:] - matrix[_FREE:, :_FREE] @ taken[:, -1]
+    step = _solved(normal, gradient, damping) if count else gradient
+    effects = tuple(active.moved(step[n : n + 1]) for n, active in enumerate(point.effects))
+    change = np.array([new.values[0] - old.values[0] for new, old in zip(effects, point.effects, strict=True)])
+    states = tuple(
+        state + _solved(matrix[:_FREE, :_FREE], slope[:_FREE] - matrix[:_FREE, _FREE:] @ change, damping)
+        for state, (matrix, slope) in zip(point.states, blocks, strict=True)
+    )
+    return effects, states
+
+
+def _solved(matrix: Array, right: Array, damping: float) -> Array:
+    """A x = b after scaling to unit diagonal, damped; rows without information give 0."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    held = scale > 0.0
+    result = np.zeros_like(right)
+    if held.any():
+        unit = scale[held]
+        scaled = matrix[np.ix_(held, held)] / np.outer(unit, unit)
+        # A grain of damping keeps directions that hold nothing to rounding at rest.
+        scaled += (damping + 1e-12) * np.eye(unit.size)
+        by_row = unit if right.ndim == 1 else unit[:, None]
+        result[held] = np.linalg.solve(scaled, right[held] / by_row) / by_row
+    return result
