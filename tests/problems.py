@@ -17,7 +17,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
+from aerosid.flight_model.simulation import doublet, fly, steps, three_two_one_one, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.candidate_terms import candidate_entries
@@ -101,11 +101,16 @@ LIFT_AND_DRAG = from_derivatives(
 )
 
 
+LEVELS = ((0.9, 1.0), (0.9, -1.0), (0.9, 0.45), (0.9, -0.45), (0.6, 0.67), (0.6, -0.67))
+"""Durations [s] and sizes of steps."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """A declared aircraft, what it flies beside that, and how it is flown.
 
-    `undeclared` terms are flown and not declared; `elevator` is one of doublet, 3211, none.
+    `undeclared` terms are flown and not declared; `elevator` is one of doublet, 3211, levels
+    (steps of several sizes: with one size only, a dead band is a weaker elevator), none.
     """
 
     aircraft: Aircraft = LIGHT
@@ -128,6 +133,7 @@ class Problem:
         shapes = {
             "doublet": lambda t: doublet(t, 1.0, 1.0, self.amplitude),
             "3211": lambda t: three_two_one_one(t, 1.0, 0.6, self.amplitude),
+            "levels": lambda t: steps(t, 1.0, [(w, self.amplitude * s) for w, s in LEVELS]),
             "none": np.zeros_like,
         }
         return shapes[self.elevator](self.time)

@@ -48,13 +48,14 @@ def replay_command(
     if not 0.0 < step < float("inf") or not 0.0 <= speed < float("inf"):
         raise UsageError(f"--step is {step:g} and --speed {speed:g}; give a step above zero and a speed not below it.")
     declared = load_aircraft(aircraft)
-    declared.require_longitudinal("replay")
     flight = read_roles([log], [], channels).identification[0]
     directory = out or Path("reports") / flight.name
     require_folder(directory)
     output = console()
     frames = list(_watched(replayed(flight, declared, step), output, speed))
-    files = write_files(directory, {"replay.html": text(render_replay(frames, flight.name, declared.name))})
+    files = write_files(
+        directory, {"replay.html": text(render_replay(frames, flight.name, declared.name, declared.axes.coefficients))}
+    )
     output.print(replay_table(frames[-1]))
     for name in frames[-1].names:
         output.print(f"{name.coefficient} {name.term} named at {name.time:.2f} s", markup=False)

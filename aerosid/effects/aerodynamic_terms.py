@@ -71,6 +71,7 @@ ANTISYMMETRIC = (
     "delta_r^3",
     "delta_r*abs(delta_r)",
     "delta_r^2",
+    "abs(delta_r)",
     "alpha*beta",
     "alpha*p_hat",
     "alpha*r_hat",

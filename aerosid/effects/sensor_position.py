@@ -17,8 +17,11 @@ from aerosid.flight_model.axes import LATERAL
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
 """Sensors and the body axes of their positions that a pitching motion shows."""
 
-SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz")))
+SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz", "y")))
 """Sensors and the body axes of their positions that rolling and yawing motion shows, alone and together."""
+
+SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("y", "z")))
+"""The same of the sensors of pitching motion, where all motion is integrated: a wing's vane reads alpha + p y/V."""
 
 
 def farthest_place(mean_chord: float, length: float | None = None) -> float:
@@ -65,9 +68,10 @@ def _made(where: str, numbers: Mapping[str, float], _interval: float) -> Positio
 
 def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
     """Places that rolling and yawing motion shows, where it is integrated; the equations ask for those of pitching."""
-    if not {"p", "r"} <= set(flights[0].axes.integrated):
+    integrated = set(flights[0].axes.integrated)
+    if not {"p", "r"} <= integrated:
         return
-    for channel, places in SHOWN_BY_TURNING:
+    for channel, places in (*SHOWN_BY_TURNING, *(SHOWN_BY_ROLLING if "q" in integrated else ())):
         if any(channel in flown.measured for flown in flights):
             for axes in places:
                 yield Offer("sensor_position", channel, (at_null(sensor_place(channel, axes)),))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from aerosid.effects import frozen
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced, worth_of
-from aerosid.equation_error.candidates import of_sensors
+from aerosid.equation_error.candidates import joined, of_sensors
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
@@ -30,7 +31,7 @@ from aerosid.equation_error.selection import (
     without,
 )
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
-from aerosid.equation_error.starts import may_separate, of_controls
+from aerosid.equation_error.starts import may_separate, of_controls, sudden_hypotheses
 from aerosid.equation_error.votes import Share, beside_gusts, refused, shares_of, unconfirmed
 
 Array = NDArray[np.float64]
@@ -156,7 +157,7 @@ def _voted(
     whole = begun.estimate.frame
     found = _attributed(begun, others, coefficients, rules, told)
     for _ in range(ROUNDS):
-        kept, refused_now = _standing(found, fitted, told)
+        kept, refused_now = _standing(found, fitted, coefficients, rules, told)
         refuted = (*refuted, *refused_now)
         open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
         found = replaced(kept, open_, rules)
@@ -167,7 +168,7 @@ def _voted(
             )
         if {each.hypothesis.label for each in found.chosen} == {each.hypothesis.label for each in kept.chosen}:
             return kept, refuted
-    kept, refused_now = _standing(found, fitted, told)
+    kept, refused_now = _standing(found, fitted, coefficients, rules, told)
     return kept, (*refuted, *refused_now)
 
 
@@ -208,7 +209,7 @@ def paid(selected: Selected, rules: Rules) -> float:
 
 
 def _standing(
-    selected: Selected, fitted: Frame, told: Callable[[str], None]
+    selected: Selected, fitted: Frame, coefficients: Sequence[str], rules: Rules, told: Callable[[str], None]
 ) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
     """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
@@ -217,7 +218,7 @@ def _standing(
         completed = estimate(fitted, point, weights_on(selected.estimate, fitted, point), steps=4)
         gone = weakest(completed, selected.chosen)
         if gone is None:
-            gone = _refused_one(selected, completed)
+            gone = _refused_one(selected, completed, coefficients, rules)
             if gone is None:
                 return selected, tuple(refuted)
             refuted.append(gone.hypothesis.label)
@@ -225,7 +226,7 @@ def _standing(
         selected = left_out(selected, gone)
 
 
-def _refused_one(selected: Selected, completed: Estimate) -> Chosen | None:
+def _refused_one(selected: Selected, completed: Estimate, coefficients: Sequence[str], rules: Rules) -> Chosen | None:
     """The chosen one of least gain with which an unseen coefficient is predicted worse than without it."""
     if not selected.chosen:
         return None
@@ -235,8 +236,23 @@ def _refused_one(selected: Selected, completed: Estimate) -> Chosen | None:
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
         before = beside_gusts(whole, bare)
         if refused(whole, before, after, settings.doubt, settings.least_rise):
+            if _comes_again(selected, each.hypothesis, coefficients, rules):
+                continue
             return each
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
         if any(unconfirmed(whole, before, after, coefficient) for coefficient in sideways):
             return each
     return None
+
+
+def _comes_again(selected: Selected, hypothesis: Hypothesis, coefficients: Sequence[str], rules: Rules) -> bool:
+    """Whether a sudden change happens on an unseen recording too, at a price: that cannot refute it by being there."""
+    if not any(is_sudden(active) for active in hypothesis.effects):
+        return False
+    base = selected.estimate
+    for again in sudden_hypotheses(base.frame, base, coefficients, fitted=False):
+        if (again.kind, again.where) == (hypothesis.kind, hypothesis.where):
+            found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
+            if found.gain_over(base) > rules.price(again):
+                return True
+    return False

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import replaced
-from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses
+from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses, told_apart
 from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
 from aerosid.equation_error.design import design_of, whiten
 from aerosid.equation_error.deviations import corrected_covariance
@@ -116,7 +116,8 @@ def prove_faults(
     if any(recording.band.rows(recording.time.size).size < settings.fewest for recording in recordings):
         return None
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
-    every = (*hypotheses, *position_hypotheses(channels))
+    told_already = {told_apart(hypothesis) for hypothesis in hypotheses}
+    every = (*hypotheses, *(h for h in position_hypotheses(channels) if told_apart(h) not in told_already))
     asked = tuple(bounded(h, model.constants.mean_chord, length) for h in every if askable(h))
     sensors = [h for h in asked if of_sensors(h)]
     start = Point(model, tuple(free), tuple(given))

@@ -47,11 +47,16 @@ LAGS = ((0.1, 0.1), (0.4, 0.4))
 """s; delay and relaxation that are tried: a few and some twenty chords over the airspeed."""
 
 
-def sudden_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
-    """A step of each coefficient on each fitted recording, at the instant that the whitened residuals favour most."""
+def sudden_hypotheses(
+    frame: Frame, base: Estimate, coefficients: Sequence[str], *, fitted: bool = True
+) -> list[Hypothesis]:
+    """A step of each coefficient on each fitted recording, at the instant that the whitened residuals favour most.
+
+    `fitted`: of the recordings that are, or of those that are not.
+    """
     found: list[Hypothesis] = []
     for n, recording in enumerate(frame.recordings):
-        if not recording.fitted:
+        if recording.fitted is not fitted:
             continue
         for coefficient in coefficients:
             for rise in (recording.interval, *RISES):

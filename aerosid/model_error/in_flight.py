@@ -21,9 +21,6 @@ from aerosid.model_error.streaming_screening import Screened, ScreeningSettings,
 
 Array = NDArray[np.float64]
 
-AXES = ("C_X", "C_Z", "C_m")
-"""The coefficients of the state equations u, w, q in which d(t) is shown."""
-
 
 @dataclass(frozen=True)
 class InFlightSettings:
@@ -104,7 +101,7 @@ class Frame:
     time : float
         s.
     model_error : tuple of float
-        d in C_X, C_Z, C_m; NaN where a sample is missing.
+        d in the coefficients of the model's case, about body axes; NaN where a sample is missing.
     derivatives : tuple of DerivativeNow
     candidates : tuple of CandidateNow
         The strongest.
@@ -180,9 +177,10 @@ def _judged(
     candidates: Sequence[Entry],
     settings: InFlightSettings,
 ) -> Iterator[Frame]:
+    moving = history.rate_per_unit.shape[1]
     columns = _columns(model, history, entries, candidates)
     known = [*range(len(entries)), *range(len(entries) + len(candidates), columns.shape[2])]
-    screening = StreamingScreening(columns.shape[2], len(AXES), settings=settings.screening)
+    screening = StreamingScreening(columns.shape[2], moving, settings=settings.screening)
     count = max(1, round((time[-1] - time[0]) / settings.step))
     stride = max(1, round(1.0 / (settings.rate_hz * float(np.median(np.diff(time))))))
     structure = list(entries)
@@ -190,7 +188,7 @@ def _judged(
     names: list[Named] = []
     for k in range(time.size):
         if time[k] - time[0] >= settings.settling and k % stride == 0:
-            screening.update(history.d[k, : len(AXES)], columns[k])
+            screening.update(history.d[k, :moving], columns[k])
         if time[k] < due and k + 1 < time.size:
             continue
         due = time[k] + settings.step
@@ -204,7 +202,7 @@ def _judged(
             structure.append(candidates[place])
             found = screening.ask(known, len(candidates) * count)
             screened = _candidates_now(found, entries, candidates, structure)
-        d = history.d[k, : len(AXES)] / history.rate_per_unit[k]
+        d = history.d[k, :moving] / history.rate_per_unit[k]
         ranked = sorted(screened, key=lambda row: (row.p_value, -abs(row.correlation)))
         derivatives = _derivatives_now(model, found, entries, candidates, structure)
         shown = tuple(ranked[: settings.shown])
@@ -234,11 +232,9 @@ def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:
 def _columns(
     model: AerodynamicModel, history: AircraftErrorHistory, entries: Sequence[Entry], candidates: Sequence[Entry]
 ) -> Array:
-    """Pictures in d(t) of declared terms, of candidates and of an error of the initial state, (N, 3, K)."""
-    places = model.indices([*entries, *candidates])
-    return np.concatenate(
-        [history.responded[:, : len(AXES), :][:, :, places], history.initial[:, : len(AXES), :]], axis=2
-    )
+    """Pictures in d(t) of declared terms, of candidates and of an error of the initial state, (N, v, K)."""
+    places, moving = model.indices([*entries, *candidates]), history.rate_per_unit.shape[1]
+    return np.concatenate([history.responded[:, :moving, :][:, :, places], history.initial[:, :moving, :]], axis=2)
 
 
 def _derivatives_now(

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from aerosid.model_error.in_flight import AXES, Frame
+from aerosid.model_error.in_flight import Frame
 from aerosid.reporting.scripts import Script, content_policy
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
 
 
-def render_replay(frames: Sequence[Frame], log: str, aircraft: str) -> str:
+def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients: Sequence[str]) -> str:
     """The page of a replay.
 
     Parameters
@@ -25,10 +25,12 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str) -> str:
         At least one.
     log, aircraft : str
         Names; escaped.
+    coefficients : sequence of str
+        Those in which d(t) is shown.
     """
     script = (REPORT_TEMPLATES / "replay.js").read_text(encoding="utf-8")
     scripts = (Script(frames_json(frames), data="replay-data"), Script(script))
-    strips, ranges = zip(*(_strip(frames, axis) for axis in range(len(AXES))), strict=True)
+    strips, ranges = zip(*(_strip(frames, axis) for axis in range(len(coefficients))), strict=True)
     return (
         page_environment(Path(REPORT_TEMPLATES))
         .get_template("replay.html")
@@ -36,7 +38,7 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str) -> str:
             title=f"Replay of {log}",
             log=log,
             aircraft=aircraft,
-            axes=AXES,
+            axes=coefficients,
             last=frames[-1],
             count=len(frames),
             strips=strips,

@@ -97,11 +97,11 @@ def rate_limited(time: NDArray[np.float64], values: NDArray[np.float64], limit: 
 def deadbanded(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
     """The signal without its excursions of up to `width` either side of its first value, (N,).
 
-    The band acts on a five-sample mean, and the rest of the signal passes: noise must not be cut by the band, or a
-    band as wide as the noise would look like an improvement of every record.
+    The band acts on a five-sample median, and the rest of the signal passes: noise must not be cut by the band, or a
+    band as wide as the noise would look like an improvement of every record. A mean would round the edges of steps.
     """
-    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
+    from scipy.ndimage import median_filter  # late: files are read and refused without it
 
-    smooth = uniform_filter1d(values, min(5, values.size), mode="nearest")
+    smooth = median_filter(values, min(5, values.size), mode="nearest")
     excursion = smooth - smooth[0]
     return np.asarray(values - np.clip(excursion, -width, width))

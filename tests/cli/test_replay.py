@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lateral_flights import PITCH, SIDE, Lateral, aircraft
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
-from aerosid.aircraft.bundled import bundled_folder
 from aerosid.cli.main import main
 from aerosid.loop.identification import replayed
 from aerosid.model_error.in_flight import Frame
@@ -51,7 +51,7 @@ def test_a_frame_has_seen_no_later_sample(frames: list[Frame]) -> None:
 
 
 def test_the_page_holds_every_frame_and_loads_nothing(frames: list[Frame]) -> None:
-    page = render_replay(frames, "<log>", "a & b")
+    page = render_replay(frames, "<log>", "a & b", LIGHT.axes.coefficients)
     data = re.search(r'<script type="application/json" id="replay-data">(.*?)</script>', page, re.DOTALL)
     assert data is not None
     assert [frame["time"] for frame in json.loads(data[1])] == pytest.approx([f.time for f in frames], rel=1e-4)
@@ -101,8 +101,21 @@ def test_a_log_without_alpha_is_said_in_one_sentence(tmp_path: Path, capsys: pyt
     assert "alpha" in capsys.readouterr().err
 
 
-def test_a_six_axis_aircraft_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = bundled_folder("flight_data") / "navion_identify.csv"
-    assert main(["replay", str(log), "--aircraft", "navion", "--out", str(tmp_path / "out")]) == 2
-    assert "replay handles longitudinal models alone; remove these tables, or use close-loop" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+@pytest.mark.parametrize(
+    ("declared", "term"),
+    [(SIDE, ("C_n", "beta^3")), pytest.param({**PITCH, **SIDE}, ("C_m", "beta^2"), marks=pytest.mark.slow)],
+    ids=["lateral", "six degrees of freedom"],
+)
+def test_the_other_axes_are_followed_too(
+    declared: dict[tuple[str, str], float], term: tuple[str, str], tmp_path: Path
+) -> None:
+    """d(t) of every modelled coefficient; what the flight lacks is named with its number before it ends."""
+    planted = {("C_n", "beta^3"): 1.2, ("C_m", "beta^2"): -1.0}[term]
+    log, flown = Lateral(extra={term: planted}, size=1.5).log(), aircraft(declared)
+    frames = list(replayed(log, flown, 0.5))
+    assert [(name.coefficient, name.term) for name in frames[-1].names] == [term]
+    assert frames[-1].names[0].time < log.time[-1] - 2.0
+    (row,) = (row for row in frames[-1].derivatives if (row.coefficient, row.term) == term)
+    assert abs(row.value - planted) < 4.0 * row.deviation + 0.03 * abs(planted)
+    page = render_replay(frames, "log", "aircraft", flown.axes.coefficients)
+    assert page.count('replay-strip"') == len(flown.axes.coefficients) == len(frames[-1].model_error)

@@ -103,7 +103,7 @@ def test_a_frozen_effect_acts_as_before(name: str, planted: Planted) -> None:
 
 def flown(name: str, planted: Planted) -> FlightLog:
     """A flight of 470 samples in which the effect acts, with the usual noise."""
-    problem = Problem(duration=14.1, elevator="3211", amplitude=-0.045)
+    problem = Problem(duration=14.1, elevator="levels" if name == "control_deadband" else "3211", amplitude=-0.045)
     quiet = driven(problem, planted, replace(problem, noise=dict.fromkeys(NOISE, 0.0)).fly())
     effect = active(name, planted, problem.interval)
     model, manoeuvre = problem.prepared(quiet)

@@ -116,16 +116,18 @@ def test_a_rate_limited_step_is_a_ramp_and_slow_signals_pass() -> None:
 
 
 def test_a_dead_band_takes_its_width_from_every_excursion() -> None:
-    ramp = 0.02 * EVEN  # its running mean is itself, but at the ends
+    ramp = 0.02 * EVEN  # its running median is itself, but at the ends
     inner = slice(4, -4)
     assert_allclose(deadbanded(ramp, 0.03)[inner], np.maximum(ramp - 0.03, 0.0)[inner], atol=2e-3)
     padded = np.concatenate([[WAVY[0]] * 2, WAVY, [WAVY[-1]] * 2])
-    smooth = [np.mean(padded[k : k + 5]) for k in range(WAVY.size)]
+    smooth = [np.median(padded[k : k + 5]) for k in range(WAVY.size)]
     wanted = []
-    for value, mean in zip(WAVY, smooth, strict=True):
-        excursion = mean - smooth[0]
+    for value, middle in zip(WAVY, smooth, strict=True):
+        excursion = middle - smooth[0]
         wanted.append(value - np.sign(excursion) * min(abs(excursion), 0.4))
     assert_allclose(deadbanded(WAVY, 0.4), wanted, atol=1e-12)
+    step = np.where(EVEN < 1.0, 0.0, 0.6)
+    assert_allclose(deadbanded(step, 0.2), np.where(EVEN < 1.0, 0.0, 0.4), atol=1e-12)  # its edge stays an edge
 
 
 @pytest.mark.parametrize("constant", [0.01, 0.15, 0.6])
