@@ -163,7 +163,7 @@ SCALE = {"beta": 0.12, "p": 0.1, "r": 0.1, "phi": 0.1, "a_y": 0.12}
 TIMING = {"beta": 0.1, "p": 0.06, "r": 0.08, "phi": 0.1, "a_y": 0.08}
 
 
-def _of_sensors(size: float, sign: float) -> tuple[SidePlant, ...]:
+def _of_sensors(size: float, sign: float, span: float) -> tuple[SidePlant, ...]:
     s = size * sign
     made = []
     # A zero of r, of a_y and of phi is one drift of the sideslip.
@@ -178,11 +178,11 @@ def _of_sensors(size: float, sign: float) -> tuple[SidePlant, ...]:
         near = (("sensor_delay", channel, ""), ("sensor_position", channel, ""))
         made.append(_faulty("lag", channel, partial(_lagging, timing * size), near))
     for channel, label, at in (
-        ("beta", "ahead", (4.0 * size, 0.0, 0.0)),
-        ("beta", "on a boom", (5.0 * size, 0.0, -0.4)),
-        ("a_y", "ahead", (1.2 * s, 0.0, 0.0)),
-        ("a_y", "below", (0.0, 0.0, 0.6 * s)),
-        ("a_y", "to the right", (0.0, 2.5 * s, 0.0)),
+        ("beta", "ahead", (0.25 * span * size, 0.0, 0.0)),
+        ("beta", "on a boom", (0.3 * span * size, 0.0, -0.025 * span)),
+        ("a_y", "ahead", (0.08 * span * s, 0.0, 0.0)),
+        ("a_y", "below", (0.0, 0.0, 0.04 * span * s)),
+        ("a_y", "to the right", (0.0, 0.15 * span * s, 0.0)),
     ):
         other = "a_y" if channel == "beta" else "beta"
         near = (("sensor_position", other, ""), ("sensor_lag", channel, ""), ("sensor_delay", channel, ""))
@@ -256,4 +256,9 @@ def catalogue(size: float, sign: float, end: float, span: float) -> tuple[SidePl
     span : float
         Wing span, m.
     """
-    return (*_of_terms(size, sign), *_of_sensors(size, sign), *_of_controls(size), *_of_the_body(size, sign, end, span))
+    return (
+        *_of_terms(size, sign),
+        *_of_sensors(size, sign, span),
+        *_of_controls(size),
+        *_of_the_body(size, sign, end, span),
+    )

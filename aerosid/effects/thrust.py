@@ -2,6 +2,10 @@
 
 Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and where C_T stands
 in a term. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.
+
+Engines that pull unequally, or one that stops, move the line of thrust sideways: an arm y to the left of the centre of
+gravity yaws by N = T y. Throughout a flight that is the term C_n C_T = y/b, from a moment on a step of C_n that fades
+as q_bar grows; at nearly constant airspeed either is as good, the commoner name is told and the arm stands beside it.
 Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (engine model with a scale factor).
 """
 
@@ -15,10 +19,15 @@ from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sudden import offered_on_a_grid, sudden
+from aerosid.flight_model.axes import LATERAL
+from aerosid.flight_model.terms import Term, parse_term
 
 SOURCE = "Jategaonkar, Flight Vehicle System Identification, 2nd ed."
 THRUST_COLUMN = "thrust_change"
 """Thrust beyond the recorded one, N."""
+
+ARM_COLUMN = "thrust_arm"
+"""How far left of the centre of gravity the thrust acts, m."""
 
 
 def thrust_scale() -> InputEffect:
@@ -39,6 +48,33 @@ def thrust_change(time: float, interval: float) -> InputEffect:
     """Thrust is greater by `change` from a moment near `time` [s] on; both are estimated."""
     change = EffectParameter("change", "N", trials=(0.0,), lowest=-1e7, highest=1e7, step=1.0)
     return sudden("thrust_change", "thrust", THRUST_COLUMN, change, SOURCE, time, interval)
+
+
+def arm_term() -> Term:
+    """The term of C_n that an arm of the thrust to the left makes; its number is one over the span."""
+    return parse_term(f"C_T*{ARM_COLUMN}")
+
+
+def _arm() -> EffectParameter:
+    return EffectParameter("arm", "m", trials=(0.0,), lowest=-30.0, highest=30.0, step=1e-3)
+
+
+def thrust_asymmetry() -> InputEffect:
+    """The thrust acts `arm` m left of the centre of gravity throughout."""
+    return InputEffect(
+        "thrust_asymmetry",
+        "thrust",
+        (_arm(),),
+        lambda _time, values, p: values + p[0],
+        lambda _p, _interval: (1.0, 0.0),
+        SOURCE,
+        column=ARM_COLUMN,
+    )
+
+
+def sudden_thrust_asymmetry(time: float, interval: float) -> InputEffect:
+    """The thrust acts `arm` m left of the centre of gravity from a moment near `time` [s] on; both are estimated."""
+    return sudden("thrust_asymmetry", "thrust", ARM_COLUMN, _arm(), SOURCE, time, interval)
 
 
 def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
@@ -69,6 +105,17 @@ FAMILY = Family(
             "thrust changes in a step",
             lambda _where, numbers, interval: thrust_change(numbers["time"], interval),
             (Planted("thrust", {"change": -3000.0, "time": 6.0}),),
+            rarity=6.0,
+        ),
+        Kind(
+            "thrust_asymmetry",
+            "input",
+            "thrust acts to the left of the centre of gravity",
+            lambda _where, numbers, interval: (
+                sudden_thrust_asymmetry(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
+            ),
+            (Planted("thrust", {"arm": 0.3, "time": 6.0}, axes=LATERAL),),
+            optional=("time",),
             rarity=6.0,
         ),
     ),

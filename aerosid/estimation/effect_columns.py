@@ -10,7 +10,7 @@ from aerosid.effects.cg_shift import centre_column
 from aerosid.effects.disturbance import GUST_COLUMN, SIDE_GUST_COLUMN
 from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
-from aerosid.effects.thrust import THRUST_COLUMN
+from aerosid.effects.thrust import ARM_COLUMN, THRUST_COLUMN, arm_term
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import loads_of
 from aerosid.flight_model.constants import Constants
@@ -36,9 +36,20 @@ def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> Aerody
     return _with_columns(model, (), coefficients)
 
 
+def with_thrust_arm(model: AerodynamicModel) -> AerodynamicModel:
+    """The model with an input column for how far left the thrust acts, and what that does to C_n."""
+    entry = ("C_n", arm_term())
+    extended = model.with_columns([ARM_COLUMN]).extended([entry])
+    values = extended.values.copy()
+    values[extended.index(entry)] = 1.0 / model.constants.span
+    return extended.with_values(values)
+
+
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
     """The model with the input columns that effects fill and no channel does."""
     wanted = {column for active in effects for column in _columns(active.effect)}
+    if ARM_COLUMN in wanted:
+        model = with_thrust_arm(model)
     offsets = [name for name in loads_of(model.axes) if offset_column(name) in wanted]
     return _with_columns(model, [column for column in FILLED if column in wanted], offsets)
 

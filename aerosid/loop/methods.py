@@ -25,6 +25,7 @@ from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.calm_air import estimated_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
+from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import significant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
@@ -76,9 +77,13 @@ class Question:
         needed = set(equations_of(self.aircraft.axes).needed)
         return all(needed <= set(each.outputs) for each in (*self.manoeuvres, *self.others))
 
-    def attribution(self, settings: AttributionSettings) -> AttributionSettings:
-        """The settings of the structure search, which has more to ask where kinematics do not judge the instruments."""
-        return replace(settings, instruments_compared=self.aircraft.axes in compatibility.CASES)
+    def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
+        """The settings of the structure search, which has more to ask where kinematics do not judge instruments or air.
+
+        `closed`: whether vanes and airspeed show no more than the path that gyros and accelerometers give.
+        """
+        compared = self.aircraft.axes in compatibility.CASES
+        return replace(settings, instruments_compared=compared, air_judged=compared or closed)
 
     def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
         """What may be missing: terms, and of the whole catalogue what these flights can show."""
@@ -163,7 +168,7 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
         return by_likelihood(question, settings, progress)
     ratio = faults.noise_ratio
     if ratio <= settings.equation_error.closed:
-        return by_likelihood(question, settings, progress)
+        return by_likelihood(question, settings, progress, closed=True)
     found = _by_equations(faults, question, settings, progress)
     said = (
         f"Kinematics leave {_times(ratio)} the noise that successive samples show: the air moves, or the "
@@ -220,6 +225,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
     notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
         found = estimated_in_calm_air(found, decision, search)
+    found = with_equivalent_causes(found, question.aircraft, question.manoeuvres)
     return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
 
 
@@ -249,8 +255,8 @@ def _declared_estimate(question: Question, settings: LoopSettings, progress: Pro
     )
 
 
-def by_likelihood(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Score tests, trial fits and maximum likelihood."""
+def by_likelihood(question: Question, settings: LoopSettings, progress: Progress, *, closed: bool = False) -> Answer:
+    """Score tests, trial fits and maximum likelihood; `closed`: kinematics show that the air rests."""
     manoeuvres, declared = question.manoeuvres, question.declared
     agreement = question.agreement(settings)
     before = _declared_estimate(question, settings, progress)
@@ -261,7 +267,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
         search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
         return Answer(significant(found, search), search, agreement=agreement)
-    attribution = question.attribution(settings.attribution)
+    attribution = question.attribution(settings.attribution, closed=closed)
     found = attribute(
         before,
         manoeuvres,
@@ -274,6 +280,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
     )
     search = StructureSearch(manoeuvres, hypotheses, question.aircraft.coefficients, before, attribution, declared)
     found = significant(found, search)
+    found = with_equivalent_causes(found, question.aircraft, manoeuvres)
     rivals = coefficient_rivals(found, manoeuvres, hypotheses)
     return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals), agreement=agreement)
 

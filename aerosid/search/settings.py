@@ -241,9 +241,11 @@ class AttributionSettings:
     disturbances : bool
         Whether gusts and forces of any shape are considered where something is left.
     instruments_compared : bool
-        Whether kinematics judged instruments and air before. Where not, a gust is asked first if it alone says more
-        than the first thing that could enter, and after a search among forces of any shape the rivals are compared once
-        more in open loop.
+        Whether kinematics judged the instruments before. Where not, after a search among forces of any shape the rivals
+        are compared once more in open loop.
+    air_judged : bool
+        Whether kinematics judged the air before. Where not, a gust is asked first if it alone says more than the first
+        thing that could enter: half of the time of a search.
     trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals
         Settings of the parts of the search.
     """
@@ -257,6 +259,7 @@ class AttributionSettings:
     final_deviations: float = 3.0
     disturbances: bool = True
     instruments_compared: bool = True
+    air_judged: bool = True
     trials: TrialSettings = field(default_factory=TrialSettings)
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     separation: SeparationSettings = field(default_factory=SeparationSettings)

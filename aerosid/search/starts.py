@@ -75,7 +75,7 @@ def searches(
 
 def _air_is_unknown(search: StructureSearch, asked: Asked, made: Searches) -> bool:  # noqa: ARG001
     """Whether no kinematics judged the air, and something is left that gusts may say."""
-    unknown = not search.settings.instruments_compared and bool(search.stepping) and search.settings.disturbances
+    unknown = not search.settings.air_judged and bool(search.stepping) and search.settings.disturbances
     return unknown and search.is_doubtful(asked.before)
 
 
