@@ -194,19 +194,18 @@ class ActiveEffect:
         """Whether the effect belongs to the manoeuvre of that name."""
         return not self.log or self.log == log
 
-    def moved(self, step: Signal) -> ActiveEffect:
+    def moved(self, step: Sequence[float] | Signal) -> ActiveEffect:
         """The effect after a step in its parameters, kept within their limits."""
+        # Python's own min and max: a screening moves thousands of single numbers.
         values = tuple(
-            float(np.clip(value + change, parameter.lowest, parameter.highest))
+            min(max(float(value + change), parameter.lowest), parameter.highest)
             for value, change, parameter in zip(self.values, step, self.effect.parameters, strict=True)
         )
-        return replace(self, values=values)
+        return ActiveEffect(self.effect, values, self.log, self.held)
 
     def beside(self, place: int, step: float) -> ActiveEffect:
         """The effect with one parameter moved by `step`, kept within its limits: for differences."""
-        change = np.zeros(len(self.values))
-        change[place] = step
-        return self.moved(change)
+        return self.moved([step if n == place else 0.0 for n in range(len(self.values))])
 
     @property
     def numbers(self) -> tuple[float, ...]:

@@ -74,24 +74,24 @@ class FlightSweeps:
         swept, traced = self.flights.begun(start)
         converged = False
         limit = settings.sweeps if sweeps is None else sweeps
+        rows: Rows | None = None
         for turn in range(limit):
             if search and turn in settings.searches and (turn == 0 or sweeps is None):
-                swept = replace(swept, statistics=self._likeliest(swept, traced))
-            rows = whitened_rows(self.flights, swept, traced)
+                swept, rows = replace(swept, statistics=self._likeliest(swept, traced)), None
+            rows = rows or whitened_rows(self.flights, swept, traced)
             step, deviation = _plain_step(rows)
             size = self._size(step, deviation, swept)
             moved, _ = self._moved(swept, traced, step)
-            traced, swept = self._settled(swept, moved, float(rows.target @ rows.target), traced)
+            traced, swept, rows = self._settled(swept, moved, rows, traced)
             if size < settings.tolerance and turn > 0:
                 converged = True
                 break
-        rows = whitened_rows(self.flights, swept, traced)
+        rows = rows or whitened_rows(self.flights, swept, traced)
         fit = self._regressed(rows)
         if polished and settings.coloured and any(taps.size > 1 for taps in fit.filters):
             # The colour of the noise gives its own weights: one more step, by those.
             moved, _ = self._moved(swept, traced, fit.coefficients)
-            traced, swept = self._settled(swept, moved, float(rows.target @ rows.target), traced)
-            rows = whitened_rows(self.flights, swept, traced)
+            traced, swept, rows = self._settled(swept, moved, rows, traced)
             fit = self._regressed(rows)
         _, spread = self._moved(swept, traced, fit.coefficients) if polished else (swept, ())
         return Sweep(swept, rows, fit, fit.cost + rows.log_sum, spread, converged)
@@ -102,6 +102,28 @@ class FlightSweeps:
             self.flights, sweep.swept, self.flights.traced_or_said(sweep.swept, entries, effects), entries
         )
 
+    def undisturbed(self, sweep: Sweep) -> Sweep:
+        """An estimate linearised along the motion that controls and terms make, without d(t); what is left is noise.
+
+        Its columns are functions of the recorded controls alone: what d(t) has taken from the sensors' noise is in
+        none of them, so that they serve as instrumental variables (Young 2011, Recursive Estimation and Time-Series
+        Analysis, chapter 7). A noise model of each channel whitens what is left, as it comes from the sensors.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the model cannot be flown without its d(t).
+        """
+        least = (self.settings.least_spread,) * len(self.flights.coefficients)
+        still = replace(
+            sweep.swept,
+            forces=tuple(np.zeros_like(force) for force in sweep.swept.forces),
+            statistics=replace(sweep.swept.statistics, spread=least, gust=None),
+        )
+        rows = whitened_rows(self.flights, still, self.flights.traced(still))
+        fit = self._regressed(rows)
+        return Sweep(still, rows, fit, fit.cost + rows.log_sum, (), sweep.converged)
+
     def _size(self, step: Array, deviation: Array, swept: SweptModel) -> float:
         """Largest step of an estimate in its own deviations; initial states do not count."""
         count = len(swept.free) + swept.slopes
@@ -109,10 +131,13 @@ class FlightSweeps:
         return float(np.max(np.abs(step[:count][known]) / deviation[:count][known], initial=0.0))
 
     def _settled(
-        self, swept: SweptModel, moved: SweptModel, before: float, traced: list[FlownError]
-    ) -> tuple[list[FlownError], SweptModel]:
-        """The flown motion after a step, which is halved while it raises the weighted squares or cannot be flown."""
-        share = 1.0
+        self, swept: SweptModel, moved: SweptModel, rows: Rows, traced: list[FlownError]
+    ) -> tuple[list[FlownError], SweptModel, Rows]:
+        """The flown motion after a step, which is halved while it raises the weighted squares or cannot be flown.
+
+        `rows`: of the motion before; those of the motion after are given back.
+        """
+        share, before = 1.0, float(rows.target @ rows.target)
         for _ in range(self.settings.halvings + 1):
             aim = _between(swept, moved, share)
             try:
@@ -120,11 +145,11 @@ class FlightSweeps:
             except OutOfRangeError:
                 share *= 0.5
                 continue
-            reached = whitened_rows(self.flights, aim, ahead).target
-            if float(reached @ reached) <= before * (1.0 + 1e-3) + 1.0:
-                return ahead, aim
+            reached = whitened_rows(self.flights, aim, ahead)
+            if float(reached.target @ reached.target) <= before * (1.0 + 1e-3) + 1.0:
+                return ahead, aim, reached
             share *= 0.5
-        return traced, swept
+        return traced, swept, rows
 
     def _regressed(self, rows: Rows) -> Coloured:
         colour = self.settings.colour if self.settings.coloured else replace(self.settings.colour, highest_order=0)
@@ -180,8 +205,30 @@ class FlightSweeps:
         limits.append((settings.shortest_memory, settings.longest_memory))
         if statistics.gust is not None:
             limits += [(parameter.lowest, parameter.highest) for parameter in gust().parameters]
-        numbers = search_in_logarithms(cost, start, limits, 0.1, settings.turns, settings.settled)
-        return at(self._shown(cost, numbers, count))
+        sought = self._sought(start, count)
+        if not sought:
+            return at(start)
+
+        def along(numbers: Sequence[float]) -> tuple[float, ...]:
+            chosen = dict(zip(sought, numbers, strict=True))
+            return tuple(chosen.get(place, number) for place, number in enumerate(start))
+
+        found = search_in_logarithms(
+            lambda numbers: cost(along(numbers)),
+            tuple(start[place] for place in sought),
+            [limits[place] for place in sought],
+            0.1,
+            settings.turns,
+            settings.settled,
+        )
+        return at(self._shown(cost, along(found), count))
+
+    def _sought(self, start: Sequence[float], count: int) -> list[int]:
+        """Places of the numbers that the cost depends on: not on spreads that are none, nor on the memory of no d."""
+        still = [self.settings.shown > 0.0 and number <= self.settings.least_spread for number in start[:count]]
+        if all(still) and len(start) == count + 1:
+            return []
+        return [place for place in range(len(start)) if place >= count or not still[place]]
 
     def _shown(self, cost: Cost, numbers: Sequence[float], count: int) -> tuple[float, ...]:
         """The numbers with each of the first `count`, the spreads, at its least where the flights show no more."""

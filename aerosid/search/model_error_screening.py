@@ -6,14 +6,21 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import special
 
+from aerosid.effects import OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.score_test import Score
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.partial_correlation import correlated_alone, correlated_together, remainders
 from aerosid.model_error.swept_model import Sweep
 from aerosid.search.model_error_parts import plain_t_ratios
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.signals.spectral_covariance import score_covariance
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -72,6 +79,66 @@ def screen(
             if known is None or gain > known.gain:
                 best[chord.of] = Score(hypotheses[chord.of], gain, step, independence, chord.trial)
     return list(best.values())
+
+
+def undisturbed_p_value(sweeps: FlightSweeps, current: Sweep, hypothesis: Hypothesis, asked: int) -> float:
+    """Of a sensor's correlation by chance, its column taken along the motion that controls and terms make.
+
+    d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
+    d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
+    says nothing of the sensor. Along the motion without d(t) they cannot. What is left there is coloured in each
+    channel and, where forces are left, between them: both are allowed for. Zero for what is no sensor's, and where that
+    motion cannot be flown.
+
+    Parameters
+    ----------
+    sweeps : FlightSweeps
+        The flights.
+    current : Sweep
+        The structure without the candidate.
+    hypothesis : Hypothesis
+        The candidate.
+    asked : int
+        How many candidates the search looks at (Bonferroni).
+    """
+    if not any(isinstance(active.effect, OutputEffect) for active in hypothesis.effects):
+        return 0.0
+    try:
+        still = sweeps.undisturbed(current)
+        return min(1.0, asked * min(_chance(sweeps, still, chord.hypothesis) for chord in chords_of((hypothesis,))))
+    except OutOfRangeError:
+        return 0.0
+
+
+def _chance(sweeps: FlightSweeps, still: Sweep, hypothesis: Hypothesis) -> float:
+    """Of a correlation as great by chance, in noise that is coloured within and between the channels."""
+    rows = sweeps.asked(still, hypothesis.entries, hypothesis.effects)
+    left = remainders(still.fit, rows.asked)
+    if float(np.min(left.independence)) <= sweeps.settings.colour.least_independence:
+        return 1.0
+    columns = left.left / np.sqrt(left.squares)
+    target = still.fit.white_target
+    solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
+    covariance, freedom = np.zeros((columns.shape[1], columns.shape[1])), np.inf
+    for n, (x, e) in enumerate(_by_sample(sweeps, still, columns, target - columns @ solution)):
+        of_flight, known = score_covariance(x, e)
+        covariance += of_flight
+        freedom = known if n == 0 else freedom + known
+    scores = columns.T @ target
+    statistic = float(scores @ np.linalg.pinv(covariance, hermitian=True) @ scores)
+    return float(special.fdtrc(scores.size, freedom, statistic / scores.size))
+
+
+def _by_sample(sweeps: FlightSweeps, still: Sweep, columns: Array, residual: Array) -> Iterator[tuple[Array, Array]]:
+    """Columns (N, outputs, k) and residuals (N, outputs) of each flight; zero where nothing was measured."""
+    for n, manoeuvre in enumerate(sweeps.flights.manoeuvres):
+        samples = manoeuvre.flight.measured.shape
+        x, e = np.zeros((*samples, columns.shape[1])), np.zeros(samples)
+        for part, (flight, output) in zip(still.fit.groups, still.rows.channels, strict=True):
+            if flight == n:
+                held = np.isfinite(manoeuvre.flight.measured[:, output])
+                x[held, output], e[held, output] = columns[part], residual[part]
+        yield x, e
 
 
 def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:

@@ -28,7 +28,7 @@ from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
-from aerosid.search.model_error_screening import chords_of, screen
+from aerosid.search.model_error_screening import chords_of, screen, undisturbed_p_value
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
 from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
 
@@ -145,8 +145,9 @@ class _Search:
         self.manoeuvres = tuple(manoeuvres)
         self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
         self.declared = declared
-        self.seen = [h for h in hypotheses if all(is_seen(active) for active in h.effects)]
-        self.unseen = tuple(dict.fromkeys(h.kind for h in hypotheses if h not in self.seen))
+        seen = [all(is_seen(active) for active in h.effects) for h in hypotheses]
+        self.seen = [h for h, shown in zip(hypotheses, seen, strict=True) if shown]
+        self.unseen = tuple(dict.fromkeys(h.kind for h, shown in zip(hypotheses, seen, strict=True) if not shown))
         self.chords = chords_of(self.seen)
         self.asked = len(self.seen)
         self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
@@ -201,6 +202,9 @@ class _Search:
             if any(part.is_disturbance for part in new):
                 return self.sweeps.estimate(trial.sweep.swept), []
             if self._p_value(trial.sweep, new) > self.settings.false_alarm or is_at_a_limit(new):
+                continue
+            of_controls = undisturbed_p_value(self.sweeps, current, trial.hypothesis, self.asked)
+            if of_controls > self.settings.false_alarm:
                 continue
             others = [
                 self._rival(current, other, trial)
