@@ -90,9 +90,7 @@ def second_opinion(question: Question, first: Answer, settings: LoopSettings, pr
     try:
         # Where the first answer needs no moving air, its search in d(t) would only cost: d(t) takes in what is left.
         quick = replace(QUICK, gusts=bool(_disturbances(found)))
-        # Whether the instruments agree is what the first answer has told.
-        asked = replace(question, compared=False)
-        other = by_model_error(asked, replace(settings, model_error=quick), lambda _stage: None).found
+        other = by_model_error(question, replace(settings, model_error=quick), lambda _stage: None).found
     except EstimationError as error:
         return SecondOpinion(False, no_second_opinion(error), role, (own,))
     others = _names(other)
