@@ -18,7 +18,7 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, liveliest, shows_motion
 from aerosid.compatibility.window_fit import fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
-from aerosid.effects.limits import LARGEST_BIAS
+from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.nomenclature import CHANNELS
@@ -252,7 +252,7 @@ def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveE
     return [
         _limited(
             sensor_bias(name, CHANNELS[name].unit, max(windows.noise[name], 1e-9)),
-            settings.small_bias if name in seen else LARGEST_BIAS[CHANNELS[name].unit],
+            settings.small_bias if name in seen else OFFERED.largest_bias[CHANNELS[name].unit],
         )
         for name in (*DRIVING, *seen)
     ]

@@ -23,7 +23,8 @@ SEEN = ("V", "alpha", "theta", "h")
 """Channels that see the path, in the order of their columns."""
 
 LONGEST_STEP = 0.1
-"""Integration step at most, s: a fourth-order step this long is exact to 1e-7 at half a radian per second."""
+"""Numerical: integration step at most, s; a fourth-order step this long is exact to 1e-7 at half a radian per
+second."""
 
 Array = NDArray[np.float64]
 

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+def _biases() -> Mapping[str, float]:
+    return {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
+
+
+def _scales() -> Mapping[str, float]:
+    return {"rad": 0.4, "m/s": 0.1, "m": 0.4}
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,9 @@ class OfferLimits:
         Standard deviation of a recorded channel over its noise, 1, below which it shows nothing.
     least_thrust : float
         Share, 1, of its mean by which recorded thrust must vary to tell C_T or a factor from a constant.
+    like_the_states, like_an_acceleration : float
+        Shares, 1, of an unknown channel's variance that the case's other answers together, and each acceleration alone,
+        explain linearly, from which it is an answer as they are. All accelerations together show every input that acts.
     most_channels : int
         Recorded channels that are asked for: every simulation carries each of them.
     earliest_control : float
@@ -57,6 +69,23 @@ class OfferLimits:
     length_in_chords : float
         Mean chords, 1, that an aircraft is long where its file does not say: Citation II 7, VFW-614 6.5, DHC-6 8
         (Jane's), model aircraft less.
+    largest_bias : mapping of str to float
+        By unit, SI: what is further off is a channel that is wrong and not one that is biased. Airspeed: three times
+        the 5 kt of 14 CFR 25.1323; the others chosen.
+    largest_scale : mapping of str to float
+        Share, 1, by which a scale may be off, by the channel's unit: vanes see the aircraft's own flow; airspeed three
+        times the 3 % of 14 CFR 25.1323.
+    largest_inertial_scale : float
+        The same of every other channel, accelerometers and gyros: they are calibrated on the ground, against gravity.
+    furthest_centre : float
+        Mean chords, 1, by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft
+        beyond.
+    scales : (float, float)
+        Least and greatest measured over true, 1, of any sensor's channel.
+    sensor_delays : (float, float)
+        s; least and greatest delay of a sensor's channel; below zero the others are late.
+    slowest_sensor : float
+        s; greatest time constant of a sensor's lag: it would follow no manoeuvre.
     reach : float
         Of the length, 1, that a sensor sits from the centre of gravity at most: half of it, and a nose boom. The
         VFW-614 ATTAS has its vane 0.64 of its length ahead.
@@ -75,6 +104,8 @@ class OfferLimits:
     inertia_step: float = 1e-3
     least_noise_ratio: float = 5.0
     least_thrust: float = 0.05
+    like_the_states: float = 0.9
+    like_an_acceleration: float = 0.95
     most_channels: int = 8
     earliest_control: float = -0.1
     least_timing: float = 0.2
@@ -82,11 +113,14 @@ class OfferLimits:
     furthest: float = 30.0
     length_in_chords: float = 8.0
     reach: float = 0.65
+    largest_bias: Mapping[str, float] = field(default_factory=_biases)
+    largest_scale: Mapping[str, float] = field(default_factory=_scales)
+    largest_inertial_scale: float = 0.15
+    furthest_centre: float = 0.5
+    scales: tuple[float, float] = (0.2, 5.0)
+    sensor_delays: tuple[float, float] = (-0.5, 2.0)
+    slowest_sensor: float = 5.0
 
-
-LARGEST_BIAS = {"m/s": 8.0, "rad": 0.1, "rad/s": 0.05, "m/s^2": 2.0}
-"""By unit, SI: what is further off is a channel that is wrong and not one that is biased. Airspeed: three times the
-5 kt of 14 CFR 25.1323; the others chosen."""
 
 OFFERED = OfferLimits()
 """The limits of every loop."""

@@ -26,10 +26,6 @@ from aerosid.signals.noise import estimate_noise
 KNOWN = ("delta_h", "delta_f", "beta")
 """Inputs of the glossary that the library of terms does not hold; one that a case answers with is no input there."""
 
-LIKE_THE_STATES, LIKE_AN_ACCELERATION = 0.9, 0.95
-"""Shares of an unknown channel's variance that the case's other answers together, and each acceleration alone, explain
-linearly, from which it is an answer as they are. All accelerations together show every input that acts."""
-
 
 def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
     """A term for each channel that all logs hold, that moves, and that is an input."""
@@ -61,7 +57,10 @@ def _is_answer(log: FlightLog, name: str, axes: Axes) -> bool:
     answers = [other for other in axes.outputs if other in log]
     states = [other for other in answers if other not in ACCELERATIONS]
     alike = [_explained(log, name, [other]) for other in answers if other in ACCELERATIONS]
-    return _explained(log, name, states) > LIKE_THE_STATES or max(alike, default=0.0) > LIKE_AN_ACCELERATION
+    return (
+        _explained(log, name, states) > OFFERED.like_the_states
+        or max(alike, default=0.0) > OFFERED.like_an_acceleration
+    )
 
 
 def _explained(log: FlightLog, name: str, others: Sequence[str]) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
+from aerosid.effects.limits import OFFERED
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.delay_and_lag import advanced, delayed, lagged
 from aerosid.signals.sensor_dynamics import AT_ONCE, lagging, late, scaled
@@ -30,10 +31,11 @@ def sensor_bias(channel: str, unit: str, noise: float) -> OutputEffect:
 
 def sensor_scale(channel: str) -> OutputEffect:
     """Measured = scale * true."""
+    least, greatest = OFFERED.scales
     return OutputEffect(
         "sensor_scale",
         channel,
-        (EffectParameter("scale", "1", trials=(1.0,), lowest=0.2, highest=5.0, step=1e-4, null=1.0),),
+        (EffectParameter("scale", "1", trials=(1.0,), lowest=least, highest=greatest, step=1e-4, null=1.0),),
         lambda _time, values, p: p[0] * values,
         lambda _p: 0.0,
         lambda _time, record, p: record / p[0],
@@ -44,10 +46,11 @@ def sensor_scale(channel: str) -> OutputEffect:
 
 def sensor_delay(channel: str) -> OutputEffect:
     """Measured at t = true at t - delay."""
+    earliest, latest = OFFERED.sensor_delays
     return OutputEffect(
         "sensor_delay",
         channel,
-        (EffectParameter("delay", "s", trials=(0.02, 0.1, 0.3), lowest=-0.5, highest=2.0, step=1e-4),),
+        (EffectParameter("delay", "s", trials=(0.02, 0.1, 0.3), lowest=earliest, highest=latest, step=1e-4),),
         lambda time, values, p: delayed(time, values, p[0]),
         lambda _p: 0.0,
         lambda time, record, p: advanced(time, record, p[0]),
@@ -58,10 +61,11 @@ def sensor_delay(channel: str) -> OutputEffect:
 
 def sensor_lag(channel: str) -> OutputEffect:
     """Measured' = (true - measured)/T."""
+    slowest = OFFERED.slowest_sensor
     return OutputEffect(
         "sensor_lag",
         channel,
-        (EffectParameter("time_constant", "s", trials=(0.03, 0.1, 0.3), lowest=0.0, highest=5.0, step=1e-4),),
+        (EffectParameter("time_constant", "s", trials=(0.03, 0.1, 0.3), lowest=0.0, highest=slowest, step=1e-4),),
         lambda time, values, p: lagged(time, np.ascontiguousarray(values), p[0]),
         lambda _p: 0.0,
         lambda time, record, p: record + p[0] * np.gradient(record, time),

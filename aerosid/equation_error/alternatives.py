@@ -13,10 +13,10 @@ from aerosid.equation_error.candidates import (
     effect_candidates,
     implausibility,
     joined,
+    likeliest,
     scores,
     term_candidates,
     to_first_order,
-    told_apart,
     within_limits,
 )
 from aerosid.equation_error.design import gain_over
@@ -47,10 +47,10 @@ class Alternative:
 
 def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
     """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
-    return {each.hypothesis.label: selected.estimate.gain_over(_bare(selected, each)) for each in selected.chosen}
+    return {each.hypothesis.label: selected.estimate.gain_over(bare_of(selected, each)) for each in selected.chosen}
 
 
-def _bare(selected: Selected, each: Chosen) -> Estimate:
+def bare_of(selected: Selected, each: Chosen) -> Estimate:
     """The structure without one, estimated anew; asked again of the same structure, it is not made anew."""
     key = ("without", each.hypothesis.label)
     if key not in selected.instead:
@@ -98,7 +98,7 @@ def _better(
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
         distinct = not row.hypothesis.entries or row.own >= row.estimate.frame.settings.distinct
-        if better > CLEARLY and distinct and admitted(row.estimate, row.hypothesis):
+        if better > selected.estimate.frame.settings.clearly and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
 
@@ -107,10 +107,6 @@ def _numbered(selected: Selected, each: Chosen) -> list[ActiveEffect]:
     """The effects of a chosen one with their numbers in the whole structure."""
     names = {active.name for active in each.hypothesis.effects}
     return [one for one in selected.estimate.point.effects if one.values and one.name in names]
-
-
-CLEARLY = 1.0
-"""Gain in ln L, prices counted, from which another hypothesis takes a chosen one's place."""
 
 
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
@@ -123,7 +119,7 @@ def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
-    bare = _bare(selected, each)
+    bare = bare_of(selected, each)
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
@@ -132,16 +128,8 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
     margin = alike + 0.03 * worth
-    order: list[int] = []
-    labels: set[tuple[str, ...]] = set()
-    for n in np.argsort(-scored.gains):
-        if told_apart(candidates[n].hypothesis) not in labels:
-            labels.add(told_apart(candidates[n].hypothesis))
-            order.append(int(n))
-        if len(order) == settings.shortlist:
-            break
     rows = []
-    for n in order:
+    for n in likeliest(scored, candidates, settings.shortlist):
         trial, hypothesis = to_first_order(bare, candidates[n])
         if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * alike + 0.3 * worth:
             continue

@@ -13,13 +13,13 @@ from scipy.signal import firwin, upfirdn
 Array = NDArray[np.float64]
 
 HALF_LENGTH = 5
-"""Half the filter's length in samples after decimation; the transition is then a fifth of the band."""
+"""Numerical: half the filter's length in samples after decimation; the transition is then a fifth of the band."""
 
 CUT_AT_ENDS = 2
-"""Samples after decimation left out at either end, where the filter leans on the record's reflection."""
+"""Numerical: samples after decimation left out at either end, where the filter leans on the record's reflection."""
 
 FLOOR_SHARE = 0.2
-"""Share of all frequencies, the highest, whose median power counts as the noise floor."""
+"""Numerical: share of all frequencies, 1, the highest, whose median power counts as the noise floor."""
 
 
 @dataclass(frozen=True)

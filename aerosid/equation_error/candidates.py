@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,10 +12,10 @@ from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import EffectParameter, PositionEffect
-from aerosid.effects.limits import LARGEST_BIAS
+from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, sensor_position
 from aerosid.equation_error.design import Solution, compared, design_of, regress, whiten, whitened_instruments
-from aerosid.equation_error.estimate import Estimate, Frame, residual_of
+from aerosid.equation_error.estimate import Estimate, Frame, linear_values, residual_of
 from aerosid.equation_error.points import Point
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS
@@ -54,17 +54,6 @@ def told_apart(hypothesis: Hypothesis) -> tuple[str, ...]:
     return (*hypothesis.label, *axes)
 
 
-LARGEST_SCALE = {"rad": 0.4, "m/s": 0.1, "m": 0.4}
-"""Share by which a scale may be off, by the channel's unit: vanes see the aircraft's own flow; airspeed three times the
-3 % of 14 CFR 25.1323."""
-
-LARGEST_INERTIAL_SCALE = 0.15
-"""The same of every other channel, accelerometers and gyros: they are calibrated on the ground, against gravity."""
-
-FARTHEST = 0.5
-"""Mean chords by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft beyond."""
-
-
 def unit_of(channel: str) -> str:
     """The unit of a channel."""
     return CHANNELS[channel].unit if channel in CHANNELS else ""
@@ -80,10 +69,10 @@ def bounded(hypothesis: Hypothesis, mean_chord: float, length: float | None = No
     (active, *_) = hypothesis.effects
     first = active.effect.parameters[0]
     limits = {
-        "sensor_bias": LARGEST_BIAS.get(first.unit),
-        "sensor_scale": LARGEST_SCALE.get(unit_of(hypothesis.where), LARGEST_INERTIAL_SCALE),
+        "sensor_bias": OFFERED.largest_bias.get(first.unit),
+        "sensor_scale": OFFERED.largest_scale.get(unit_of(hypothesis.where), OFFERED.largest_inertial_scale),
         "sensor_position": farthest_place(mean_chord, length),
-        "cg_shift": FARTHEST * mean_chord,
+        "cg_shift": OFFERED.furthest_centre * mean_chord,
     }
     limit = limits.get(hypothesis.kind)
     if limit is None:
@@ -169,10 +158,8 @@ def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothe
     A place is linear in its numbers, and has a column for each.
     """
     found = []
-    linear = [p for p, unknown in enumerate(base.design.unknowns) if unknown[0] != "effect"]
-    design = design_of(frame.segments(base.point), frame.settings)
-    values = np.array([base.solution.values[p] for p in linear])
-    at_base = residual_of(frame, design, values, base.point)
+    known = linear_values(base.design, base.solution)
+    at_base = residual_of(frame, known, base.point)
     for hypothesis in hypotheses:
         if len(hypothesis.effects) != 1 or hypothesis.entries:
             continue
@@ -186,7 +173,7 @@ def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothe
             for number, ends in enumerate(way):
                 moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
                 distance = ends[number] - active.values[number]
-                columns.append(-(residual_of(frame, design, values, moved) - at_base) / distance)
+                columns.append(-(residual_of(frame, known, moved) - at_base) / distance)
             if np.isfinite(columns).all():
                 found.append(Candidate(hypothesis, np.column_stack(columns), trial))
     return found
@@ -269,6 +256,22 @@ def scores(base: Estimate, candidates: Sequence[Candidate]) -> Scored:
     return Scored(gains, own)
 
 
+def likeliest(
+    scored: Scored, candidates: Sequence[Candidate], most: int, worth_asking: Callable[[int], bool] = lambda _n: True
+) -> list[int]:
+    """Places of the candidates of highest gain, one of each name, at most so many."""
+    order: list[int] = []
+    seen: set[tuple[str, ...]] = set()
+    for n in np.argsort(-scored.gains):
+        name = told_apart(candidates[n].hypothesis)
+        if name not in seen and worth_asking(int(n)):
+            seen.add(name)
+            order.append(int(n))
+            if len(order) >= most:
+                break
+    return order
+
+
 def _leads_back(candidate: Candidate, pull: Array) -> bool:
     """Whether a chord to a trial value leads to the other side of none: to no possible value, or to one that another
     trial value is nearer to.
@@ -285,4 +288,5 @@ def _leads_back(candidate: Candidate, pull: Array) -> bool:
 
 
 COLLINEAR = 1e-6
-"""Share of its own below which a column says nothing that others do not say."""
+"""Numerical: share of its own, 1, below which a column says nothing that others do not say: rounding of its
+square."""

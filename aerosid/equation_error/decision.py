@@ -140,10 +140,6 @@ def decide(
     )
 
 
-ROUNDS = 3
-"""Times that the search goes on without what the unseen recordings refused."""
-
-
 def _voted(
     begun: Selected,
     fitted: Frame,
@@ -156,7 +152,7 @@ def _voted(
     refuted: tuple[tuple[str, str, str], ...] = ()
     whole = begun.estimate.frame
     found = _attributed(begun, others, coefficients, rules, told)
-    for _ in range(ROUNDS):
+    for _ in range(whole.settings.rounds):
         kept, refused_now = _standing(found, fitted, coefficients, rules, told)
         refuted = (*refuted, *refused_now)
         open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]

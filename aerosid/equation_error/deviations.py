@@ -16,7 +16,8 @@ from aerosid.equation_error.design import Design, Solution
 Array = NDArray[np.float64]
 
 LAGS = 6
-"""Samples in the band over which scores may be correlated."""
+"""Numerical: samples in the band over which scores may be correlated; more widen the deviations by their own
+scatter."""
 
 
 def corrected_covariance(design: Design, solution: Solution) -> Array:

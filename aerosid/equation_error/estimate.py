@@ -20,9 +20,13 @@ from aerosid.flight_model.aerodynamics import Entry
 Array = NDArray[np.float64]
 
 STEPS = 8
+"""Numerical: Gauss-Newton steps at most."""
+
 HALVINGS = 4
+"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends where it is."""
+
 CLOSE = 0.05
-"""Change of ln L in a step that decides nothing any more."""
+"""Numerical: change of ln L in a step that decides nothing any more."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +77,8 @@ class Estimate:
         return float(self.solution.values[self.design.unknowns.index(unknown)])
 
 
-def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Array:
-    """Residuals (R,) at a point with the linear unknowns' values (P,), as ordered in the design."""
-    known = dict(zip(design.unknowns, values, strict=True))
+def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> Array:
+    """Residuals (R,) at a point with values of the linear unknowns."""
     if frame.kinds == COEFFICIENT:
         return frame.left(point, known)
     fresh = design_of(frame.segments(point), frame.settings)
@@ -84,13 +87,13 @@ def residual_of(frame: Frame, design: Design, values: Array, point: Point) -> Ar
 
 
 def effect_columns(
-    frame: Frame, design: Design, values: Array, point: Point, numbers: Sequence[tuple[int, int]]
+    frame: Frame, known: Mapping[Unknown, float], point: Point, numbers: Sequence[tuple[int, int]]
 ) -> Array:
     """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
 
-    `numbers`: place of the effect and of its number.
+    `known`: values of the linear unknowns; `numbers`: place of the effect and of its number.
     """
-    here = residual_of(frame, design, values, point)
+    here = residual_of(frame, known, point)
     columns = np.zeros((here.size, len(numbers)))
     for column, (place, number) in enumerate(numbers):
         active = point.effects[place]
@@ -98,9 +101,15 @@ def effect_columns(
         side = active.beside(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
             side = active.beside(number, -parameter.step)
-        moved = residual_of(frame, design, values, replace(point, effects=_put(point.effects, place, side)))
+        moved = residual_of(frame, known, replace(point, effects=_put(point.effects, place, side)))
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
+
+
+def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
+    """The values of a solution's unknowns that are no effect's numbers."""
+    pairs = zip(design.unknowns, solution.values.tolist(), strict=False)
+    return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
 
 
 def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
@@ -126,7 +135,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     if not free:
         return Estimate(frame, point, design, solution)
     for _ in range(steps):
-        columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
+        columns = effect_columns(frame, linear_values(design, solution), point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
         full = regress(wide, frame.settings, solution.weights)
@@ -139,7 +148,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
         point, design, solution = moved, design_new, solved
         if abs(gained) < CLOSE and _small(full, linear, step):
             break
-    columns = effect_columns(frame, design, solution.values[: len(design.unknowns)], point, free)
+    columns = effect_columns(frame, linear_values(design, solution), point, free)
     wide = design.beside(columns, [("effect", i, k) for i, k in free])
     full = solve(wide, solution.weights)
     # The likelihood of the point itself, not of the linear step beyond it.

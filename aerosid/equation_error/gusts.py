@@ -13,12 +13,6 @@ from aerosid.equation_error.estimate import Estimate
 
 Array = NDArray[np.float64]
 
-SLOPE = 3.0
-"""Deviations from one within which the lift's answer must lie, 1."""
-
-CERTAIN = 6.0
-"""Deviations from zero that it must have, 1: vane noise answers nothing."""
-
 
 class Witnesses(NamedTuple):
     """A vane, the force that answers what it sees, and the terms whose slopes say how, with the sign that they act by.
@@ -91,7 +85,9 @@ def _along(witnesses: Witnesses, kinematic: Estimate, found: Estimate) -> Turbul
     answer = float(found.solution.values[place]) / slope
     error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
     # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
-    if answer < CERTAIN * error or not 0.5 - SLOPE * error < answer < 1.0 + SLOPE * error:
+    settings = found.frame.settings
+    apart = settings.gust_answer * error
+    if answer < settings.gust_certain * error or not 0.5 - apart < answer < 1.0 + apart:
         return None
     winds: list[Array] = []
     memories: list[float] = []

@@ -26,7 +26,7 @@ CONTROLS = ("delta_", "thrust")
 """How the names of the input columns begin that a pilot moves; the others are states of the air and the motion."""
 
 TRENDS = 3
-"""Constant, line and parabola: what zeros, drifts and initial conditions make of the integrated paths."""
+"""Numerical: constant, line and parabola; what zeros, drifts and initial conditions make of the integrated paths."""
 
 
 def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:

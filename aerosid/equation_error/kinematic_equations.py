@@ -25,6 +25,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.running_integral import derivative, running_integral
 from aerosid.equation_error.sensors import as_read, bias, position
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.constants import GRAVITY
 
 Array = NDArray[np.float64]
@@ -195,7 +196,7 @@ def _attitude(
 
 
 WIDEST = 0.99
-"""Sine of the largest sideslip that a path may have, 1."""
+"""Numerical: sine of the largest sideslip that a path may have, 1."""
 
 
 def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:
@@ -216,17 +217,13 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
     return found
 
 
-FOLLOWED = 0.5
-"""Share, 1, of a heading about its line that the integrated rates must explain for it to be that of this motion."""
-
-
-def unfollowed(recording: Recording, blend: float) -> tuple[str, ...]:
+def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
     """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
     if "psi" not in recording.channels:
         return ()
-    path = reconstruct(recording, (), recording.channels, blend).path["psi"]
+    path = reconstruct(recording, (), recording.channels, settings.blend).path["psi"]
     measured, left = (_about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
-    return () if left @ left < (1.0 - FOLLOWED) * (measured @ measured) else ("psi",)
+    return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 
 
 def _about_a_line(values: Array) -> Array:

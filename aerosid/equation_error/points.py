@@ -28,7 +28,8 @@ Unknown = tuple[object, ...]
 ("gust", equation) or ("effect", number of the effect, number of its parameter)."""
 
 KEPT = 24
-"""Motions of each recording that are kept: a Gauss-Newton step over ten sensors' numbers asks for as many."""
+"""Numerical: motions of each recording that are kept; a Gauss-Newton step over ten sensors' numbers asks for as
+many."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class Equations:
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
-        self._left_out = [unfollowed(recording, settings.blend) for recording in recordings]
+        self._left_out = [unfollowed(recording, settings) for recording in recordings]
         self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
 
     def at(self, point: Point) -> list[Segment]:

@@ -13,9 +13,9 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import replaced
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses, told_apart
 from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
-from aerosid.equation_error.design import design_of, whiten
+from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate
+from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, linear_values
 from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import read_recordings
@@ -159,9 +159,7 @@ def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Arr
     covariance = corrected_covariance(found.design, found.solution)
     if not free:
         return replace(found, point=point), covariance
-    linear = [p for p, unknown in enumerate(found.design.unknowns) if unknown[0] != "effect"]
-    bare = design_of(found.frame.segments(found.point), found.frame.settings)
-    columns = effect_columns(found.frame, bare, found.solution.values[linear], point, free)
+    columns = effect_columns(found.frame, linear_values(found.design, found.solution), point, free)
     white = whiten(found.design, columns, found.solution.weights)
     answers = -found.solution.covariance @ found.solution.slopes.T @ white
     places = [proved.design.unknowns.index(("effect", i, k)) for i, k in free]

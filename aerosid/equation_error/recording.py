@@ -20,7 +20,8 @@ from aerosid.flight_model.axes import input_columns_of
 Array = NDArray[np.float64]
 
 IRREGULAR = 0.02
-"""Share of the sampling interval by which samples may lie off a regular grid before they are interpolated to one."""
+"""Numerical: share of the sampling interval, 1, by which samples may lie off a regular grid before they are
+interpolated to one."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 Array = NDArray[np.float64]
 
 FEWEST = 4
-"""Samples from which on a cubic goes through four neighbours."""
+"""Numerical: samples from which on a cubic goes through four neighbours."""
 
 
 def running_integral(values: Array, interval: float) -> Array:

@@ -15,10 +15,10 @@ from aerosid.equation_error.candidates import (
     effect_candidates,
     implausibility,
     joined,
+    likeliest,
     scores,
     term_candidates,
     to_first_order,
-    told_apart,
     within_limits,
 )
 from aerosid.equation_error.channels import COEFFICIENT
@@ -29,15 +29,6 @@ from aerosid.equation_error.points import Point
 from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
 
 Array = NDArray[np.float64]
-
-
-AGREEMENT = 3.0
-"""Deviations of their difference by which two recordings' numbers of one instrument may differ."""
-
-
-ALIKE = 0.05
-"""Share, 1, of an instrument's fault by which recordings may differ beyond that: its zero moves a little from flight to
-flight, and what is still missing pulls the recordings' numbers apart. Chosen."""
 
 
 Admitted = Callable[[Estimate, Hypothesis], bool]
@@ -233,13 +224,9 @@ def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> li
         net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - rules.price(
             candidate.hypothesis
         )
-        if net >= NEARLY:
+        if net >= base.frame.settings.nearly:
             rows.append(_Linear(net, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.net)
-
-
-NEARLY = -4.0
-"""Gain in ln L beyond the price, to first order, from which a hypothesis is worth an estimate of its own."""
 
 
 TIMINGS = (
@@ -273,19 +260,13 @@ def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, ru
     """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
     scored = scores(base, candidates)
     gains = scored.gains
-    order: list[int] = []
-    seen: set[tuple[str, ...]] = set()
-    for n in np.argsort(-gains):
-        label = told_apart(candidates[n].hypothesis)
-        if label in seen or gains[n] < 0.3 * rules.price(candidates[n].hypothesis):
-            continue
-        if candidates[n].hypothesis.entries and scored.own[n] < frame.settings.distinct:
-            continue
-        seen.add(label)
-        order.append(int(n))
-        if len(order) >= frame.settings.shortlist:
-            break
-    return order
+
+    def worth_asking(n: int) -> bool:
+        hypothesis = candidates[n].hypothesis
+        own = not hypothesis.entries or bool(scored.own[n] >= frame.settings.distinct)
+        return own and bool(gains[n] >= 0.3 * rules.price(hypothesis))
+
+    return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
 
 
 def with_separation(
@@ -346,7 +327,7 @@ def backward(
         selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
 
 
-def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float = AGREEMENT) -> bool:
+def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
     """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
     places = [
         p
@@ -356,6 +337,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float 
     recordings = sorted({recording for recording, _ in found.design.segments})
     if len(recordings) < 2 or len(places) != 1:
         return True
+    settings = found.frame.settings
     column = found.design.columns[:, places[0]]
     _, effect, number = found.design.unknowns[places[0]]
     active = found.point.effects[int(str(effect))]
@@ -378,7 +360,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis, deviations: float 
     for i in range(len(recordings)):
         for j in range(i):
             apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
-            further = abs(values[i] - values[j]) - ALIKE * distance
-            if further > deviations * float(np.sqrt(max(apart, 1e-300))):
+            further = abs(values[i] - values[j]) - settings.agreement_share * distance
+            if further > settings.agreement * float(np.sqrt(max(apart, 1e-300))):
                 return False
     return True

@@ -10,29 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.alternatives import bare_of
 from aerosid.equation_error.candidates import (
     effect_candidates,
     joined,
+    likeliest,
     scores,
     to_first_order,
-    told_apart,
     within_limits,
 )
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
-from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told, without
-
-MORE = 4.0
-"""Gain in ln L of kinematics and coefficients together from which another fault takes a chosen one's place: odds of
-fifty. Chosen."""
-
-
-ABOUT_THE_SAME = 0.8
-"""Share, 1, of what a fault brings to the kinematics that another must bring to be about the same thing. Chosen."""
+from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told
 
 
 @dataclass(frozen=True)
@@ -67,12 +58,7 @@ def chosen_with_coefficients(
 ) -> Selected:
     """The faults, each changed for one that does about the same to the kinematics where the coefficients say so."""
     for each in selected.chosen:
-        bare = estimate(
-            selected.estimate.frame,
-            without(selected.estimate.point, each),
-            selected.estimate.solution.weights,
-            steps=4,
-        )
+        settings, bare = selected.estimate.frame.settings, bare_of(selected, each)
         brought = selected.estimate.gain_over(bare)
         # Both leave about the same: each is judged by the noise that it leaves itself.
         held = (
@@ -80,10 +66,10 @@ def chosen_with_coefficients(
         )
         best: tuple[float, Estimate, Hypothesis] | None = None
         for found, hypothesis in _in_its_place(bare, selected, each, asked):
-            if found.gain_over(bare) < ABOUT_THE_SAME * brought:
+            if found.gain_over(bare) < settings.choice_share * brought:
                 continue
             more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - held
-            if more > MORE and (best is None or more > best[0]):
+            if more > settings.choice_gain and (best is None or more > best[0]):
                 best = more, found, hypothesis
         if best is not None:
             others = tuple(other for other in selected.chosen if other is not each)
@@ -100,15 +86,8 @@ def _in_its_place(
     taken = {other.hypothesis.label for other in selected.chosen}
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
     candidates = effect_candidates(frame, bare, open_)
-    tried: set[tuple[str, ...]] = set()
-    for n in np.argsort(-scores(bare, candidates).gains):
-        name = told_apart(candidates[n].hypothesis)
-        if name in tried:
-            continue
-        tried.add(name)
+    for n in likeliest(scores(bare, candidates), candidates, frame.settings.shortlist):
         trial, hypothesis = to_first_order(bare, candidates[n])
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         if within_limits(found, hypothesis):
             yield found, hypothesis
-        if len(tried) == frame.settings.shortlist:
-            return

@@ -88,6 +88,28 @@ class EquationErrorSettings:
     alike_instruments : float
         The same of faults of instruments, at two and a half deviations, 12.5: late vanes and arms differ by less than
         what the path of a real sensor makes of either.
+    clearly : float
+        Gain in ln L, prices counted, from which another hypothesis takes a chosen one's place. Chosen.
+    nearly : float
+        Gain in ln L beyond the price, to first order, from which a hypothesis is worth an estimate of its own. Chosen.
+    agreement : float
+        Deviations of their difference by which two recordings' numbers of one instrument may differ.
+    agreement_share : float
+        Share, 1, of an instrument's fault by which recordings may differ beyond that: its zero moves a little from
+        flight to flight, and what is still missing pulls the recordings' numbers apart. Chosen.
+    choice_gain : float
+        Gain in ln L of kinematics and coefficients together from which another instrument's fault takes a chosen one's
+        place: odds of fifty. Chosen.
+    choice_share : float
+        Share, 1, of what a fault brings to the kinematics that another must bring to be about the same thing. Chosen.
+    rounds : int
+        Times that the search goes on without what the unseen recordings refused.
+    gust_answer : float
+        Deviations from one within which the answer of lift or side force to a vane must lie, 1.
+    gust_certain : float
+        Deviations from zero that it must have, 1: vane noise answers nothing.
+    followed : float
+        Share, 1, of a heading about its line that the integrated rates must explain for it to be that of this motion.
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
@@ -139,6 +161,16 @@ class EquationErrorSettings:
     shortlist: int = 8
     fitted: int = 3
     most: int = 12
+    clearly: float = 1.0
+    nearly: float = -4.0
+    agreement: float = 3.0
+    agreement_share: float = 0.05
+    choice_gain: float = 4.0
+    choice_share: float = 0.8
+    rounds: int = 3
+    gust_answer: float = 3.0
+    gust_certain: float = 6.0
+    followed: float = 0.5
     doubt: float = 1.0
     least_rise: float = 0.002
     calm: float = 0.1

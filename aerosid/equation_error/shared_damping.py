@@ -20,8 +20,8 @@ MOMENT = "C_m"
 DAMPING, DOWNWASH = parse_term("q_hat"), parse_term("alpha_dot_hat")
 
 USUAL = (0.3, 0.5)
-"""C_m alphadot over C_m q of conventional aircraft, 1: downwash that reaches the tail late (Etkin & Reid, Dynamics of
-Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
+"""Physical: C_m alphadot over C_m q of conventional aircraft, 1: downwash that reaches the tail late (Etkin & Reid,
+Dynamics of Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
 
 
 @dataclass(frozen=True)

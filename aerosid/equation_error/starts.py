@@ -29,22 +29,24 @@ MAINLY = {name: name for name in COEFFICIENT} | {"C_D": "C_X", "C_L": "C_Z"}
 """The body-axis equation in which a coefficient's sudden change shows most."""
 
 EDGE = 4
-"""Samples in the band at either end of a record in which nothing sudden is looked for."""
+"""Numerical: samples in the band at either end of a record in which nothing sudden is looked for."""
 
 RISES = (1.0, 3.0)
-"""s; a sudden change is tried at once and over these times: a flap or an engine takes them."""
+"""Numerical: s; a sudden change is tried at once and over these times: a flap or an engine takes them."""
 
 STAR_SHARES = (0.6, 0.75, 0.9, 1.0)
-"""Where separation is tried to begin, shares of the highest angle of attack; and a little beyond it."""
+"""Numerical: where separation is tried to begin, shares, 1, of the highest angle of attack; and a little beyond
+it."""
 
 BEYOND = 0.03
-"""rad; by how much separation may begin beyond the highest angle of attack and still bend the lift."""
+"""Numerical: rad; by how much separation is tried to begin beyond the highest angle of attack: it still bends the
+lift."""
 
 SHARPNESS = (12.0, 25.0)
-"""1/rad; of the static curve of separation that is tried: slender and thick sections."""
+"""Numerical: 1/rad; of the static curve of separation that is tried: slender and thick sections."""
 
 LAGS = ((0.1, 0.1), (0.4, 0.4))
-"""s; delay and relaxation that are tried: a few and some twenty chords over the airspeed."""
+"""Numerical: s; delay and relaxation that are tried: a few and some twenty chords over the airspeed."""
 
 
 def sudden_hypotheses(
@@ -148,8 +150,8 @@ def _gain(frame: Frame, base: Estimate, hypothesis: Hypothesis) -> tuple[float, 
     point = joined(base.point, hypothesis)
     place = len(point.effects) - 1
     design = design_of(frame.segments(point), frame.settings)
-    values = np.array([_known(base, unknown) for unknown in design.unknowns])
-    columns = effect_columns(frame, design, values, point, [(place, 4), (place, 5)])
+    known = {unknown: _known(base, unknown) for unknown in design.unknowns}
+    columns = effect_columns(frame, known, point, [(place, 4), (place, 5)])
     wide = design.beside(columns, [("effect", place, 4), ("effect", place, 5)])
     found = regress(wide, frame.settings, base.solution.weights, 2)
     return found.log_likelihood, found.values[-2:]

@@ -17,7 +17,7 @@ from aerosid.signals.fit_statistics import theil
 Array = NDArray[np.float64]
 
 LAGS = 10
-"""Samples in the band over which the squares of residuals may be correlated."""
+"""Numerical: samples in the band over which the squares of residuals may be correlated."""
 
 
 @dataclass(frozen=True)

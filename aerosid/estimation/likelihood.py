@@ -44,10 +44,11 @@ from aerosid.signals.whitening import (
 )
 
 STRETCH = 20_000
-"""Samples whose sensitivities are held at once: bounds the memory, linear in the record's length."""
+"""Numerical: samples whose sensitivities are held at once; bounds the memory, which is linear in the record's
+length."""
 
 WHOLE = 5
-"""Stretches up to which a record stays whole where what it shows depends on what went before."""
+"""Numerical: stretches up to which a record stays whole where what it shows depends on what went before."""
 
 
 @dataclass(frozen=True)

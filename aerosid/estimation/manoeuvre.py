@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
+from aerosid.estimation.preparation_settings import PREPARATION
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL, Axes, input_columns_of, state_vector
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
@@ -18,22 +19,8 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.notation import plain
 from aerosid.signals.noise import calmed
 
-LONGEST_ANGLE = 0.15
-"""rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate."""
-
-FEWEST = 5
-"""Samples of a channel from which on it is used."""
-
-LONGEST_SUBSTEP = 0.1
-"""s; where the aircraft is slow or the declared model empty."""
-
-SHORTEST_SUBSTEP = 0.002
-"""s; no aircraft turns faster than this resolves, but a wrong inertia in its file may say so."""
-
-SLOW_AIR = 2.0
-"""s; density and speed of sound, which are ratios of noisy channels, are averaged over this time."""
-
-_STANDARD_SPEED_OF_SOUND = 340.29  # only a placeholder: without a mach channel no term can name mach
+STANDARD_SPEED_OF_SOUND = 340.29
+"""Physical: m/s, at sea level in the standard atmosphere; without a mach channel no term can name mach."""
 
 
 @dataclass(frozen=True)
@@ -130,10 +117,10 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
                 f"{log.path}: channel {name} is missing (found {', '.join(log.channels)}); the estimation needs it, "
                 "map it in a channel map."
             )
-        if (held := int(np.isfinite(log[name]).sum())) < FEWEST:
+        if (held := int(np.isfinite(log[name]).sum())) < PREPARATION.fewest:
             raise LogError(
                 f"{log.path}: channel {name} holds {held} samples that are numbers, but the estimation needs at least "
-                f"{FEWEST}; record it, or map another column."
+                f"{PREPARATION.fewest}; record it, or map another column."
             )
     notes: list[str] = []
     inputs = np.zeros((log.time.size, len(columns)))
@@ -150,7 +137,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     noise = np.full(len(axes.outputs), np.nan)
     positions = np.zeros((len(axes.outputs), 3))
     for i, name in enumerate(axes.outputs):
-        if name in log and np.isfinite(log[name]).sum() >= FEWEST:
+        if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest:
             measured[:, i] = log[name]
             noise[i] = channel_noise(log, name).deviation
             positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
@@ -200,14 +187,15 @@ def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -
         side = force / (mass * speed) * size.get(("C_Y", "beta"), 0.0)
         stiffness = moment / aircraft.I_zz * size.get(("C_n", "beta"), 0.0) + side * yaw
         fastest = max(fastest, roll, np.sqrt(stiffness) + 0.5 * (side + yaw))
-    longest = float(np.clip(LONGEST_ANGLE / max(fastest, 1e-9), SHORTEST_SUBSTEP, LONGEST_SUBSTEP))
+    shortest, longest = PREPARATION.shortest_substep, PREPARATION.longest_substep
+    longest = float(np.clip(PREPARATION.longest_angle / max(fastest, 1e-9), shortest, longest))
     return max(1, int(np.ceil(interval / longest - 1e-9)))
 
 
 def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float64]:
     """A first guess of the state (n,) from the first samples of the measurements.
 
-    The mean of the first five samples that are there; theta from the axial specific force where it is not measured.
+    The mean of the first samples that are there; theta from the axial specific force where it is not measured.
     """
     first = {name: _first_mean(flight.measured[:, i]) for i, name in enumerate(axes.outputs)}
     columns = {name: float(flight.inputs[0, j]) for j, name in enumerate(input_columns_of(axes))}
@@ -231,7 +219,7 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
     return state_vector(axes, motion)
 
 
-def _first_mean(values: NDArray[np.float64], count: int = 5) -> float:
+def _first_mean(values: NDArray[np.float64], count: int = PREPARATION.first) -> float:
     held = values[np.isfinite(values)]
     return float(held[:count].mean()) if held.size else float("nan")
 
@@ -240,7 +228,7 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
     """One input column, without gaps."""
     if name == "speed_of_sound":
         if "mach" not in log:
-            return np.full(log.time.size, _STANDARD_SPEED_OF_SOUND)
+            return np.full(log.time.size, STANDARD_SPEED_OF_SOUND)
         return _slow(log.time, _bridged(log, "V", notes) / np.maximum(_bridged(log, "mach", notes), 1e-3))
     if name in log:
         return _bridged(log, name, notes)
@@ -288,7 +276,7 @@ def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
 
-    samples = max(1, round(SLOW_AIR / float(np.median(np.diff(time)))))
+    samples = max(1, round(PREPARATION.slow_air / float(np.median(np.diff(time)))))
     smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
     return smooth
 

@@ -107,7 +107,8 @@ def added_along(
 
 
 RUNAWAY = 1e50
-"""Sensitivity, SI, from which a flight says nothing any more of what it began with: its square is no longer sure."""
+"""Numerical: sensitivity, SI, from which a flight says nothing any more of what it began with; its square is no
+longer sure."""
 
 
 @dataclass(frozen=True)

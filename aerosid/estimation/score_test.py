@@ -75,7 +75,8 @@ def score_hypotheses(
 
 
 ROOM = 16_000_000
-"""Numbers that the sensitivities of hypotheses may fill at once: of a long record they are asked in several turns."""
+"""Numerical: numbers that the sensitivities of hypotheses may fill at once; of a long record they are asked in
+several turns."""
 
 
 class Linearised:

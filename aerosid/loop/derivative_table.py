@@ -11,10 +11,10 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.goodness import variance_inflation
+from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.model_error.paper_chain import Chain
 from aerosid.notation import number, plain
 from aerosid.search.attribution import Attribution
-from aerosid.search.settings import AttributionSettings
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,12 @@ class DerivativeRow:
     """Of a derivative that is not shown: the estimate that `std_error` belongs to, while `value` stays as declared."""
 
 
-SHOWN = 1.0 / AttributionSettings().final_deviations
-"""A derivative known to worse than this share of its size (its own or the declared, the greater) is not shown: three
-standard errors, as are asked of what is named, so that nothing is named and not shown."""
-
-
-SHOWN_CONSTANT = 1.0
-"""The same of a constant. At more than its size it lies within two standard errors of the declared value, so that
-holding it there does not pull the derivatives that trim the flight with it."""
-
-
 def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
     """Whether a record holds enough information on a derivative to put it into a table unflagged.
 
     A constant holds the trim, which any flight shows and which may well be near zero: less is asked of it.
     """
-    asked = SHOWN_CONSTANT if constant else SHOWN
-    return bool(std_error <= asked * max(abs(value), abs(declared or 0.0)))
+    return bool(std_error <= JUDGEMENT.least_known(constant=constant) * max(abs(value), abs(declared or 0.0)))
 
 
 def derivative_name(coefficient: str, term: str) -> str:

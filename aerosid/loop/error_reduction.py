@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.roles import ROLES
-
-UNCHANGED = 0.005
-"""Distance of a ratio from 1 below which two digits after the point show none."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,8 @@ def told_of_reduction(errors: Sequence[ErrorRow]) -> str:
     reduction = error_reduction(errors)
     if reduction is None:
         return ""
-    fallen = sum(ratio > 1.0 + UNCHANGED for _, _, ratio in reduction.ratios)
-    grown = sum(ratio < 1.0 - UNCHANGED for _, _, ratio in reduction.ratios)
+    fallen = sum(ratio > 1.0 + JUDGEMENT.unchanged for _, _, ratio in reduction.ratios)
+    grown = sum(ratio < 1.0 - JUDGEMENT.unchanged for _, _, ratio in reduction.ratios)
     flights = f"{reduction.role.replace('_', '-')} flight" + "s" * (len({log for log, _, _ in reduction.ratios}) > 1)
     count = len(reduction.ratios)
     if not fallen and not grown:

@@ -15,6 +15,7 @@ CATEGORIES = ("A", "B", "C")
 CLASSES = ("I", "II", "II-C", "III", "IV")
 
 WORSE_THAN_LEVEL_3 = 4
+"""Standard: what stands for a mode beyond the limits of level 3."""
 
 
 @dataclass(frozen=True)
@@ -164,18 +165,24 @@ _DUTCH_ROLL_1 = {
 }
 _DUTCH_ROLL_2, _DUTCH_ROLL_3 = _DutchRollLimits(0.02, 0.05, 0.4), _DutchRollLimits(0.0, 0.0, 0.4)
 _INCREMENTS = (0.014, 0.009, 0.005)
-"""Of each level, by which the least product of damping and frequency grows with frequency^2 |phi/beta| above 20."""
+"""Standard: MIL-F-8785C, 3.3.1.1; of each level, 1/s, by which the least product of damping and frequency grows with
+frequency^2 |phi/beta| above 20."""
+
 _INCREMENTS_FROM = 20.0
-"""rad^2/s^2"""
+"""Standard: MIL-F-8785C, 3.3.1.1; rad^2/s^2."""
+
 _MOST_OF_CLASS_III = 0.7
-"""The largest damping ratio that is asked of class III."""
+"""Standard: MIL-F-8785C, 3.3.1.1; the largest damping ratio, 1, that is asked of class III."""
 
 _ROLL = {True: (1.0, 1.4, 10.0), False: (1.4, 3.0, 10.0)}
-"""s; longest roll-mode time constants of the levels, of nimble classes and of others."""
+"""Standard: MIL-F-8785C, table VII; s, longest roll-mode time constants of the levels, of nimble classes and of
+others."""
+
 _SPIRAL = {"A": (12.0, 8.0, 4.0), "B": (20.0, 8.0, 4.0), "C": (12.0, 8.0, 4.0)}
-"""s; shortest times to double of the levels."""
+"""Standard: MIL-F-8785C, table VIII; s, shortest times to double of the levels."""
+
 _ROLL_SPIRAL = (0.5, 0.3, 0.15)
-"""rad/s; least products of damping ratio and frequency of the levels."""
+"""Standard: MIL-F-8785C, 3.3.1.4; rad/s, least products of damping ratio and frequency of the levels."""
 
 
 def dutch_roll_level(frequency: float, damping: float, phi_to_beta: float, requirement: Requirement) -> int:

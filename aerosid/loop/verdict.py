@@ -10,9 +10,9 @@ import numpy as np
 from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
-from aerosid.loop.derivative_table import SHOWN
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.error_reduction import told_of_reduction
+from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.notation import with_deviation
 from aerosid.search.attribution import Attribution
@@ -52,10 +52,6 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
 
 
-MOVES = 2.0
-"""Times its noise that the standard deviation of an angle to the air or of a rate must be for a flight to have moved at
-all: that of a steady flight is its noise, which is known from the log within a quarter."""
-
 MOTION = ("alpha", "beta", "p", "q", "r")
 
 
@@ -71,13 +67,13 @@ def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
     if not moving:
         return True
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
-    known = np.any(np.maximum(spread.published, spread.white)[moving] < SHOWN * values)
+    known = np.any(np.maximum(spread.published, spread.white)[moving] < JUDGEMENT.shown * values)
     return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)
 
 
 def _moves(manoeuvre: Manoeuvre) -> bool:
     places = [n for n, name in enumerate(manoeuvre.axes.outputs) if name in MOTION]
-    return bool(np.any(manoeuvre.spread[places] > MOVES * manoeuvre.noise[places]))
+    return bool(np.any(manoeuvre.spread[places] > JUDGEMENT.moves * manoeuvre.noise[places]))
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:

@@ -15,10 +15,31 @@ __all__ = ["CONDITION_CHANNELS", "Movement", "condition_before", "movements", "t
 CONDITION_CHANNELS = ("V", "h", "mach", "alpha", "theta", "phi", "q_bar", "rho", "mass", "delta_f", "thrust")
 """What says at which condition a manoeuvre begins, as far as it is recorded, SI."""
 
-_CALM_WINDOW = 1.0  # V/g: one window in which turbulence is judged
-_CALM_REACH = 5.0  # V/g to either side within which the calmest window is taken
-_LEAST_SHARE = 0.25  # of that window: less beside a manoeuvre says nothing of the air
-_TURBULENCE_SHARE = 0.25  # V/g: slower changes of load factor are flown, faster ones are the air's
+
+@dataclass(frozen=True)
+class TurbulenceSettings:
+    """Where and how the air beside a manoeuvre is judged; chosen, found on no recording.
+
+    Attributes
+    ----------
+    window : float
+        V/g; length of one window.
+    reach : float
+        V/g to either side within which the calmest window is taken.
+    least : float
+        Share of that window, 1: less beside a manoeuvre says nothing of the air.
+    slowest : float
+        V/g; slower changes of load factor are flown, faster ones are the air's.
+    """
+
+    window: float = 1.0
+    reach: float = 5.0
+    least: float = 0.25
+    slowest: float = 0.25
+
+
+TURBULENCE = TurbulenceSettings()
+"""The settings of every flight."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +120,12 @@ def turbulence(record: FlightRecord, first: int, last: int) -> float:
     NaN where too little is recorded beside it. Vibration counts as well.
     """
     load = record.load_factor
-    fast: FloatArray = load - record.averaged(load, _TURBULENCE_SHARE)
-    reach, window = record.samples(_CALM_REACH, first), record.samples(_CALM_WINDOW, first)
+    fast: FloatArray = load - record.averaged(load, TURBULENCE.slowest)
+    reach, window = record.samples(TURBULENCE.reach, first), record.samples(TURBULENCE.window, first)
     sides = (fast[max(0, first - reach) : first], fast[last + 1 : last + 1 + reach])
     values = []
     for side in sides:
-        if side.size < _LEAST_SHARE * window:
+        if side.size < TURBULENCE.least * window:
             continue
         squares = np.concatenate([[0.0], np.cumsum(side**2)])
         size = min(window, side.size)

@@ -14,15 +14,34 @@ from typing import NamedTuple
 import numpy as np
 
 from aerosid.aircraft.model import Aircraft
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog, FloatArray
 from aerosid.signals.residual_covariance import coloured_covariance
 
 __all__ = ["ExpectedDeviation", "expected_deviations"]
 
-_GRAVITY = 9.80665
-_FEWEST = 30
-_MOST = 2000  # samples: a longer stretch is thinned, it tells no more of so few derivatives
-_SMOOTHED = 0.05  # V/g: width of the local parabola whose slope is the rate's derivative
+
+@dataclass(frozen=True)
+class InformationSettings:
+    """From what samples the information of a stretch is told; chosen, found on no recording.
+
+    Attributes
+    ----------
+    fewest : int
+        Samples from which on anything is told.
+    most : int
+        Samples; a longer stretch is thinned, it tells no more of so few derivatives.
+    smoothed : float
+        V/g; width of the local parabola whose slope is the rate's derivative.
+    """
+
+    fewest: int = 30
+    most: int = 2000
+    smoothed: float = 0.05
+
+
+INFORMATION = InformationSettings()
+"""The settings of every stretch."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +122,7 @@ def _from_equation(
     terms = [name for name in equation.terms if name in log and (not name.startswith("delta_") or name in moved)]
     if equation.left not in log or "V" not in log or len(terms) < 2 or not np.isfinite(log["V"]).any():
         return []
-    every = max(1, log.samples // _MOST)
+    every = max(1, log.samples // INFORMATION.most)
     speed = float(np.nanmean(log["V"]))
     names = [equation.left, *terms]
     table = {name: _bridged(log, name) for name in names}
@@ -112,13 +131,13 @@ def _from_equation(
     columns = {name: values for name, values in table.items() if values is not None}
     left = columns[equation.left]
     if equation.derived:
-        left = _slope(log, left, speed / _GRAVITY)
+        left = _slope(log, left, speed / GRAVITY)
     rows = np.column_stack([columns[name] for name in terms])[::every]
     rows = np.column_stack([rows - rows.mean(axis=0), np.ones(rows.shape[0])])
     right = left[::every]
     spread = rows[:, :-1].std(axis=0)
     if (
-        right.size < _FEWEST
+        right.size < INFORMATION.fewest
         or not np.all(spread > 0.0)
         or np.linalg.matrix_rank(rows / np.r_[spread, 1.0]) < len(terms) + 1
     ):
@@ -150,7 +169,7 @@ def _slope(log: FlightLog, rate: FloatArray, unit: float) -> FloatArray:
     """The derivative of a rate, from a local parabola of about 0.05 V/g."""
     from scipy.signal import savgol_filter
 
-    width = max(5, round(_SMOOTHED * unit / log.interval))
+    width = max(5, round(INFORMATION.smoothed * unit / log.interval))
     width += 1 - width % 2
     slope: FloatArray = savgol_filter(rate, min(width, log.samples - 1 + log.samples % 2), 2, 1, log.interval)
     return slope

@@ -56,7 +56,8 @@ _PATTERNS: dict[str, tuple[tuple[int, ...], ...]] = {
     "211": ((2, 1, 1),),
     "3211": ((3, 2, 1, 1), (2, 1, 1, 1)),
 }
-"""Widths in units of the shortest; two doublets in a row stay doublets, 2-1-1-1 is a 3-2-1-1 that starts shorter."""
+"""Standard: widths in units of the shortest; two doublets in a row stay doublets, 2-1-1-1 is a 3-2-1-1 that starts
+shorter."""
 
 
 def input_lobes(deviation: FloatArray, interval: float, unit: float, settings: FinderSettings) -> tuple[Lobe, ...]:

@@ -28,9 +28,6 @@ PITCH = Axis("delta_e", "pitch", "lively_pitch", "clear_answer")
 ROLL = Axis("delta_a", "roll", "lively_roll", "clear_roll")
 YAW = Axis("delta_r", "yaw", "lively_yaw", "clear_yaw")
 
-_STARTED = 0.1
-"""Share of the amplitude at which a movement has begun: a tenth, as for rise times."""
-
 
 @dataclass(frozen=True)
 class Excursion:
@@ -199,10 +196,10 @@ def _measured(
     if amplitude <= surface.rest:
         return None
     reached = int(np.argmax(away > settings.lobe_level * amplitude))
-    rested = np.flatnonzero(away[: reached + 1] <= _STARTED * amplitude)
+    rested = np.flatnonzero(away[: reached + 1] <= settings.started * amplitude)
     start = begin + (int(rested[-1]) + 1 if rested.size else 0)
     after = float(np.median(surface.deflection[end : min(size, end + lead)]))
-    left = np.abs(surface.deflection[start : end + 1] - after) > _STARTED * amplitude
+    left = np.abs(surface.deflection[start : end + 1] - after) > settings.started * amplitude
     stop = start + int(np.flatnonzero(left)[-1]) if left.any() else end
     stop = max(stop, start + 1)
     before_it = slice(max(0, start - lead), max(1, start - 1))

@@ -19,8 +19,6 @@ STANDARD_SHAPES = ("doublet", "211", "3211", "sweep", "multisine")
 """Names of an `InputShape` that are kinds of manoeuvre by themselves."""
 
 _SHORT_SHAPES = ("doublet", "211", "3211")
-_PUSH_OVER_MOVEMENTS = 3
-_RECOVERED = 3  # pulses of a step, the push and the pull after it; more are a train
 
 LONG_SHAPES = ("sweep", "multisine")
 """Those that continuous activity of a pilot or an autopilot may be taken for."""
@@ -57,7 +55,7 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
 
     standard = shape.name in STANDARD_SHAPES
     # Pull-up, push-over and pull-out are three movements; more of one size are a designed train.
-    designed = len(shape.lobes) > _PUSH_OVER_MOVEMENTS and even_steps(shape, settings)
+    designed = len(shape.lobes) > settings.push_over_movements and even_steps(shape, settings)
     if not (standard or designed) and _pushes_over(record, excursion, settings):
         detail["load_factor_least"] = float(load.min())
         return found("parabola")
@@ -97,7 +95,7 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
 def _outlasted(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> bool:
     """Whether the first of few steps is held until its answer is over: what follows is the recovery from it."""
     longest = settings.step_held * float(record.unit[excursion.first])
-    return len(shape.lobes) <= _RECOVERED and shape.widths[0] > longest
+    return len(shape.lobes) <= settings.recovered and shape.widths[0] > longest
 
 
 def _released(record: FlightRecord, excursion: Excursion, settings: FinderSettings) -> bool:

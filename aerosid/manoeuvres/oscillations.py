@@ -37,8 +37,13 @@ class DampedOscillation(NamedTuple):
 
 
 _FREQUENCIES = 40
-_DECAYS = (-0.15, -0.05, 0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # damping ratios that are tried
-_MOST_FITTED = 400  # samples: more tell nothing new of a mode of a few cycles
+"""Numerical: periods of the grid that is searched, a factor of a few per cent apart."""
+
+_DECAYS = (-0.15, -0.05, 0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+"""Numerical: damping ratios, 1, that are tried."""
+
+_MOST_FITTED = 400
+"""Numerical: samples that are fitted at most; more tell nothing new of a mode of a few cycles."""
 
 
 def fit_damped_oscillation(time: FloatArray, values: FloatArray, periods: tuple[float, float]) -> DampedOscillation:

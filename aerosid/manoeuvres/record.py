@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres.settings import FinderSettings
 from aerosid.signals.noise import estimate_noise
@@ -17,13 +18,14 @@ from aerosid.signals.noise import estimate_noise
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-GRAVITY = 9.80665
-
 __all__ = ["FlightRecord", "Surface", "flight_records", "longest_run", "runs"]
 
 _NEEDED = ("V", "q")
-_FEWEST = 10  # samples of a channel that is recorded
+_FEWEST = 10
+"""Numerical: samples of a channel from which on it counts as recorded."""
+
 _MOST_SAMPLES = 2_000_000
+"""Numerical: samples of a resampled stretch at most; it bounds the memory."""
 
 
 @dataclass(frozen=True)

@@ -209,6 +209,12 @@ class FinderSettings:
     pull_left : float
         Share of the pull-up's load factor that still stands where a push-over begins; a step that is held until its
         answer has gone is no push-over.
+    push_over_movements : int
+        Movements of pull-up, push-over and pull-out; more of one size are a designed train.
+    recovered : int
+        Pulses of a step, the push and the pull after it; more are a train.
+    started : float
+        Share of the amplitude, 1, at which a movement has begun: a tenth, as for rise times.
     """
 
     one_record: float = 300.0
@@ -278,6 +284,9 @@ class FinderSettings:
     push_over_least: float = 0.25
     push_over: float = 0.5
     pull_left: float = 0.5
+    push_over_movements: int = 3
+    recovered: int = 3
+    started: float = 0.1
     steady_speed: float = 0.025
     answer_longest: float = 0.6
     path_change: float = 0.1

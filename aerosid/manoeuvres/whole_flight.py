@@ -18,7 +18,9 @@ __all__ = ["LONGITUDINAL", "is_whole_flight", "longitudinal_cuts", "longitudinal
 LONGITUDINAL = ("doublet", "211", "3211", "steps", "sweep", "multisine", "short_period")
 """Kinds that identify longitudinal derivatives about one trim, if the elevator was moved."""
 
-_NAMED = 8  # spans in a sentence
+_NAMED = 8
+"""Display: spans in a sentence at most."""
+
 USUAL = FinderSettings()
 
 

@@ -48,7 +48,7 @@ class ErrorHistory:
 
 
 LONGEST = 100_000
-"""Samples of a record whose d(t) is drawn: the smoother holds some 2 kB for each."""
+"""Numerical: samples of a record whose d(t) is drawn; the smoother holds some 2 kB for each."""
 
 
 @dataclass(frozen=True)

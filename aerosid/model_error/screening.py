@@ -267,7 +267,7 @@ def _seen(history: AircraftErrorHistory, fed: Fed) -> AircraftErrorHistory:
 
 
 PICTURE_BAND = 1.0
-"""Cut-off of the pictures over the frequency above which alpha holds no signal worth keeping."""
+"""Display: cut-off of the pictures over the frequency above which alpha holds no signal worth keeping, 1."""
 
 
 def _joined(histories: Sequence[AircraftErrorHistory], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

@@ -24,11 +24,12 @@ from aerosid.model_error.step_work import (
 Array = NDArray[np.float64]
 
 
-# Balanced norm of the short step: at 1/11 the first neglected term of the ninth-degree series, relative to the linear
-# one, is (1/11)^9 / 10! = 1.2e-16.
 _SHORT_STEP_NORM = 1.0 / 11.0
-# A step of norm 2^60 short steps is beyond any meaning of the numbers; more doublings only spread rounding.
+"""Numerical: balanced norm of the short step; the first neglected term of the ninth-degree series, relative to the
+linear one, is (1/11)^9 / 10! = 1.2e-16."""
+
 _MAX_DOUBLINGS = 60
+"""Numerical: a step of norm 2^60 short steps is beyond any meaning of the numbers; more only spread rounding."""
 
 
 @njit_inline

@@ -26,17 +26,20 @@ class StepWork(NamedTuple):
 
 EPSILON = float(np.finfo(np.float64).eps)
 
-# Blocks that hold the step after `step_map`, in balanced units (state i in units of blocks[SCALE, 0, i]). What meets
-# in one product stands side by side, so that one loop serves all of it.
-SCALE = 0
-AHEAD = 1  # (n, 2n + K): Q | c_x | Phi - I; Phi - I, since the Phi of a short step is I to many digits
-BACK = 2  # (n, n + K): -c_lambda | G
-# Work blocks.
-AUGMENTED = 3  # (n, 3n + K): a system of equations and its right-hand sides
-LEFT = 4  # (n, 2n + K)
-MIDDLE = 5  # (n, n + K)
-SERIES = 6  # five of (2n, 2n + K)
+SCALE, AHEAD, BACK = 0, 1, 2
+"""Layout: blocks that hold the step after `step_map`, in balanced units (state i in units of blocks[SCALE, 0, i]).
+
+AHEAD (n, 2n + K): Q | c_x | Phi - I, since the Phi of a short step is I to many digits; BACK (n, n + K):
+-c_lambda | G. What meets in one product stands side by side, so that one loop serves all of it.
+"""
+
+AUGMENTED, LEFT, MIDDLE, SERIES = 3, 4, 5, 6
+"""Layout: work blocks. AUGMENTED (n, 3n + K), a system of equations and its right-hand sides; LEFT (n, 2n + K); MIDDLE
+(n, n + K); SERIES, five of (2n, 2n + K).
+"""
+
 _BLOCKS = 11
+"""Layout: how many there are."""
 
 
 @njit_inline_room

@@ -53,7 +53,7 @@ def test_a_heading_that_does_not_follow_the_rates_is_left_out() -> None:
     swinging = replace(log, channels={**log.channels, "psi": 0.1 * np.sin(log.time)})
     for each, expected in ((log, ()), (swinging, ("psi",))):
         (recording,) = read_recordings([questioned(LATERAL, each)[1]], [], SETTINGS)
-        assert unfollowed(recording, SETTINGS.blend) == expected
+        assert unfollowed(recording, SETTINGS) == expected
 
 
 def late(delay: float) -> commuter.Lateral:

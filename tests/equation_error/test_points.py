@@ -24,5 +24,5 @@ def test_residuals_need_no_columns(seconds: float) -> None:
     design = design_of(found.frame.segments(point), found.frame.settings)
     values = np.random.default_rng(7).standard_normal(len(design.unknowns))
     assert ("gust", "C_m") in design.unknowns
-    left = residual_of(found.frame, design, values, point)
+    left = residual_of(found.frame, dict(zip(design.unknowns, values, strict=True)), point)
     np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())

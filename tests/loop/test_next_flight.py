@@ -27,7 +27,7 @@ from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.derivative_table import DerivativeRow
-from aerosid.loop.next_flight.flight_limits import MARGIN, FlightLimits, read_limit
+from aerosid.loop.next_flight.flight_limits import RANGES, FlightLimits, read_limit
 from aerosid.loop.next_flight.input_design import DesignSettings
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.next_flight.planned_flight import NextFlight, PlannedInput
@@ -148,8 +148,8 @@ def test_limits_hold_on_the_simulated_flight(
         if peak.limit_low is not None and peak.limit_high is not None:
             assert peak.limit_low < values.min() < values.max() < peak.limit_high, peak.name
             # The search simulates at a coarser interval: a hundredth of the way may be lost.
-            assert peak.highest <= peak.trim + (1.01 - MARGIN) * (peak.limit_high - peak.trim), peak.name
-            assert peak.lowest >= peak.trim + (1.01 - MARGIN) * (peak.limit_low - peak.trim), peak.name
+            assert peak.highest <= peak.trim + (1.01 - RANGES.margin) * (peak.limit_high - peak.trim), peak.name
+            assert peak.lowest >= peak.trim + (1.01 - RANGES.margin) * (peak.limit_low - peak.trim), peak.name
     interval = planned.time[1] - planned.time[0]
     assert np.max(np.abs(np.diff(planned.delta_e))) <= planned.rate * interval * (1.0 + 1e-9)
     assert planned.delta_e[0] == planned.delta_e[-1] == 0.0
@@ -379,7 +379,7 @@ def test_a_model_with_a_sensor_offset_is_judged_by_its_excursions() -> None:
     outputs[:, 0], outputs[:, 5] = (100.0, 102.0, 99.0), -9.80665
     still = {"alpha": 0.0, "n_z": 1.0, "V": 100.0, "theta": 0.0, "delta_e": 0.0}
     room = limits.room(outputs, np.zeros(3), still)
-    assert room == pytest.approx(1.0 - 2.0 / 5.0 / (1.0 - MARGIN))
+    assert room == pytest.approx(1.0 - 2.0 / 5.0 / (1.0 - RANGES.margin))
     outputs[:, 0] += 20.0
     assert limits.room(outputs, np.zeros(3), still) == pytest.approx(room)
     outputs[1, 0] += 3.0

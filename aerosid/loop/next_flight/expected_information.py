@@ -16,9 +16,6 @@ from scipy.special import ndtr, ndtri
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, scaled_inverse, whiten
 
-CERTAIN = 0.95
-"""Probability from which a question counts as decided."""
-
 
 @dataclass(frozen=True)
 class Prospect:
@@ -129,9 +126,9 @@ def probability_told_apart(difference: float, present: float, reach: float) -> f
     return float(ndtr((difference - abs(present) - reach) / (2.0 * np.sqrt(difference))))
 
 
-def needed_difference(present: float, reach: float) -> float:
-    """The expected difference of -2 ln L from which the models are told apart with the probability `CERTAIN`."""
-    quantile = float(ndtri(CERTAIN))
+def needed_difference(present: float, reach: float, certain: float) -> float:
+    """The expected difference of -2 ln L from which the models are told apart with a probability `certain`."""
+    quantile = float(ndtri(certain))
     return float((quantile + np.sqrt(quantile**2 + abs(present) + reach)) ** 2)
 
 

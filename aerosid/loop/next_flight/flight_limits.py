@@ -4,33 +4,51 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.formats.quantity import read_quantity
 from aerosid.logs.formats.units import UnitProblem
 from aerosid.loop.next_flight.predicted_flight import ELEVATOR
-
-GRAVITY = 9.80665
-BEYOND = 0.2
-"""Share of the flown range by which an input may leave it at either end."""
-
-MARGIN = 0.1
-"""Share of the way from trim to a limit that a prediction keeps free: the models differ, and so does the air."""
-
-RATE = 0.5
-"""rad/s of the elevator where nothing is given: what a pilot's step at a yoke takes, 0.2 s for 6 deg."""
 
 RATE_NAME = "delta_e_rate"
 UNITS = {"alpha": "rad", "n_z": "1", "V": "m/s", "theta": "rad", ELEVATOR: "rad", RATE_NAME: "rad/s"}
 """What can be limited."""
 
-_LEAST = {"alpha": 0.035, "n_z": 0.25, "V": 3.0, "theta": 0.1, ELEVATOR: 0.02}
-"""Either way of trim, where a record shows no motion to go by."""
+
+def _least() -> Mapping[str, float]:
+    return {"alpha": 0.035, "n_z": 0.25, "V": 3.0, "theta": 0.1, ELEVATOR: 0.02}
+
+
+@dataclass(frozen=True)
+class RangeSettings:
+    """How far a next flight may go where no limit is given; chosen, found on no recording.
+
+    Attributes
+    ----------
+    beyond : float
+        Share of the flown range, 1, by which an input may leave it at either end.
+    margin : float
+        Share of the way from trim to a limit, 1, that a prediction keeps free: the models differ, and so does the air.
+    rate : float
+        rad/s of the elevator where nothing is given: what a pilot's step at a yoke takes, 0.2 s for 6 deg.
+    least : mapping of str to float
+        Either way of trim, SI, where a record shows no motion to go by.
+    """
+
+    beyond: float = 0.2
+    margin: float = 0.1
+    rate: float = 0.5
+    least: Mapping[str, float] = field(default_factory=_least)
+
+
+RANGES = RangeSettings()
+"""The ranges of every next flight."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +92,7 @@ class FlightLimits:
                 return -np.inf
             excursion = values - values[0]
             used = max(float(np.max(excursion)) / (high - trim), float(np.min(excursion)) / (low - trim))
-            least = min(least, 1.0 - used / (1.0 - MARGIN))
+            least = min(least, 1.0 - used / (1.0 - RANGES.margin))
         return least
 
 
@@ -107,15 +125,15 @@ def flight_limits(
     """
     ranges = {}
     records = [shown(*record) for record in flown]
-    for name, least in _LEAST.items():
+    for name, least in RANGES.least.items():
         if name in given:
             ranges[name] = given[name]
             continue
         low = min(float(np.nanmin(record[name])) for record in records)
         high = max(float(np.nanmax(record[name])) for record in records)
-        reach = BEYOND * (high - low)
+        reach = RANGES.beyond * (high - low)
         ranges[name] = min(low - reach, still[name] - least), max(high + reach, still[name] + least)
-    rate = given[RATE_NAME][1] if RATE_NAME in given else RATE
+    rate = given[RATE_NAME][1] if RATE_NAME in given else RANGES.rate
     return FlightLimits(ranges, rate, frozenset(given))
 
 

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError
-from aerosid.estimation.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.open_loop import simulate
+from aerosid.estimation.preparation_settings import PREPARATION
 from aerosid.flight_model.input_shapes import InputShape, Steps, neighbours, patterns
 from aerosid.loop.next_flight.expected_information import (
     Prospect,
@@ -69,6 +70,8 @@ class DesignSettings:
         Alternatives considered, the closest first.
     repeats : int
         Flights beyond which one input does not decide a question.
+    certain : float
+        Probability, 1, from which a question counts as decided. Chosen.
     """
 
     base_times: tuple[float, ...] = (0.3, 0.5, 0.8, 1.2, 1.8, 2.6)
@@ -85,6 +88,7 @@ class DesignSettings:
     worth: float = 0.05
     rivals: int = 4
     repeats: int = 20
+    certain: float = 0.95
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ class InputSearch:
     def planned(self, shape: InputShape, amplitude: float, time: NDArray[np.float64]) -> Manoeuvre:
         """The flight with an input; its sensors show nothing yet."""
         deflection = shape.deflection(time, self.settings.lead, amplitude, self.limits.rate)
-        substep = self.settings.substep if time is self.time else LONGEST_SUBSTEP
+        substep = self.settings.substep if time is self.time else PREPARATION.longest_substep
         return planned_manoeuvre(self.record, self.steady, time, deflection, longest_substep=substep)
 
     def room(self, planned: Manoeuvre, estimates: Sequence[Refinement]) -> float:
@@ -270,7 +274,7 @@ class InputSearch:
                 ahead = self.prospects(planned, self.simulated(self.chosen, planned))
                 for rival, one in zip(self.rivals, ahead, strict=True):
                     difference = expected_difference(rival.known, one) / self.colour
-                    shares.append(difference / needed_difference(rival.present, REACH))
+                    shares.append(difference / needed_difference(rival.present, REACH, self.settings.certain))
             if self.unknowns:
                 spread = expected_deviations(self.known, prospect(self.seen(self.chosen, planned), planned))
                 shares += [(one.needed / (one.colour * float(spread[one.place]))) ** 2 for one in self.unknowns]

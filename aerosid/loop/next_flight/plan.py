@@ -14,9 +14,9 @@ from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL
 from aerosid.flight_model.input_shapes import Multisine
-from aerosid.loop.derivative_table import SHOWN, SHOWN_CONSTANT, DerivativeRow, derivative_name
+from aerosid.loop.derivative_table import DerivativeRow, derivative_name
+from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.next_flight.expected_information import (
-    CERTAIN,
     Prospect,
     expected_deviations,
     expected_difference,
@@ -71,7 +71,7 @@ def plan_next_flight(
     if not rivals and not unknowns:
         return None
     if found.completed.held_to_data > 0.0:
-        return _nothing(rivals, unknowns, 0, _RUNS_AWAY)
+        return _nothing(rivals, unknowns, settings, 0, _RUNS_AWAY)
     estimates = (found.completed, *(rival.estimate for rival in rivals))
     if any(isinstance(active.effect, StateEffect) for one in estimates for active in one.effects):
         # Separation is simulated by repetition, its slopes by differences of whole simulations: fewer inputs then.
@@ -79,10 +79,12 @@ def plan_next_flight(
     try:
         search = InputSearch(found, manoeuvres, rivals, unknowns, limits, settings)
     except EstimationError as error:
-        return _nothing(rivals, unknowns, 0, f"No input was designed: {error}")
+        return _nothing(rivals, unknowns, settings, 0, f"No input was designed: {error}")
     best, alone = search.best()
     if best is None:
-        return _nothing(rivals, unknowns, search.tried, "No elevator input stays within the limits from this trim.")
+        return _nothing(
+            rivals, unknowns, settings, search.tried, "No elevator input stays within the limits from this trim."
+        )
     questions = _answered(search, best, alone)
     if all(question.repeats is None for question in questions):
         return NextFlight(None, questions, search.tried, "No elevator input within these limits decides anything.")
@@ -101,7 +103,7 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
         corrected, white = float(spread.corrected[place]), float(spread.white[place])
         known = np.isfinite(corrected) and np.isfinite(white) and white > 0.0
         estimate = row.value if row.estimate is None else row.estimate
-        needed = (SHOWN_CONSTANT if row.term == "1" else SHOWN) * max(abs(estimate), abs(row.declared or 0.0))
+        needed = JUDGEMENT.least_known(constant=row.term == "1") * max(abs(estimate), abs(row.declared or 0.0))
         if needed > 0.0:
             unknowns.append(
                 Unknown(
@@ -115,9 +117,11 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
     return tuple(unknowns)
 
 
-def _nothing(rivals: Sequence[Rival], unknowns: Sequence[Unknown], tried: int, note: str) -> NextFlight:
+def _nothing(
+    rivals: Sequence[Rival], unknowns: Sequence[Unknown], settings: DesignSettings, tried: int, note: str
+) -> NextFlight:
     """The questions where no input could be designed: nothing is said of what one would tell."""
-    open_ones = [_about_rival(rival, None, None, None, _NOT_JUDGED) for rival in rivals]
+    open_ones = [_about_rival(rival, settings, None, None, None, _NOT_JUDGED) for rival in rivals]
     open_ones += [_about_derivative(unknown, None, None, _NOT_JUDGED) for unknown in unknowns]
     return NextFlight(None, tuple(open_ones), tried, note)
 
@@ -140,14 +144,14 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
             (
                 count
                 for count in range(1, search.settings.repeats + 1)
-                if probability_told_apart(difference(count), rival.present, REACH) >= CERTAIN
+                if probability_told_apart(difference(count), rival.present, REACH) >= search.settings.certain
             ),
             None,
         )
         expected = difference(1)
         probability = probability_told_apart(expected, rival.present, REACH)
         hint = "" if repeats is not None else _instead(rival, float(alone[n]))
-        questions.append(_about_rival(rival, expected, probability, repeats, hint))
+        questions.append(_about_rival(rival, search.settings, expected, probability, repeats, hint))
     if search.unknowns:
         known = prospect(search.seen(search.chosen, planned), planned)
         for n, unknown in enumerate(search.unknowns, start=len(search.rivals)):
@@ -173,7 +177,12 @@ def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Pr
 
 
 def _about_rival(
-    rival: Rival, expected: float | None, probability: float | None, repeats: int | None, hint: str
+    rival: Rival,
+    settings: DesignSettings,
+    expected: float | None,
+    probability: float | None,
+    repeats: int | None,
+    hint: str,
 ) -> Question:
     return Question(
         kind="alternative",
@@ -181,7 +190,7 @@ def _about_rival(
         rival=rival.label,
         present=rival.present,
         expected=expected,
-        needed=needed_difference(rival.present, REACH),
+        needed=needed_difference(rival.present, REACH, settings.certain),
         probability=probability,
         repeats=repeats,
         elsewhere=hint,

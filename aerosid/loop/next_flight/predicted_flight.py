@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from aerosid.errors import EstimationError
-from aerosid.estimation.manoeuvre import LONGEST_SUBSTEP, Manoeuvre
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.preparation_settings import PREPARATION
 from aerosid.flight_model.axes import state_vector
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.logs.flight_log import FlightLog
@@ -18,7 +19,7 @@ from aerosid.notation import number
 
 ELEVATOR = "delta_e"
 _STILL = 0.01
-"""s over which nothing may change in steady flight."""
+"""Numerical: s over which nothing may change in steady flight."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def planned_manoeuvre(
     deflection: NDArray[np.float64],
     measured: NDArray[np.float64] | None = None,
     name: str = "next flight",
-    longest_substep: float = LONGEST_SUBSTEP,
+    longest_substep: float = PREPARATION.longest_substep,
 ) -> Manoeuvre:
     """The flight to come with the sensors of a record, as the estimators take it.
 

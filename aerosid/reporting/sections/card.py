@@ -13,7 +13,7 @@ from aerosid.logs.standard_atmosphere import (
     calibrated_airspeed,
     density_altitude,
 )
-from aerosid.loop.next_flight.flight_limits import MARGIN
+from aerosid.loop.next_flight.flight_limits import RANGES
 from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
 from aerosid.loop.result import ClosedLoop
 from aerosid.notation import MISSING, number
@@ -60,7 +60,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         "signs": {limit["sign"] for limit in limits if limit["sign"]},
         "given": GIVEN,
         "flown": FLOWN,
-        "percent": round(100 * MARGIN),
+        "percent": round(100 * RANGES.margin),
         "decides": [_decides(question) for question in ahead.questions if question.repeats is not None],
         "repeats": max((question.repeats or 1 for question in ahead.questions), default=1),
     }

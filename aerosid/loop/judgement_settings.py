@@ -1,0 +1,40 @@
+"""Settings of what a result says of itself: which derivatives are shown, whether a flight moved at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aerosid.search.settings import AttributionSettings
+
+
+@dataclass(frozen=True)
+class JudgementSettings:
+    """Limits of the judgement of an estimate, each with quantity, unit, effect and source.
+
+    Attributes
+    ----------
+    shown : float
+        Share, 1, of its size (its own or the declared, the greater) by which a derivative may be uncertain and be
+        shown: three standard errors, as are asked of what is named, so that nothing is named and not shown.
+    shown_constant : float
+        The same of a constant. At more than its size it lies within two standard errors of the declared value, so that
+        holding it there does not pull the derivatives that trim the flight with it.
+    moves : float
+        Times its noise, 1, that the standard deviation of an angle to the air or of a rate must be for a flight to have
+        moved at all: that of a steady flight is its noise, which is known from the log within a quarter.
+    unchanged : float
+        Distance of a ratio of errors from 1, 1, below which two digits after the point show none.
+    """
+
+    shown: float = 1.0 / AttributionSettings().final_deviations
+    shown_constant: float = 1.0
+    moves: float = 2.0
+    unchanged: float = 0.005
+
+    def least_known(self, *, constant: bool) -> float:
+        """Share of its size by which a derivative, or a constant, may be uncertain and be shown."""
+        return self.shown_constant if constant else self.shown
+
+
+JUDGEMENT = JudgementSettings()
+"""The limits of every result."""
