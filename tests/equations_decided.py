@@ -27,7 +27,7 @@ def proved(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -
     unseen = [prepare(log, aircraft, model.columns) for log in others]
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
-    faults = prove_faults(model, free, (), hypotheses, manoeuvres, unseen)
+    faults = prove_faults(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
     assert faults is not None
     return faults
 

@@ -62,7 +62,7 @@ def check_command(
         log = read_span(span, channels, held)
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
-        closing.append(_checked(log, None if silent else output, _farthest(declared)))
+        closing.append(_checked(log, None if silent else output, declared))
     tell(lambda: headed("check", {"logs": closing}))
     if silent and not mode().json:
         for entry in closing:
@@ -80,25 +80,18 @@ def _print_streams(path: Path, recording: Recording, output: Console) -> None:
     print_notes(listing, output)
 
 
-def _farthest(aircraft: Aircraft | None) -> float | None:
-    """How far a sensor can lie from the centre of gravity, m; None where no size is known."""
-    if aircraft is None:
-        return None
-    from aerosid.effects.sensor_position import farthest_place
-
-    return farthest_place(aircraft.mean_chord, aircraft.length)
-
-
-def _instruments(log: FlightLog, farthest: float | None) -> tuple[KinematicConsistency | None, tuple[str, ...]]:
+def _instruments(log: FlightLog, aircraft: Aircraft | None) -> tuple[KinematicConsistency | None, tuple[str, ...]]:
     """Whether the instruments agree, and what of it cannot be."""
     from aerosid.compatibility import check_kinematics
     from aerosid.compatibility.plausible import implausible_positions
 
     agreement = check_kinematics([log])
-    return agreement, implausible_positions(agreement, farthest) if agreement is not None else ()
+    if agreement is None or aircraft is None:
+        return agreement, ()
+    return agreement, implausible_positions(agreement, aircraft.mean_chord, aircraft.length)
 
 
-def _checked(log: FlightLog, output: Console | None, farthest: float | None) -> dict[str, object]:
+def _checked(log: FlightLog, output: Console | None, aircraft: Aircraft | None) -> dict[str, object]:
     """What one log is worth, printed where there is an output, and as JSON holds it."""
     from aerosid.logs.quality import check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
@@ -113,7 +106,7 @@ def _checked(log: FlightLog, output: Console | None, farthest: float | None) -> 
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
-    agreement, impossible = (None, ()) if whole is not None else _instruments(log, farthest)
+    agreement, impossible = (None, ()) if whole is not None else _instruments(log, aircraft)
     lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole, impossible)
     if output is not None:

@@ -85,6 +85,7 @@ FAMILY = Family(
             ),
             (Planted("x", {"shift": 0.06, "time": 4.0}),),
             optional=("time",),
+            noun="a shift of the centre of gravity",
             rarity=6.0,
         ),
     ),

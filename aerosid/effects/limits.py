@@ -87,8 +87,10 @@ class OfferLimits:
     slowest_sensor : float
         s; greatest time constant of a sensor's lag: it would follow no manoeuvre.
     reach : float
-        Of the length, 1, that a sensor sits from the centre of gravity at most: half of it, and a nose boom. The
-        VFW-614 ATTAS has its vane 0.64 of its length ahead.
+        Of the length, 1, that a vane sits from the centre of gravity at most: half of it, and a nose boom. The VFW-614
+        ATTAS has its vane 0.64 of its length ahead.
+    reach_inside : float
+        The same of accelerometers, which no boom carries.
     """
 
     grid: int = 48
@@ -113,6 +115,7 @@ class OfferLimits:
     furthest: float = 30.0
     length_in_chords: float = 8.0
     reach: float = 0.65
+    reach_inside: float = 0.5
     largest_bias: Mapping[str, float] = field(default_factory=_biases)
     largest_scale: Mapping[str, float] = field(default_factory=_scales)
     largest_inertial_scale: float = 0.15

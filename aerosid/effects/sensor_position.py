@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
-from aerosid.flight_model.axes import LATERAL
+from aerosid.flight_model.axes import ACCELERATIONS, LATERAL
 
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
 """Sensors and the body axes of their positions that a pitching motion shows."""
@@ -24,17 +24,20 @@ SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("
 """The same of the sensors of pitching motion, where all motion is integrated: a wing's vane reads alpha + p y/V."""
 
 
-def farthest_place(mean_chord: float, length: float | None = None) -> float:
-    """How far from the centre of gravity a sensor of an aircraft can sit, m.
+def farthest_place(channel: str, mean_chord: float, length: float | None = None) -> float:
+    """How far from the centre of gravity the sensor of a channel can sit, m.
 
     Parameters
     ----------
+    channel : str
+        A vane may be on a boom, an accelerometer is inside.
     mean_chord : float
         m.
     length : float, optional
         Of the aircraft, m; by default a multiple of its chord.
     """
-    return OFFERED.reach * (length or OFFERED.length_in_chords * mean_chord)
+    share = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
+    return share * (length or OFFERED.length_in_chords * mean_chord)
 
 
 def sensor_position(channel: str, axis: str) -> PositionEffect:

@@ -44,6 +44,12 @@ class Alternative:
     estimate: Estimate = field(repr=False, compare=False)
     own: float = 1.0
 
+    @property
+    def ratio(self) -> float:
+        """Distance of its number from none in its own deviations; infinite where it has none."""
+        null = self.active.effect.parameters[0].null if self.active is not None else 0.0
+        return abs(self.value - null) / self.std_error if self.std_error > 0.0 else np.inf
+
 
 def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
     """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
@@ -137,7 +143,9 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         behind = worth - found.gain_over(bare)
         if behind < margin and within_limits(found, hypothesis):
             row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
-            rows.append(replace(row, margin=margin, own=float(scored.own[n])))
+            # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well.
+            if row.ratio >= settings.deviations:
+                rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
 
 

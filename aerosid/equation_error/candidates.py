@@ -59,10 +59,10 @@ def unit_of(channel: str) -> str:
     return CHANNELS[channel].unit if channel in CHANNELS else ""
 
 
-def bounded(hypothesis: Hypothesis, mean_chord: float, length: float | None = None) -> Hypothesis:
+def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
     """The hypothesis with the limits of an instrument in use and of a flyable aircraft; most have those of their kind.
 
-    `mean_chord`, `length` of the aircraft: m; None: not known.
+    `mean_chord`: m.
     """
     if not hypothesis.effects:
         return hypothesis
@@ -71,16 +71,22 @@ def bounded(hypothesis: Hypothesis, mean_chord: float, length: float | None = No
     limits = {
         "sensor_bias": OFFERED.largest_bias.get(first.unit),
         "sensor_scale": OFFERED.largest_scale.get(unit_of(hypothesis.where), OFFERED.largest_inertial_scale),
-        "sensor_position": farthest_place(mean_chord, length),
         "cg_shift": OFFERED.furthest_centre * mean_chord,
     }
     limit = limits.get(hypothesis.kind)
     if limit is None:
         return hypothesis
-    held = len(active.effect.parameters) if isinstance(active.effect, PositionEffect) else 1
-    parameters = tuple(
-        _within(parameter, limit) if n < held else parameter for n, parameter in enumerate(active.effect.parameters)
-    )
+    parameters = (_within(first, limit), *active.effect.parameters[1:])
+    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
+
+
+def within_reach(hypothesis: Hypothesis, mean_chord: float, length: float | None) -> Hypothesis:
+    """The hypothesis of a sensor's place with the aircraft's size, m, as its limit; any other as it is."""
+    if not hypothesis.effects or not isinstance(hypothesis.effects[0].effect, PositionEffect):
+        return hypothesis
+    (active,) = hypothesis.effects
+    limit = farthest_place(hypothesis.where, mean_chord, length)
+    parameters = tuple(_within(parameter, limit) for parameter in active.effect.parameters)
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sensor_position import farthest_place
 from aerosid.equation_error.alternatives import replaced
-from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses, told_apart
+from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses, told_apart, within_reach
 from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
 from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance
@@ -19,7 +20,7 @@ from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, est
 from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import read_recordings
-from aerosid.equation_error.selection import Selected, forward, recordings_agree, rules_for
+from aerosid.equation_error.selection import Chosen, Selected, forward, recordings_agree, rules_for
 from aerosid.equation_error.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -118,13 +119,31 @@ def prove_faults(
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     told_already = {told_apart(hypothesis) for hypothesis in hypotheses}
     every = (*hypotheses, *(h for h in position_hypotheses(channels) if told_apart(h) not in told_already))
-    asked = tuple(bounded(h, model.constants.mean_chord, length) for h in every if askable(h))
-    sensors = [h for h in asked if of_sensors(h)]
+    asked = tuple(bounded(h, model.constants.mean_chord) for h in every if askable(h))
     start = Point(model, tuple(free), tuple(given))
     frame = Frame(recordings, KINEMATIC, settings)
-    none = Selected(estimate(frame, start), ())
-    rules = rules_for(asked, none.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
     beside = CoefficientsBeside(Frame(recordings, COEFFICIENT, settings, all_fitted=True), start)
+    none = Selected(estimate(frame, start), ())
+    while True:
+        found = _searched(none, asked, beside, told)
+        outside = [each.hypothesis for each in found.chosen if _is_outside(found, each, length)]
+        if not outside:
+            break
+        told(f"  not on this aircraft: {[hypothesis.label for hypothesis in outside]}")
+        asked = tuple(h for h in asked if told_apart(h) not in set(map(told_apart, outside)))
+    # Alternatives are held to the aircraft's size from the beginning: a search may pass beyond it.
+    asked = tuple(within_reach(h, model.constants.mean_chord, length) for h in asked)
+    return ProvedFaults(start, asked, none.estimate, found)
+
+
+def _searched(
+    none: Selected, asked: Sequence[Hypothesis], beside: CoefficientsBeside, told: Callable[[str], None]
+) -> Selected:
+    """The faults that pay their price in the kinematic equations, each in its likeliest form, those that stand."""
+    frame, model = none.estimate.frame, none.estimate.point.model
+    settings = frame.settings
+    sensors = [h for h in asked if of_sensors(h)]
+    rules = rules_for(asked, none.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
@@ -136,7 +155,15 @@ def prove_faults(
         found = chosen_with_coefficients(found, sensors, rules, beside)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)
-    return ProvedFaults(start, asked, none.estimate, found)
+    return found
+
+
+def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:
+    """Whether a chosen sensor's place is further from the centre of gravity than the aircraft reaches."""
+    names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
+    chord = found.estimate.point.model.constants.mean_chord
+    places = [active for active in found.estimate.point.effects if active.name in names]
+    return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in places)
 
 
 def on_fitted(selected: Selected) -> Selected:

@@ -171,6 +171,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         provenance=provenance,
         settings=settings,
         second_opinion=known.identified.second_opinion,
+        decided_by=known.identified.decided_by,
     )
 
 

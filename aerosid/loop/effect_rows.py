@@ -74,6 +74,8 @@ class Effect:
     """For an alternative: by how much -2 ln L, with what its numbers cost, is higher than with the chosen effect."""
     margin: float | None = None
     """For an alternative: the difference up to which the flights decide nothing; what is worse is not listed."""
+    along: str = ""
+    """For a place: the body axes along which it is elsewhere."""
 
 
 def _finite(value: float) -> float | None:
@@ -96,6 +98,7 @@ def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
         instead_of=finding.instead_of,
         worse_by=finding.worse_by,
         margin=finding.margin,
+        along=finding.along,
     )
 
 

@@ -25,7 +25,7 @@ from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.methods import CASES, Answer, Question, answer, require_method_for
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
-from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Progress
+from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
 from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
 from aerosid.search.attribution import Attribution
@@ -64,6 +64,8 @@ class Identification:
         What the method has to say of itself.
     second_opinion : SecondOpinion or None
         Whether the model error d(t) alone says the same; None where it was not asked.
+    decided_by : str
+        The method whose answer it is.
     """
 
     aircraft: Aircraft
@@ -77,6 +79,7 @@ class Identification:
     rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
     second_opinion: SecondOpinion | None = None
+    decided_by: Method = "likelihood"
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
     hold_out: tuple[Manoeuvre, ...] = ()
 
@@ -159,6 +162,7 @@ def identify(
             *told.notes,
         ),
         second,
+        told.deciding,
         told.search,
         held_out,
     )

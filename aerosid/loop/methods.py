@@ -210,7 +210,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
 
 def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """The coefficients' decision, given what kinematics prove of the instruments."""
-    progress("tracing the residual")
+    progress("regressing the coefficients")
     coefficients = question.aircraft.coefficients
     decision = decide(faults, coefficients)
     found = attribute_by_equations(decision, question.manoeuvres)

@@ -22,7 +22,7 @@ from aerosid.loop.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.roles import ROLES
 from aerosid.loop.second_opinion import SecondOpinion
-from aerosid.loop.settings import USUAL, LoopSettings
+from aerosid.loop.settings import USUAL, LoopSettings, Method
 from aerosid.loop.verdict import Verdict
 from aerosid.model_error.coefficient_match import CoefficientRow
 from aerosid.model_error.force_history import ErrorHistory
@@ -74,6 +74,8 @@ class ClosedLoop:
     """What the validation logs confirmed and refuted, a few words each; empty where they changed nothing."""
     second_opinion: SecondOpinion | None = None
     """Whether the model error d(t) alone says the same; None where it was not asked, or decided itself."""
+    decided_by: Method = "likelihood"
+    """The method whose answer it is: of the default, that which the air and the recorder allow."""
     provenance: Provenance = NOBODY
     """Day, settings that are not the usual ones, command line, analyst."""
     settings: LoopSettings = USUAL

@@ -14,7 +14,7 @@ from aerosid.loop.effect_rows import Effect
 from aerosid.loop.error_reduction import told_of_reduction
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.open_loop_errors import ErrorRow
-from aerosid.notation import with_deviation
+from aerosid.notation import listed, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.refutation import cannot_follow
@@ -76,11 +76,17 @@ def _moves(manoeuvre: Manoeuvre) -> bool:
     return bool(np.any(manoeuvre.spread[places] > JUDGEMENT.moves * manoeuvre.noise[places]))
 
 
+_SAID = 4
+"""Effects that the sentence names; the table behind it has all."""
+
+
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
     """A sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
     sentence = verdict.value
     if effects:
-        sentence = f"The declared model lacks {' and '.join(_named(effect) for effect in effects)}."
+        told = [_named(effect) for effect in effects[:_SAID]]
+        further = [f"{len(effects) - _SAID} more"] if len(effects) > _SAID else []
+        sentence = f"The declared model lacks {listed([*told, *further])}."
         if verdict is Verdict.PARTLY_EXPLAINED:
             sentence += " More is missing than this explains."
     if verdict is Verdict.NOT_EXCITED:
@@ -102,7 +108,13 @@ def _begun(kind: str, where: str, term: str) -> str:
     if kind == "aero_term":
         return f"{where} {term}"
     words = KINDS[kind].words if kind in KINDS else f"a {kind.replace('_', ' ')}"
-    return f"{words[:1].upper()}{words[1:]}{f' of {where}' if where else ''}"
+    return f"{words[:1].upper()}{words[1:]}{_place(kind, where)}"
+
+
+def _place(kind: str, where: str) -> str:
+    """Where an effect acts: ` of alpha`, ` along z` of one along a body axis."""
+    along = kind in KINDS and KINDS[kind].place == "axis"
+    return f" {'along' if along else 'of'} {where}" if where else ""
 
 
 def told_of_decisions(found: Attribution) -> tuple[str, ...]:
@@ -130,5 +142,7 @@ def _named(effect: Effect) -> str:
     unit = "" if effect.unit == "1" else f" {effect.unit}"
     moment = "" if effect.time is None else f" at {effect.time:.2f} s"
     words = KINDS[effect.kind].words if effect.kind in KINDS else f"a {effect.kind.replace('_', ' ')}"
-    place = f" of {effect.where}" if effect.where else ""
+    place = _place(effect.kind, effect.where)
+    if effect.along:
+        place += f" along {listed(list(effect.along))}"
     return f"{words}{place}{moment} ({with_deviation(effect.value, effect.std_error)}{unit})"

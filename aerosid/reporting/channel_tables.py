@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from aerosid.logs.channel_listing import Listing
+from aerosid.notation import number
 
 _HOLES_NAMED = 3
 _MOST_CHANNELS = 400  # rows on a screen; the rest is counted, and in full with --json
@@ -38,8 +39,8 @@ def print_channels(listing: Listing, channel_map: str, path: str, console: Conso
             channel.unit,
             str(channel.samples),
             str(channel.missing or ""),
-            "" if channel.minimum is None else f"{channel.minimum:.5g}",
-            "" if channel.maximum is None else f"{channel.maximum:.5g}",
+            "" if channel.minimum is None else number(channel.minimum, 5),
+            "" if channel.maximum is None else number(channel.maximum, 5),
             f"{100.0 * channel.repeats:.0f} %" if channel.repeats else "",
             channel.sparkline,
         )

@@ -41,6 +41,9 @@ TONES = {
 _WORSE = 0.98
 """Error without an effect over error with it below which the effect is told to predict worse."""
 
+_CHANCE = 0.05
+"""p-value of its number from which a named effect is told to be possible by chance."""
+
 _ABOVE_NOISE = 1.5
 """Times its noise from which a channel's remaining error is worth a sentence."""
 
@@ -86,9 +89,17 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
     hidden = [derivative_name(row.coefficient, row.term) for row in result.derivatives if not row.shown]
     if hidden:
         yield f"The flights hold too little information on {listed(hidden)}."
+    for effect in result.effects:
+        if effect.evidence.p_value > _CHANCE:
+            chance = number(100.0 * effect.evidence.p_value, 2)
+            yield (
+                f"{effect_name(effect)} is named by what it brings to the likelihood; its number alone, "
+                f"{number(abs(effect.value / effect.std_error), 2)} standard errors from none, would come by chance in "
+                f"{chance} % of such searches."
+            )
     for log in dict.fromkeys(row.log for row in result.errors):
         rows = [row for row in result.errors if row.log == log]
-        yield from _left_over(log, rows)
+        yield from _left_over(log, rows, noise_is_the_measure(result))
 
 
 def _rivals_of(chosen: str, rivals: Sequence[Effect]) -> Iterator[str]:
@@ -107,8 +118,16 @@ def _rivals_of(chosen: str, rivals: Sequence[Effect]) -> Iterator[str]:
         )
 
 
-def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
-    """What remains of the error on one log."""
+def noise_is_the_measure(result: ClosedLoop) -> bool:
+    """Whether errors of simulations are to be counted in units of the noise: not where air moves or a filter smooths.
+
+    There the equations decide, and open-loop errors are the air's, over a noise that the recorder has made.
+    """
+    return result.decided_by != "equations"
+
+
+def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[str]:
+    """What remains of the error on one log; `measured` in units of the noise."""
     diverged = [row.channel for row in rows if row.after is None]
     if diverged:
         yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
@@ -125,8 +144,12 @@ def _left_over(log: str, rows: Sequence[ErrorRow]) -> Iterator[str]:
     known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
     above = [row for row in known if (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
     if above:
-        times = [f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" for row in above]
-        yield f"On {log} the error stays above the measurement noise in {listed(times)}."
+        times = [
+            f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" if measured else row.channel
+            for row in above
+        ]
+        why = ": the air moves, or the recorder filters, and how many times says nothing of the model"
+        yield f"On {log} the error stays above the measurement noise in {listed(times)}{'' if measured else why}."
 
 
 def _rest(row: ErrorRow) -> float | None:

@@ -163,7 +163,9 @@ def closing_sentence(
     if whole_flight is not None:
         return f"The log cannot be used by close-loop as it is. {whole_flight}", False
     if lacking:
-        return f"The log cannot be used by close-loop: {' '.join(lacking)}", False
+        at_rest = all(f.problem is Problem.CONTROL_AT_REST for f in quality.findings if f.blocking)
+        still = " It can be predicted with --validate or --hold-out." if at_rest else ""
+        return f"The log cannot be used by close-loop: {' '.join(lacking)}{still}", False
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         what = "correct units, signs and columns in the channel map, or choose another span"
         return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False

@@ -94,6 +94,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
         provenance=ProvenanceEntry.model_validate(result.provenance),
         settings=all_settings(result.settings),
         settings_changed=tuple(result.provenance.settings),
+        decided_by=result.decided_by,
         decided_by_validation=result.decided_by_validation,
         second_opinion=None
         if result.second_opinion is None
@@ -120,9 +121,9 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time`, `parameters`, `hold_out_gain` and `confirmation` are left out of effects that have none, `next_flight` where
-    nothing is left to decide, `second_opinion` where none was asked, and `kinematics` where too few channels are there;
-    every other key always stands.
+    `time`, `along`, `parameters`, `hold_out_gain` and `confirmation` are left out of effects that have none,
+    `next_flight` where nothing is left to decide, `second_opinion` where none was asked, and `kinematics` where too few
+    channels are there; every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
@@ -140,11 +141,11 @@ def result_text(result: ClosedLoop) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-_SELDOM = ("time", "parameters")
+_SELDOM = ("time", "along", "parameters")
 _SELDOM_EVIDENCE = ("hold_out_gain", "confirmation")
 
 
 def _effect(effect: Effect) -> Mapping[str, Any]:
     """The effect's fields, without parameters where it has none."""
     values = {entry.name: getattr(effect, entry.name) for entry in fields(effect)}
-    return {**values, "parameters": dict(effect.parameters) or None}
+    return {**values, "along": effect.along or None, "parameters": dict(effect.parameters) or None}

@@ -58,7 +58,7 @@ class ParameterRow(Row):
 
 
 class EffectRow(Row):
-    """What the data show to be missing; `time` and `parameters` stand only where the kind has them."""
+    """What the data show to be missing; `time`, `along` and `parameters` stand only where the kind has them."""
 
     rank: int
     kind: Text
@@ -68,6 +68,7 @@ class EffectRow(Row):
     std_error: Number
     unit: Text
     time: Number = None
+    along: Text | None = None
     parameters: dict[Text, ParameterRow] | None = None
     evidence: EvidenceRow
 
@@ -334,6 +335,7 @@ class ResultFile(Row):
     provenance: ProvenanceEntry | None = None
     settings: dict[Text, Any] = Field(default_factory=dict)
     settings_changed: tuple[Text, ...] = ()
+    decided_by: Text = "likelihood"
     decided_by_validation: tuple[Text, ...] = ()
     second_opinion: SecondOpinionEntry | None = None
 

@@ -11,7 +11,7 @@ from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Factor, parse_term
 from aerosid.loop.effect_rows import Effect
 from aerosid.nomenclature import CHANNELS
-from aerosid.notation import MISSING, SUPERSCRIPTS, number, si_unit
+from aerosid.notation import MISSING, SUPERSCRIPTS, listed, number, si_unit
 
 DEGREES = 180.0 / math.pi
 
@@ -112,7 +112,12 @@ def effect_name(effect: Effect) -> str:
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term}"
     kind = effect.kind.replace("_", " ")
-    return f"{kind} of {effect.where}" if effect.where else kind
+    return f"{kind} of {effect.where}{_along(effect)}" if effect.where else kind
+
+
+def _along(effect: Effect) -> str:
+    """The body axes of a place: ` along x and z`."""
+    return f" along {listed(list(effect.along))}" if effect.along else ""
 
 
 def sentence(text: str) -> str:
@@ -132,5 +137,5 @@ def effect_sentence(effect: Effect) -> str:
     if effect.kind not in KINDS:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
-    said = KINDS[effect.kind].sentence.format(where=effect.where)
+    said = KINDS[effect.kind].sentence.format(where=effect.where) + _along(effect)
     return said if effect.time is None else f"{said} at {effect.time:.2f} s"

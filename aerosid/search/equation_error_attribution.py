@@ -198,8 +198,14 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
         time=moment(active) if active is not None and is_sudden(active) else None,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.asked)),
         gain=2.0 * row.gain,
+        along=_axes(row.active),
         parameters=_parameters(active, errors),
     )
+
+
+def _axes(active: ActiveEffect | None) -> str:
+    """The body axes of a place; none of any other effect."""
+    return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
@@ -229,6 +235,7 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         time=None,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * asked)),
         gain=2.0 * row.gain,
+        along=_axes(row.active),
         instead_of=named(row.instead_of.label),
         worse_by=2.0 * row.behind,
         margin=2.0 * row.margin,

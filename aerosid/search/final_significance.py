@@ -9,6 +9,7 @@ import numpy as np
 
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.filter_error import filter_error, widened
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import Confirmed
 from aerosid.search.finding_rows import finding_of, findings_of
@@ -51,9 +52,9 @@ def significant(found: Attribution, search: StructureSearch) -> Attribution:
 def told_of_fallen(found: Attribution, asked: float) -> list[str]:
     """A sentence for each finding that entered and fell, for the notes."""
     return [
-        f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {each.value:.3g} with "
-        f"a standard error of {each.std_error:.2g}, is not {asked:g} standard errors from none with the sign that it "
-        "was claimed with; everything is re-estimated without it."
+        f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {number(each.value)} "
+        f"with a standard error of {number(each.std_error, 2)}, is not {asked:g} standard errors from none with the "
+        "sign that it was claimed with; everything is re-estimated without it."
         for each in found.fallen
     ]
 

@@ -92,6 +92,8 @@ class Finding:
     worse_by, margin : float or None
         Of an alternative: by how much -2 ln L with the price of its numbers is higher than that of the chosen one, and
         up to which difference the flights decide nothing.
+    along : str
+        Of a place: the body axes along which it is elsewhere, `x` or `xz`.
     """
 
     kind: str
@@ -109,6 +111,7 @@ class Finding:
     fit: Refinement | None = field(default=None, repr=False, compare=False)
     worse_by: float | None = None
     margin: float | None = None
+    along: str = ""
 
 
 def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:

@@ -15,13 +15,13 @@ def found(**arms: float) -> KinematicConsistency:
 
 
 def test_a_sensor_outside_the_aircraft_is_refused() -> None:
-    (said,) = implausible_positions(found(z=-24.0), 14.0)
+    (said,) = implausible_positions(found(z=-24.0), 2.0, 14.0)
     assert "24.0 m" in said
-    assert "further than 14.0 m from the centre" in said
-    (both,) = implausible_positions(found(x=12.0, z=9.0), 14.0)  # 15 m away
-    assert "15.0 m" in both
+    assert "further than 7.00 m from the centre" in said
+    (both,) = implausible_positions(found(x=6.0, z=4.5), 2.0, 14.0)  # 7.5 m away
+    assert "7.50 m" in both
+    assert implausible_positions(found(x=6.0, z=4.5), 2.0) == ()  # of an aircraft that may be 16 m long
 
 
-def test_a_sensor_inside_is_not_and_without_a_size_nothing_is() -> None:
-    assert implausible_positions(found(x=4.4, z=-0.6), 14.0) == ()
-    assert implausible_positions(found(z=-24.0), None) == ()
+def test_a_sensor_inside_is_not() -> None:
+    assert implausible_positions(found(x=4.4, z=-0.6), 2.0, 14.0) == ()

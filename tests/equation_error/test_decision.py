@@ -8,7 +8,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.effects.cg_shift import cg_shift
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.candidates import bounded, effect_candidates, position_hypotheses, to_first_order
+from aerosid.equation_error.candidates import effect_candidates, position_hypotheses, to_first_order, within_reach
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
@@ -117,8 +117,9 @@ def test_alternatives_lie_within_their_margin_and_gains_are_those_of_the_whole_s
 
 
 def test_no_sensor_sits_outside_the_aircraft() -> None:
-    (place,) = position_hypotheses(["a_z"])
-    (active,) = bounded(place, 2.0, 14.0).effects
-    assert [active.effect.parameters[0].lowest, active.effect.parameters[0].highest] == [-9.1, 9.1]
-    (active,) = bounded(place, 2.0).effects
-    assert active.effect.parameters[0].highest == pytest.approx(0.65 * 8.0 * 2.0)
+    inside, vane = position_hypotheses(["a_z", "alpha"])[::-1]
+    assert (inside.where, vane.where) == ("a_z", "alpha")
+    for place, length, farthest in ((inside, 14.0, 7.0), (vane, 14.0, 9.1), (inside, None, 8.0), (vane, None, 10.4)):
+        (active,) = within_reach(place, 2.0, length).effects
+        assert active.effect.parameters[0].highest == pytest.approx(farthest)
+        assert active.effect.parameters[0].lowest == pytest.approx(-farthest)

@@ -12,13 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems_report import closed_loop
 from pypdf import PageObject, PdfReader
+from reportlab.pdfbase.pdfmetrics import stringWidth
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.chart import Chart, Line
-from aerosid.reporting.figures.layout import Row, parted, scale, stacked
+from aerosid.reporting.figures.layout import Row, Tile, parted, scale, stacked, tick_texts, tiled
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.paper.elements import parsed
+from aerosid.reporting.paper.typeface import registered
 
 MOST_SHEETS = 9
 FOOT = 70.0
@@ -104,6 +106,19 @@ def test_a_scale_has_two_numbers_within_its_limits(low: float, span: float, most
     found = scale((low, high), most)
     assert len(found) >= 2
     assert all(low - 1e-6 * span <= tick <= high + 1e-6 * span for tick in found)
+
+
+@given(st.floats(1e-6, 1e4), st.floats(-3.0, 3.0), st.integers(2, 3))
+def test_numbers_below_a_tile_do_not_touch_one_another(span: float, low: float, columns: int) -> None:
+    limits = (low * span, (low + 1.0) * span)
+    points = np.array(limits)
+    chart = tiled([Tile("x", "y", limits, (0.0, 1.0), (Line(points, points, "after"),))] * columns, columns)
+    panel = chart.panels[0]
+    texts = tick_texts(panel.x.ticks)
+    places = panel.width * (np.array(panel.x.ticks) - limits[0]) / span
+    half = np.array([0.5 * stringWidth(text, registered(), 7.5) for text in texts])
+    assert len(texts) >= 1
+    assert np.all(np.diff(places) > half[1:] + half[:-1])
 
 
 def strips(groups: int) -> Chart:

@@ -134,7 +134,7 @@ def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HE
         row, column = divmod(i, columns)
         left = _LEFT + column * (width + _GAP_ACROSS + _RIGHT)
         bottom = height - _TOP - tile_height - row * (tile_height + _GAP_UP)
-        x = Axis(tile.x_label, tile.x_limits, ticks(tile.x_limits, 4))
+        x = Axis(tile.x_label, tile.x_limits, _beside(tile.x_limits, 4, width))
         y = Axis(tile.y_label, tile.y_limits, scale(tile.y_limits, 4))
         panels.append(Panel(left, bottom, width, tile_height, x, y, tile.marks))
     return Chart(WIDTH, height, tuple(panels))
@@ -150,6 +150,21 @@ def ticks(limits: Limits, most: int) -> tuple[float, ...]:
     step = next(s * power for s in _STEPS if s * power >= least * (1.0 - 1e-9))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return tuple(round(k * step, 12) + 0.0 for k in range(first, last + 1))
+
+
+_DIGIT = 4.8
+"""Width of a digit at an axis, pt."""
+
+
+def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
+    """As `scale`, with fewer numbers where they would touch one another within a width, pt."""
+    for spaces in range(most, 0, -1):
+        found = ticks(limits, spaces)
+        texts = tick_texts(found)
+        apart = width * (found[1] - found[0]) / (limits[1] - limits[0]) if len(found) > 1 else 0.0
+        if len(found) > 1 and max(map(len, texts)) * _DIGIT + _DIGIT < apart:
+            return found
+    return scale(limits, 1)[:: max(len(scale(limits, 1)) - 1, 1)]
 
 
 def scale(limits: Limits, most: int) -> tuple[float, ...]:

@@ -40,4 +40,4 @@ def step_response_chart(rows: Sequence[LinearRow], control: str) -> Chart:
         limits = limits_around(*(unit.factor * step.response[channel] for _, step in steps))
         label = f"{subscripted(channel)} [{unit.text}]"
         tiles.append(Tile("time [s]", label, span, limits, tuple(marks)))
-    return tiled(tiles, columns=2, tile_height=_HEIGHT)
+    return tiled(tiles, columns=4 if len(tiles) > 2 else 2, tile_height=_HEIGHT)

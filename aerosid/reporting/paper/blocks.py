@@ -35,6 +35,9 @@ _NAMES = 92.0
 _CARD, _CARD_EDGE = 363.0, 10.0
 """Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
 
+_BETWEEN = 12.0
+"""Room between parts that stand next to one another, pt."""
+
 _SMALL = 0.62
 """Scale of a figure of class `small`."""
 
@@ -175,6 +178,8 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
         yield _verdict(element, width)
     elif "card" in element.classes:
         yield from _card(element, figures, width)
+    elif "beside" in element.classes:
+        yield _beside(list(element.elements()), figures, width)
     else:
         yield from blocks(element, figures, width)
 
@@ -235,7 +240,7 @@ def _verdict(element: Element, width: float) -> Table:
         large, word = "summary" in child.classes, "word" in child.classes
         words = markup(child).capitalize() if word else markup(child)
         sentences.append(
-            Paragraph(words, style(11.0 if large else 9.0, tone if word else "ink", bold=large or word, after=2.0))
+            Paragraph(words, style(9.5 if large else 8.5, tone if word else "ink", bold=large or word, after=1.5))
         )
     rules: list[Any] = [
         ("BACKGROUND", (0, 0), (-1, -1), colours()[f"{tone}-sheet"]),
@@ -243,6 +248,20 @@ def _verdict(element: Element, width: float) -> Table:
         ("LEFTPADDING", (0, 0), (-1, -1), 12.0),
     ]
     return Table([[sentences]], colWidths=[width], style=TableStyle(rules))
+
+
+def _beside(parts: Sequence[Element], figures: Mapping[str, Figure], width: float) -> Table:
+    """Parts next to one another, each in a column of its own."""
+    column = (width + _BETWEEN) / len(parts)
+    cells = [list(blocks(part, figures, column - _BETWEEN)) for part in parts]
+    rules: list[Any] = [
+        ("VALIGN", (0, 0), (-1, -1), "TOP"),
+        ("LEFTPADDING", (0, 0), (-1, -1), 0.0),
+        ("RIGHTPADDING", (0, 0), (-1, -1), _BETWEEN),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.0),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 0.0),
+    ]
+    return Table([cells], colWidths=[column] * len(parts), style=TableStyle(rules), hAlign="LEFT", spaceBefore=6.0)
 
 
 def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:

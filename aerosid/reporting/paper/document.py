@@ -24,7 +24,7 @@ from aerosid.reporting.paper.typeface import colours, registered, style
 _PICTURE = re.compile(r'<svg [^>]*role="img".*?</svg>', re.DOTALL)
 """The page's figures, which are drawn anew."""
 
-_SIDE, _TOP, _FOOT = 15.0 * mm, 14.0 * mm, 18.0 * mm
+_SIDE, _TOP, _FOOT = 15.0 * mm, 12.0 * mm, 16.0 * mm
 
 
 def report_pdf(result: ClosedLoop, report: Report) -> bytes:
@@ -142,15 +142,16 @@ class _Numbered(Canvas):
 
 
 def _head(result: ClosedLoop, report: Report) -> list[Any]:
-    """What the page's head says: the flights and the aircraft file, then the title block."""
+    """What the page's head says: which flights it is about, then the title block."""
     facts = [
-        ("Fitted on", ", ".join(log.name for log in result.identification)),
-        ("Validated on", ", ".join(log.name for log in result.validation) or "no flight"),
+        ("fitted on", ", ".join(log.name for log in result.identification)),
+        ("validated on", ", ".join(log.name for log in result.validation) or "no flight"),
     ]
     if result.hold_out:
-        facts.append(("Held out", ", ".join(log.name for log in result.hold_out)))
-    lines = [Paragraph(f"<b>{name}:</b> {_text(words)}", style(8.5)) for name, words in facts]
-    return [*lines, *blocks(parsed(report.title), {}, A4[0] - 2.0 * _SIDE)]
+        facts.append(("held out", ", ".join(log.name for log in result.hold_out)))
+    said = "; ".join(f"{name} <b>{_text(words)}</b>" for name, words in facts)
+    line = Paragraph(f"{said[:1].upper()}{said[1:]}", style(8.0, after=2.0))
+    return [line, *blocks(parsed(report.title), {}, A4[0] - 2.0 * _SIDE)]
 
 
 def _text(words: str) -> str:

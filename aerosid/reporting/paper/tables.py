@@ -52,8 +52,8 @@ def table(element: Element, width: float) -> Table:
         ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
         ("LEFTPADDING", (0, 0), (-1, -1), _PADDING),
         ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
-        ("TOPPADDING", (0, 0), (-1, -1), 0.8),
-        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.6),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.2),
         ("LINEBELOW", (0, 0), (-1, -1), 0.25, colours()["rule"]),
         ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
     ]

@@ -15,4 +15,6 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     for effect in result.alternatives:
         groups.setdefault(effect.instead_of, []).append(effect)
     better = any(fits_better(effect) for effect in result.alternatives)
-    return {"groups": groups, "second": result.second_opinion, "better": better}
+    # The equations' margins are on the likelihood alone.
+    priced = result.decided_by != "equations"
+    return {"groups": groups, "second": result.second_opinion, "better": better, "priced": priced}

@@ -16,5 +16,6 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         return None
     instead = {group[0]: group[1:] for group in agreement.inseparable}
     rows = [(finding, instead.get(finding, ())) for finding in agreement.findings]
+    doubted = {(row.log, row.channel) for row in result.errors if row.noise_doubt}
     several, worse = len(agreement.logs) > 1, told_of_worse(agreement)
-    return {"agreement": agreement, "rows": rows, "several": several, "worse": worse}
+    return {"agreement": agreement, "rows": rows, "several": several, "worse": worse, "doubted": doubted}

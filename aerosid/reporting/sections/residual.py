@@ -12,22 +12,42 @@ from aerosid.notation import number
 from aerosid.reporting.error_rows import told_of_doubt
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import model_error_chart
+from aerosid.reporting.judgement import noise_is_the_measure
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """Channels by their error over the noise, equations by d(t), and d(t) of every identification log."""
+    counted = noise_is_the_measure(result)
+    missed = _over_noise(result) if counted else _over_variation(result)
+    return {
+        "counted": counted,
+        "channels": {log: sorted(rows, reverse=True) for log, rows in missed.items()},
+        "doubts": {log: told_of_doubt([row for row in result.errors if row.log == log]) for log in missed},
+        "explained": any(history.terms for history in result.model_error),
+        "banded": any(history.deviation is not None for history in result.model_error),
+        "equations": [_equation(history) for history in result.model_error],
+        "figures": [_figure(log, result, figures) for log in dict.fromkeys(h.log for h in result.model_error)],
+    }
+
+
+def _over_noise(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
+    """By log, how many times its noise the re-estimated declared structure leaves of each channel."""
     times: dict[str, list[tuple[float, str]]] = {}
     for row in result.errors:
         if row.role == "identification" and row.before is not None and row.noise > 0.0:
             known = times.setdefault(row.log, [])
             if not row.noise_doubt:
                 known.append((row.before / row.noise, row.channel))
-    return {
-        "channels": {log: sorted(rows, reverse=True) for log, rows in times.items()},
-        "doubts": {log: told_of_doubt([row for row in result.errors if row.log == log]) for log in times},
-        "equations": [_equation(history) for history in result.model_error],
-        "figures": [_figure(log, result, figures) for log in dict.fromkeys(h.log for h in result.model_error)],
-    }
+    return times
+
+
+def _over_variation(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
+    """By log, what the re-estimated declared structure leaves of each channel, per cent of its standard deviation."""
+    shares: dict[str, list[tuple[float, str]]] = {}
+    for row in result.fit:
+        if row.role == "identification" and row.variant == "before" and row.r2 is not None:
+            shares.setdefault(row.log, []).append((100.0 * max(1.0 - row.r2, 0.0) ** 0.5, row.channel))
+    return shares
 
 
 def _equation(history: ErrorHistory) -> dict[str, Any]:

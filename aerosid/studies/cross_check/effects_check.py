@@ -10,6 +10,7 @@ from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
+from aerosid.notation import number
 from aerosid.studies.jsbsim.control_inputs import manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.injected import InjectedEffect, parse_effect
@@ -156,4 +157,4 @@ def _text(effect: object) -> str:
     )
     place = " ".join(word for word in (kind, where, term) if word)
     unit_text = "" if unit == "1" else f" {unit}"
-    return f"{place} = {value:.4g}{unit_text}" + ("" if time is None else f" at {time:.2f} s")
+    return f"{place} = {number(value, 4)}{unit_text}" + ("" if time is None else f" at {time:.2f} s")

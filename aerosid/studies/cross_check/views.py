@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from aerosid import notation
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
@@ -123,7 +124,11 @@ def effects_found_view(check: StockCheck) -> TableView:
         "What the linear model lacks, as the loop found it",
         ("effect", "value", "deviation"),
         tuple(
-            (" ".join(filter(None, (e.kind, e.where, e.term))), f"{e.value:.4g}", f"{e.std_error:.2g}")
+            (
+                " ".join(filter(None, (e.kind, e.where, e.term))),
+                notation.number(e.value, 4),
+                notation.number(e.std_error, 2),
+            )
             for e in check.result.effects
         )
         or (("nothing", "", ""),),

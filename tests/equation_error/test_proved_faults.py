@@ -1,0 +1,34 @@
+"""Faults of instruments that kinematics prove: a sensor's place is one that the aircraft has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from equations_decided import proved
+
+from aerosid.effects.kinds import PositionEffect
+from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
+
+ARM = 2.5
+"""m that the vane sits ahead of where the log takes it to be."""
+
+
+def test_a_place_outside_the_aircraft_gives_way_to_what_looks_the_same() -> None:
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(7))
+    log = flown("one", body, 7001, air=0.0, seconds=24.0)
+    moved = replace(log, channels={**log.channels, "alpha": log["alpha"] - log["q"] * ARM / log["V"]})
+
+    found = proved(replace(aircraft, length=12.0), [moved], [])
+    (place,) = [active for active in found.selected.estimate.point.effects if isinstance(active.effect, PositionEffect)]
+    # Kinematics show how far vane and accelerometer are apart, and not which of them moved.
+    expected = {"alpha": ARM, "a_z": -ARM}[place.effect.where]
+    assert abs(place.values[0] - expected) < 0.3
+
+    held = proved(replace(aircraft, length=2.0), [moved], [])
+    kinds = {each.hypothesis.kind for each in held.selected.chosen}
+    assert "sensor_position" not in kinds
+    assert kinds & {"sensor_delay", "sensor_lag"}
+    places = [h for h in held.asked if h.kind == "sensor_position"]
+    assert all(h.effects[0].effect.parameters[0].highest <= 1.3 for h in places)
