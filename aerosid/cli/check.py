@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from aerosid.aircraft import Aircraft
-    from aerosid.compatibility import KinematicConsistency
     from aerosid.logs.flight_log import FlightLog
     from aerosid.logs.recording import Recording
 
@@ -62,7 +61,7 @@ def check_command(
         log = read_span(span, channels, held)
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
-        closing.append(_checked(log, None if silent else output, declared))
+        closing.append(_checked(log, None if silent else output, _length(declared)))
     tell(lambda: headed("check", {"logs": closing}))
     if silent and not mode().json:
         for entry in closing:
@@ -80,19 +79,18 @@ def _print_streams(path: Path, recording: Recording, output: Console) -> None:
     print_notes(listing, output)
 
 
-def _instruments(log: FlightLog, aircraft: Aircraft | None) -> tuple[KinematicConsistency | None, tuple[str, ...]]:
-    """Whether the instruments agree, and what of it cannot be."""
-    from aerosid.compatibility import check_kinematics
-    from aerosid.compatibility.plausible import implausible_positions
+def _length(aircraft: Aircraft | None) -> float | None:
+    """How long the aircraft is, m, by its file or by its chord; None where there is no file."""
+    from aerosid.effects.limits import OFFERED
 
-    agreement = check_kinematics([log])
-    if agreement is None or aircraft is None:
-        return agreement, ()
-    return agreement, implausible_positions(agreement, aircraft.mean_chord, aircraft.length)
+    if aircraft is None:
+        return None
+    return aircraft.length or OFFERED.length_in_chords * aircraft.mean_chord
 
 
-def _checked(log: FlightLog, output: Console | None, aircraft: Aircraft | None) -> dict[str, object]:
+def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
     """What one log is worth, printed where there is an output, and as JSON holds it."""
+    from aerosid.compatibility import check_kinematics
     from aerosid.logs.quality import check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
@@ -106,14 +104,14 @@ def _checked(log: FlightLog, output: Console | None, aircraft: Aircraft | None) 
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
-    agreement, impossible = (None, ()) if whole is not None else _instruments(log, aircraft)
+    agreement = None if whole is not None else check_kinematics([log], length=length)
     lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
-    sentence, usable = closing_sentence(quality, agreement, whole, impossible)
+    sentence, usable = closing_sentence(quality, agreement, whole)
     if output is not None:
         print_quality(quality, output)
         if agreement is not None:
             print_kinematics(agreement, output)
-        for line in (*impossible, lively, sentence):
+        for line in (lively, sentence):
             if line:
                 output.print(line, soft_wrap=True)
         output.print()

@@ -33,7 +33,9 @@ NO_AIRCRAFT = Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """Geometry and inertia, 1 in SI units, where no equation holds any: those of kinematics."""
 
 
-def check_kinematics(logs: Sequence[FlightLog], settings: CompatibilitySettings = USUAL) -> KinematicConsistency | None:
+def check_kinematics(
+    logs: Sequence[FlightLog], settings: CompatibilitySettings = USUAL, length: float | None = None
+) -> KinematicConsistency | None:
     """What the kinematics of these logs say about their instruments; None where channels or seconds are too few.
 
     Parameters
@@ -42,6 +44,8 @@ def check_kinematics(logs: Sequence[FlightLog], settings: CompatibilitySettings 
         Flights with the same instruments: one joint estimate.
     settings : CompatibilitySettings
         Limits of the check.
+    length : float, optional
+        Of the aircraft, m: no sensor is placed further from the centre of gravity than it reaches.
     """
     recordings, notes = _compared(logs, settings)
     if not recordings:
@@ -62,7 +66,7 @@ def check_kinematics(logs: Sequence[FlightLog], settings: CompatibilitySettings 
     }
     sensors = tuple(Hypothesis(offer.kind, offer.where, effects=offer.effects) for offer in sensor_offers(noise))
     model = AerodynamicModel((), np.zeros(0), manoeuvres[0].columns, NO_AIRCRAFT, LONGITUDINAL)
-    faults = prove_faults(model, (), (), sensors, manoeuvres, length=OFFERED.furthest / OFFERED.reach)
+    faults = prove_faults(model, (), (), sensors, manoeuvres, length=length or OFFERED.furthest / OFFERED.reach)
     return agreement_of(faults, settings, notes) if faults is not None else None
 
 

@@ -145,7 +145,6 @@ def closing_sentence(
     quality: LogQuality,
     agreement: KinematicConsistency | None,
     whole_flight: str | None,
-    impossible: Sequence[str] = (),
 ) -> tuple[str, bool]:
     """The one verdict on a log, and whether close-loop can use it.
 
@@ -156,8 +155,6 @@ def closing_sentence(
         What kinematics say of its instruments; None where that was not or could not be checked.
     whole_flight : str or None
         What to do with it where it is a whole flight.
-    impossible : sequence of str
-        Findings that cannot be.
     """
     lacking = [str(finding) for finding in quality.findings if finding.blocking]
     if whole_flight is not None:
@@ -169,8 +166,6 @@ def closing_sentence(
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         what = "correct units, signs and columns in the channel map, or choose another span"
         return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False
-    if impossible:
-        return "The log can be used by close-loop; do not take over the sensor position that cannot be.", True
     if agreement is not None and agreement.verdict is Agreement.CORRECTED:
         return "The log can be used by close-loop, which looks for the instrument faults named here as well.", True
     return "The log can be used by close-loop.", True

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from equations_decided import proved
 
+from aerosid.compatibility import check_kinematics
 from aerosid.effects.kinds import PositionEffect
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
@@ -30,5 +31,10 @@ def test_a_place_outside_the_aircraft_gives_way_to_what_looks_the_same() -> None
     kinds = {each.hypothesis.kind for each in held.selected.chosen}
     assert "sensor_position" not in kinds
     assert kinds & {"sensor_delay", "sensor_lag"}
+    # The check of a log knows the aircraft by its length alone.
+    for length, placed in ((None, True), (2.0, False)):
+        agreement = check_kinematics([moved], length=length)
+        assert agreement is not None
+        assert any(finding.kind == "sensor_position" for finding in agreement.findings) is placed
     places = [h for h in held.asked if h.kind == "sensor_position"]
     assert all(h.effects[0].effect.parameters[0].highest <= 1.3 for h in places)
