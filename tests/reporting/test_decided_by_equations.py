@@ -10,8 +10,7 @@ from hostile_pages import Page
 from problems_report import closed_loop
 from pypdf import PdfReader
 
-from aerosid.compatibility import Agreement, KinematicConsistency
-from aerosid.compatibility.consistency import ChannelAgreement
+from aerosid.compatibility import Agreement, ChannelAgreement, KinematicConsistency
 from aerosid.loop.effect_rows import Effect, Evidence
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict, summarise
