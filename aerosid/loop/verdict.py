@@ -77,7 +77,7 @@ def _moves(manoeuvre: Manoeuvre) -> bool:
 
 
 _SAID = 4
-"""Effects that the sentence names; the table behind it has all."""
+"""Display: effects that the sentence names; the table behind it has all."""
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
