@@ -32,8 +32,14 @@ UNITS = {
     "limits.alpha": "rad",
     "limits.V": "m/s",
     "limits.theta": "rad",
+    "limits.beta": "rad",
+    "limits.phi": "rad",
     "limits.delta_e": "rad",
+    "limits.delta_a": "rad",
+    "limits.delta_r": "rad",
     "limits.delta_e_rate": "rad/s",
+    "limits.delta_a_rate": "rad/s",
+    "limits.delta_r_rate": "rad/s",
 }
 """SI unit of each key that has one."""
 
@@ -98,8 +104,14 @@ class LimitsTable(_Table):
     n_z: _Range | None = None
     V: _Range | None = None
     theta: _Range | None = None
+    beta: _Range | None = None
+    phi: _Range | None = None
     delta_e: _Range | None = None
+    delta_a: _Range | None = None
+    delta_r: _Range | None = None
     delta_e_rate: _Positive | None = None
+    delta_a_rate: _Positive | None = None
+    delta_r_rate: _Positive | None = None
 
 
 class ConfigurationTable(_Table):

@@ -213,7 +213,8 @@ def close_loop_command(
         typer.Option(
             "--limit",
             metavar="NAME=LOW:HIGH",
-            help="Of the next flight: alpha, n_z, V, theta, delta_e or delta_e_rate, as in alpha=-2:12deg; repeatable.",
+            help="Of the next flight: alpha, n_z, V, theta, beta, phi, delta_e, delta_a, delta_r or a surface's "
+            "delta_e_rate, as in alpha=-2:12deg; repeatable.",
             show_default=False,
         ),
     ] = None,

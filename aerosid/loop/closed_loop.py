@@ -11,7 +11,6 @@ import aerosid
 from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
-from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.carried_deviations import Spread
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
@@ -43,9 +42,6 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import told_of_unproven
 
 Told = Callable[[ClosedLoop], None]
-
-PLANNED = (LONGITUDINAL,)
-"""Cases for which the next flight is designed."""
 
 
 def close_loop(
@@ -209,7 +205,7 @@ def _completed(
 
     progress("designing the next flight")
     ahead = None
-    if settings.next_flight and aircraft.axes in PLANNED:
+    if settings.next_flight:
         limits = {**aircraft.limits, **settings.limits}
         ahead = plan_next_flight(known.found, identified.manoeuvres, rows, limits)
     return replace(

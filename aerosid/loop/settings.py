@@ -58,7 +58,8 @@ class LoopSettings:
     next_flight : bool
         Whether an input is designed where something is left to decide.
     limits : mapping of str to (float, float)
-        Of that input: alpha, n_z, V, theta, delta_e, delta_e_rate, SI; they win over those of the aircraft file.
+        Of that input: alpha, n_z, V, theta, beta, phi, surfaces and their rates (delta_e_rate), SI; they win over those
+        of the aircraft file.
     start : tuple of float
         Values of the declared terms to begin their re-estimation from, for runs of a study that know them from another
         flight; empty: those declared.

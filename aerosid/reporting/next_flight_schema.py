@@ -8,11 +8,12 @@ from aerosid.reporting.schema_types import Number, Row, Text
 
 
 class PlannedStepEntry(Row):
-    """One level of a planned input; s and rad from trim."""
+    """One level of a planned input; s, rad from trim, and the surface's channel."""
 
     start: Number
     duration: Number
     deflection: Number
+    surface: Text
 
 
 class PlannedPeakEntry(Row):

@@ -41,12 +41,15 @@ def residuals_csv(result: ClosedLoop) -> str:
 
 
 def next_input_csv(result: ClosedLoop) -> str | None:
-    """The input to fly next as a native log: time and the elevator's deflection from trim; None where there is none."""
+    """The input to fly next as a native log: time and deflections from trim; None where there is none."""
     planned = None if result.next_flight is None else result.next_flight.input
     if planned is None:
         return None
-    rows = "".join(f"{t:.9g},{d:.9g}\n" for t, d in zip(planned.time.tolist(), planned.delta_e.tolist(), strict=True))
-    return f"# {planned.name}; delta_e is the deviation from trim, linear between rows\ntime [s],delta_e [rad]\n{rows}"
+    names = tuple(planned.deflections)
+    columns = np.column_stack([planned.time, *(planned.deflections[name] for name in names)])
+    header = _csv_line(["time [s]", *(f"{name} [rad]" for name in names)])
+    rows = "".join(_csv_line([f"{value:.9g}" for value in row]) for row in columns.tolist())
+    return f"# {planned.name}; {', '.join(names)}: deviation from trim, linear between rows\n{header}{rows}"
 
 
 def measured_channels(simulated: Sequence[Simulated]) -> tuple[str, ...]:

@@ -89,11 +89,11 @@ def pair() -> tuple[Refinement, Refinement, Manoeuvre, Array]:
     steady = steady_flight(chosen, record)
     time = np.arange(51) * 0.1
     deflection = steps(time, 0.5, [(0.8, 0.05), (0.8, -0.05), (0.8, 0.025)])
-    planned = planned_manoeuvre(record, steady, time, deflection)
+    planned = planned_manoeuvre(record, steady, time, {"delta_e": deflection})
     outputs, _ = simulate_outputs(
         steady.state, planned.flight, np.array(chosen.model.values), chosen.model.table, chosen.model.constants
     )
-    return chosen, rival, planned_manoeuvre(record, steady, time, deflection, outputs), steady.state
+    return chosen, rival, planned_manoeuvre(record, steady, time, {"delta_e": deflection}, outputs), steady.state
 
 
 def seen(estimate: Refinement, record_interval: float, planned: Manoeuvre, state: Array) -> Refinement:
@@ -172,7 +172,7 @@ def test_noise_scaled_to_the_interval_makes_information_independent_of_it() -> N
     for interval in (0.05, 0.1):
         time = np.arange(round(8.0 / interval) + 1) * interval
         deflection = np.interp(time, [1.0, 1.2, 2.0, 2.4, 3.2, 3.4], [0.0, 0.05, 0.05, -0.05, -0.05, 0.0])
-        planned = planned_manoeuvre(record, steady, time, deflection)
+        planned = planned_manoeuvre(record, steady, time, {"delta_e": deflection})
         estimate = at_steady(chosen, steady.state, sampling_ratio(record, time))
         spreads.append(expected_deviations(shared_information(chosen), prospect(estimate, planned)))
     assert spreads[1] == pytest.approx(spreads[0], rel=0.03)
@@ -182,7 +182,7 @@ def test_steady_flight_stays_steady() -> None:
     chosen, record = fitted("delta_e^2")
     steady = steady_flight(chosen, record)
     time = np.arange(200) * 0.05
-    planned = planned_manoeuvre(record, steady, time, np.zeros(time.size))
+    planned = planned_manoeuvre(record, steady, time, {"delta_e": np.zeros(time.size)})
     model = chosen.model
     _, states = simulate_outputs(steady.state, planned.flight, np.array(model.values), model.table, model.constants)
     assert np.max(np.abs(states[:, :4] - steady.state[:4]), axis=0) == pytest.approx([0.0] * 4, abs=1e-6)
@@ -220,7 +220,7 @@ def test_unmeasured_altitude_says_nothing_and_breaks_nothing() -> None:
     )
     steady = steady_flight(chosen, without)
     time = np.arange(60) * 0.05
-    planned = planned_manoeuvre(without, steady, time, steps(time, 0.5, [(0.5, 0.05), (0.5, -0.05)]))
+    planned = planned_manoeuvre(without, steady, time, {"delta_e": steps(time, 0.5, [(0.5, 0.05), (0.5, -0.05)])})
     estimate = at_steady(chosen, steady.state, 1.0)
     spread = expected_deviations(shared_information(chosen), prospect(estimate, planned))
     assert np.all(np.isfinite(spread))

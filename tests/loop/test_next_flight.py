@@ -23,6 +23,7 @@ from aerosid.errors import AircraftError, UsageError
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -101,7 +102,7 @@ def flown(problem: Problem, planned: PlannedInput, noise: dict[str, float], seed
         problem.truth,
         level,
         planned.time,
-        planned.delta_e,
+        planned.deflections["delta_e"],
         density=LIGHT.density,
         mass=LIGHT.mass,
         noise=noise,
@@ -151,8 +152,8 @@ def test_limits_hold_on_the_simulated_flight(
             assert peak.highest <= peak.trim + (1.01 - RANGES.margin) * (peak.limit_high - peak.trim), peak.name
             assert peak.lowest >= peak.trim + (1.01 - RANGES.margin) * (peak.limit_low - peak.trim), peak.name
     interval = planned.time[1] - planned.time[0]
-    assert np.max(np.abs(np.diff(planned.delta_e))) <= planned.rate * interval * (1.0 + 1e-9)
-    assert planned.delta_e[0] == planned.delta_e[-1] == 0.0
+    assert np.max(np.abs(np.diff(planned.deflections["delta_e"]))) <= planned.rate * interval * (1.0 + 1e-9)
+    assert planned.deflections["delta_e"][0] == planned.deflections["delta_e"][-1] == 0.0
 
 
 def test_given_limits_are_kept_and_narrower_ones_tell_less(
@@ -177,7 +178,7 @@ def test_the_plan_is_the_same_to_the_last_bit(undecided: tuple[Attribution, Mano
     again = plan_next_flight(found, [manoeuvre], [], {}, QUICK)
     assert again is not None
     assert again.questions == plan.questions
-    assert planned_input(again).delta_e.tobytes() == planned_input(plan).delta_e.tobytes()
+    assert planned_input(again).deflections["delta_e"].tobytes() == planned_input(plan).deflections["delta_e"].tobytes()
 
 
 def test_nothing_open_is_no_plan(undecided: tuple[Attribution, Manoeuvre]) -> None:
@@ -250,7 +251,7 @@ def test_the_input_is_written_as_a_native_log(reported: ClosedLoop, tmp_path: Pa
     log = read_log(tmp_path / "next_input.csv")
     planned = reported.next_flight.input if reported.next_flight else None
     assert planned is not None
-    assert log["delta_e"] == pytest.approx(planned.delta_e, abs=1e-9)
+    assert log["delta_e"] == pytest.approx(planned.deflections["delta_e"], abs=1e-9)
     assert log.time == pytest.approx(planned.time, abs=1e-9)
     # A later run that leaves nothing open takes it away: it would be flown for this one's.
     write_report(dataclasses.replace(reported, next_flight=None), tmp_path, interactive=False)
@@ -340,7 +341,7 @@ def test_a_limit_that_is_none_is_one_sentence(text: str) -> None:
 def test_limits_of_the_aircraft_file() -> None:
     text = LIGHT.text + "\n[limits]\nalpha = [-0.05, 0.2]\ndelta_e_rate = 1\n"
     assert aircraft_from_text(text, "a.toml", "0" * 64).limits == {"alpha": (-0.05, 0.2), "delta_e_rate": (-1.0, 1.0)}
-    for wrong in ("alpha = [0.2, -0.05]", "alpha = [0.2]", "alpha = 0.2", "delta_e_rate = -1.0", "beta = [0.0, 1.0]"):
+    for wrong in ("alpha = [0.2, -0.05]", "alpha = [0.2]", "alpha = 0.2", "delta_e_rate = -1.0", "gamma = [0.0, 1.0]"):
         with pytest.raises(AircraftError, match="limits"):
             aircraft_from_text(f"{LIGHT.text}\n[limits]\n{wrong}\n", "a.toml", "0" * 64)
 
@@ -372,16 +373,17 @@ def test_a_model_with_a_sensor_offset_is_judged_by_its_excursions() -> None:
     """An airspeed that reads 20 m/s too much flies no other manoeuvre."""
     limits = FlightLimits(
         {"alpha": (-0.1, 0.2), "n_z": (-1.0, 3.0), "V": (95.0, 105.0), "theta": (-0.3, 0.3), "delta_e": (-0.2, 0.2)},
-        0.5,
+        {"delta_e": 0.5},
         frozenset(),
+        LONGITUDINAL,
     )
     outputs = np.zeros((3, 8))
     outputs[:, 0], outputs[:, 5] = (100.0, 102.0, 99.0), -9.80665
     still = {"alpha": 0.0, "n_z": 1.0, "V": 100.0, "theta": 0.0, "delta_e": 0.0}
-    room = limits.room(outputs, np.zeros(3), still)
+    room = limits.room(outputs, {"delta_e": np.zeros(3)}, still)
     assert room == pytest.approx(1.0 - 2.0 / 5.0 / (1.0 - RANGES.margin))
     outputs[:, 0] += 20.0
-    assert limits.room(outputs, np.zeros(3), still) == pytest.approx(room)
+    assert limits.room(outputs, {"delta_e": np.zeros(3)}, still) == pytest.approx(room)
     outputs[1, 0] += 3.0
-    assert limits.room(outputs, np.zeros(3), still) < 0.0
-    assert limits.room(outputs, np.zeros(3), {**still, "V": 106.0}) == -np.inf
+    assert limits.room(outputs, {"delta_e": np.zeros(3)}, still) < 0.0
+    assert limits.room(outputs, {"delta_e": np.zeros(3)}, {**still, "V": 106.0}) == -np.inf

@@ -30,11 +30,11 @@ def planned(*, given: bool) -> PlannedInput:
     load = np.where((TIME > 1.0) & (TIME < 3.0), 1.6, np.where((TIME >= 3.0) & (TIME < 5.0), 0.4, 1.0))
     return PlannedInput(
         name="doublet",
-        steps=(PlannedStep(1.0, 2.0, -0.03), PlannedStep(3.0, 2.0, 0.03)),
+        steps=(PlannedStep(1.0, 2.0, -0.03, "delta_e"), PlannedStep(3.0, 2.0, 0.03, "delta_e")),
         amplitude=0.03,
         rate=0.5,
         time=TIME,
-        delta_e=np.zeros_like(TIME),
+        deflections={"delta_e": np.zeros_like(TIME)},
         peaks=(
             PlannedPeak("n_z", "1", 1.0, 0.4, 1.6, 0.2, 1.8, given),
             PlannedPeak("V", "m/s", 120.0, 115.0, 125.0, 100.0, 140.0, False),

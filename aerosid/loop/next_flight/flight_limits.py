@@ -10,19 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.errors import UsageError
-from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.flight_model.axes import Axes
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.formats.quantity import read_quantity
 from aerosid.logs.formats.units import UnitProblem
-from aerosid.loop.next_flight.predicted_flight import ELEVATOR
+from aerosid.loop.next_flight.predicted_flight import SURFACES
 
-RATE_NAME = "delta_e_rate"
-UNITS = {"alpha": "rad", "n_z": "1", "V": "m/s", "theta": "rad", ELEVATOR: "rad", RATE_NAME: "rad/s"}
+MOTION = {"alpha": "rad", "n_z": "1", "V": "m/s", "theta": "rad", "beta": "rad", "phi": "rad"}
+"""Quantities of the motion that can be limited, as far as a case answers with them."""
+
+RATES = {f"{name}_rate": "rad/s" for name in SURFACES}
+UNITS = {**MOTION, **dict.fromkeys(SURFACES, "rad"), **RATES}
 """What can be limited."""
 
 
 def _least() -> Mapping[str, float]:
-    return {"alpha": 0.035, "n_z": 0.25, "V": 3.0, "theta": 0.1, ELEVATOR: 0.02}
+    motion = {"alpha": 0.035, "n_z": 0.25, "V": 3.0, "theta": 0.1, "beta": 0.05, "phi": 0.2}
+    return {**motion, "delta_e": 0.02, "delta_r": 0.04, "delta_a": 0.04}
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class RangeSettings:
     margin : float
         Share of the way from trim to a limit, 1, that a prediction keeps free: the models differ, and so does the air.
     rate : float
-        rad/s of the elevator where nothing is given: what a pilot's step at a yoke takes, 0.2 s for 6 deg.
+        rad/s of a surface where nothing is given: what a pilot's step at a yoke takes, 0.2 s for 6 deg.
     least : mapping of str to float
         Either way of trim, SI, where a record shows no motion to go by.
     """
@@ -53,31 +57,39 @@ RANGES = RangeSettings()
 
 @dataclass(frozen=True)
 class FlightLimits:
-    """Limits of the recorded motion and of the elevator.
+    """Limits of the recorded motion and of the surfaces.
 
     Attributes
     ----------
     ranges : mapping of str to (float, float)
-        Lowest and highest alpha [rad], n_z [1], V [m/s], theta [rad] and delta_e [rad].
-    rate : float
-        Greatest rate of the elevator, rad/s.
+        Lowest and highest alpha [rad], n_z [1], V [m/s], theta, beta, phi and surfaces [rad], those that the case has.
+    rates : mapping of str to float
+        Greatest rate of each surface, rad/s.
     given : frozenset of str
         Those that were given; the others follow from what was flown.
+    axes : Axes
+        The case.
     """
 
     ranges: Mapping[str, tuple[float, float]]
-    rate: float
+    rates: Mapping[str, float]
     given: frozenset[str]
+    axes: Axes
 
-    def room(self, outputs: NDArray[np.float64], delta_e: NDArray[np.float64], still: Mapping[str, float]) -> float:
+    def room(
+        self,
+        outputs: NDArray[np.float64],
+        surfaces: Mapping[str, NDArray[np.float64]],
+        still: Mapping[str, float],
+    ) -> float:
         """How far a prediction stays from the limits: 1 at trim, 0 at the margin's edge, negative beyond it.
 
         Parameters
         ----------
         outputs : ndarray, shape (N, m)
             What the sensors would show, from trim.
-        delta_e : ndarray, shape (N,)
-            The elevator, rad.
+        surfaces : mapping of str to ndarray, shape (N,)
+            Each surface, rad.
         still : mapping of str to float
             The limited quantities at trim. A model in which a sensor reads with another offset begins elsewhere: its
             excursions count.
@@ -85,7 +97,7 @@ class FlightLimits:
         if not np.isfinite(outputs).all():
             return -np.inf
         least = 1.0
-        for name, values in shown(outputs, delta_e).items():
+        for name, values in shown(outputs, surfaces, self.axes).items():
             low, high = self.ranges[name]
             trim = still[name]
             if not low < trim < high:
@@ -96,45 +108,45 @@ class FlightLimits:
         return least
 
 
-def shown(outputs: NDArray[np.float64], delta_e: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def shown(
+    outputs: NDArray[np.float64], surfaces: Mapping[str, NDArray[np.float64]], axes: Axes
+) -> dict[str, NDArray[np.float64]]:
     """The limited quantities (N,) of a prediction (N, m); n_z is that of the place where a_z is measured."""
-    return {
-        "alpha": outputs[:, LONGITUDINAL.outputs.index("alpha")],
-        "n_z": -outputs[:, LONGITUDINAL.outputs.index("a_z")] / GRAVITY,
-        "V": outputs[:, LONGITUDINAL.outputs.index("V")],
-        "theta": outputs[:, LONGITUDINAL.outputs.index("theta")],
-        ELEVATOR: delta_e,
-    }
+    row = {name: outputs[:, place] for place, name in enumerate(axes.outputs)}
+    if "a_z" in row:
+        row["n_z"] = -row["a_z"] / GRAVITY
+    return {**{name: row[name] for name in MOTION if name in row}, **surfaces}
 
 
 def flight_limits(
-    flown: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    flown: Sequence[tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]],
     still: Mapping[str, float],
     given: Mapping[str, tuple[float, float]],
+    axes: Axes,
 ) -> FlightLimits:
     """The limits, those that are not given from what was flown.
 
     Parameters
     ----------
-    flown : sequence of (ndarray (N, m), ndarray (N,))
-        Outputs of each record, as the completed model simulates them without noise, and its elevator.
+    flown : sequence of (ndarray (N, m), mapping of str to ndarray (N,))
+        Outputs of each record, as the completed model simulates them without noise, and its surfaces.
     still : mapping of str to float
         The limited quantities in steady flight.
     given : mapping of str to (float, float)
-        Limits that were given, SI; of `delta_e_rate` the second number counts.
+        Limits that were given, SI; of rates the second number counts.
     """
     ranges = {}
-    records = [shown(*record) for record in flown]
-    for name, least in RANGES.least.items():
+    records = [shown(*record, axes) for record in flown]
+    for name in records[0]:
         if name in given:
             ranges[name] = given[name]
             continue
         low = min(float(np.nanmin(record[name])) for record in records)
         high = max(float(np.nanmax(record[name])) for record in records)
-        reach = RANGES.beyond * (high - low)
+        reach, least = RANGES.beyond * (high - low), RANGES.least[name]
         ranges[name] = min(low - reach, still[name] - least), max(high + reach, still[name] + least)
-    rate = given[RATE_NAME][1] if RATE_NAME in given else RANGES.rate
-    return FlightLimits(ranges, rate, frozenset(given))
+    rates = {name: given.get(f"{name}_rate", (-RANGES.rate, RANGES.rate))[1] for name in flown[0][1]}
+    return FlightLimits(ranges, rates, frozenset(given), axes)
 
 
 _NUMBER = re.compile(r"^\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?")
@@ -165,10 +177,10 @@ def read_limit(text: str) -> tuple[str, tuple[float, float]]:
         numbers = [read_quantity(word if _has_unit(word) else f"{word} {behind}", unit) for word in (*lower, upper)]
     except UnitProblem:
         numbers = []
-    if name == RATE_NAME and len(numbers) == 1:
+    if name in RATES and len(numbers) == 1:
         numbers = [-numbers[0], numbers[0]]
     if len(numbers) != 2 or not -1e6 < numbers[0] < numbers[1] < 1e6:
-        example = "delta_e_rate=20deg/s" if name == RATE_NAME else f"{name}=LOW:HIGH"
+        example = f"{name}=20deg/s" if name in RATES else f"{name}=LOW:HIGH"
         raise UsageError(f"{wrong}; give a range from low to high in {unit}{f' or {spelled}' if spelled else ''}, as "
                          f"in {example}.")  # fmt: skip
     return name, (numbers[0], numbers[1])

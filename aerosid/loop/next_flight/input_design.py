@@ -6,7 +6,8 @@ alternatives come apart although each may still move its parameters, and how sma
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,7 @@ from aerosid.loop.next_flight.expected_information import (
     shared_information,
 )
 from aerosid.loop.next_flight.flight_limits import FlightLimits, flight_limits, shown
+from aerosid.loop.next_flight.open_questions import REACH, Rival, Unknown, largest_colour
 from aerosid.loop.next_flight.predicted_flight import (
     SteadyFlight,
     at_steady,
@@ -36,8 +38,6 @@ from aerosid.loop.next_flight.predicted_flight import (
     steady_flight,
 )
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, named
-from aerosid.search.settings import AttributionSettings
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,10 @@ class DesignSettings:
         Rounds of that search; each tries every duration and level both ways.
     worth : float
         Share by which a multistep must be better than the named pattern it came from.
+    pause : float
+        s of free response between the inputs of two surfaces.
+    joined : int
+        Inputs of each surface alone, the best, that are tried one after the other with those of the others.
     rivals : int
         Alternatives considered, the closest first.
     repeats : int
@@ -86,48 +90,29 @@ class DesignSettings:
     refined: int = 2
     rounds: int = 4
     worth: float = 0.05
+    pause: float = 2.0
+    joined: int = 3
     rivals: int = 4
     repeats: int = 20
     certain: float = 0.95
 
 
 @dataclass(frozen=True)
-class Rival:
-    """A model that fits the records about as well as the chosen one.
+class Move:
+    """One surface's part of an input; `amplitude` rad of level 1."""
 
-    `estimate` it, fitted; `known` (K, K) what the records tell of its parameters; `present` the difference of -2 ln L
-    that stands against it, counted for coloured residuals as all expected ones are; `label` its name, `instead_of` the
-    chosen effect that it would replace; `kinds` and `places` of both.
-    """
-
-    estimate: Refinement
-    known: NDArray[np.float64]
-    present: float
-    label: str
-    instead_of: str
-    kinds: frozenset[str]
-    places: frozenset[str]
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A derivative that is not shown: its `place` among the free entries, deviations `present` and `needed`, and by
-    how much coloured residuals widen it.
-    """
-
-    label: str
-    place: int
-    present: float
-    needed: float
-    colour: float
+    surface: str
+    shape: InputShape
+    amplitude: float
 
 
 @dataclass(frozen=True)
 class Trial:
-    """An input with what it would tell: `shares` (Q,) of each question, information over the information needed."""
+    """An input, its parts one after the other, with what it would tell: `shares` (Q,) of each question, information
+    over the information needed.
+    """
 
-    shape: InputShape
-    amplitude: float
+    moves: tuple[Move, ...]
     shares: NDArray[np.float64]
 
     @property
@@ -158,7 +143,7 @@ class InputSearch:
     Raises
     ------
     EstimationError
-        Where the model has no elevator or no steady flight.
+        Where the model lacks a surface or has no steady flight.
     """
 
     def __init__(
@@ -184,9 +169,10 @@ class InputSearch:
         interval = float(np.median(np.diff(self.record.flight.time)))
         self.time = self._grid(max(interval, self.span / settings.samples))
         self.fine = self._grid(max(interval, 0.01))
-        none = np.zeros(2)
-        outputs = self.simulated(self.chosen, planned_manoeuvre(self.record, self.steady, self.time[:2], none))
-        self.still = {name: float(values[0]) for name, values in shown(outputs, none + self.steady.delta_e).items()}
+        outputs = self.simulated(self.chosen, planned_manoeuvre(self.record, self.steady, self.time[:2], {}))
+        level = {name: np.full(2, trim) for name, trim in self.steady.trim.items()}
+        self.axes = self.chosen.model.axes
+        self.still = {name: float(values[0]) for name, values in shown(outputs, level, self.axes).items()}
         self.limits = self._limits(manoeuvres, given)
         self.tried = 0
 
@@ -204,8 +190,12 @@ class InputSearch:
         for place, manoeuvre in enumerate(manoeuvres):
             state = self.chosen.states[place]
             outputs, _ = simulate(self.chosen.model, manoeuvre, state, self.chosen.effects)
-            flown.append((outputs, manoeuvre.flight.inputs[:, self.steady.elevator]))
-        return flight_limits(flown, self.still, given)
+            flown.append((outputs, self.surfaces(manoeuvre)))
+        return flight_limits(flown, self.still, given, self.axes)
+
+    def surfaces(self, manoeuvre: Manoeuvre) -> dict[str, NDArray[np.float64]]:
+        """Each surface of a flight, (N,) rad."""
+        return {name: manoeuvre.flight.inputs[:, place] for name, place in self.steady.controls.items()}
 
     def simulated(self, estimate: Refinement, planned: Manoeuvre) -> NDArray[np.float64]:
         """What the sensors would show (N, 8) if `estimate` were true; NaN from where it leaves its range."""
@@ -215,24 +205,35 @@ class InputSearch:
         """The initial state (5,) of a model in question."""
         return self.starts.get(id(estimate), self.steady.state)
 
-    def planned(self, shape: InputShape, amplitude: float, time: NDArray[np.float64]) -> Manoeuvre:
+    def planned(self, moves: Sequence[Move], time: NDArray[np.float64]) -> Manoeuvre:
         """The flight with an input; its sensors show nothing yet."""
-        deflection = shape.deflection(time, self.settings.lead, amplitude, self.limits.rate)
+        deflections = {
+            move.surface: move.shape.deflection(time, start, move.amplitude, self.limits.rates[move.surface])
+            for move, start in self.begun(moves)
+        }
         substep = self.settings.substep if time is self.time else PREPARATION.longest_substep
-        return planned_manoeuvre(self.record, self.steady, time, deflection, longest_substep=substep)
+        return planned_manoeuvre(self.record, self.steady, time, deflections, longest_substep=substep)
+
+    def begun(self, moves: Sequence[Move]) -> Iterator[tuple[Move, float]]:
+        """Each part of an input with when it begins, s."""
+        start = self.settings.lead
+        for move in moves:
+            yield move, start
+            start += move.shape.duration + self.settings.pause
 
     def room(self, planned: Manoeuvre, estimates: Sequence[Refinement]) -> float:
         """How far the flight stays from the limits, whichever of `estimates` is true."""
-        delta_e = planned.flight.inputs[:, self.steady.elevator]
-        return min(self.limits.room(self.simulated(one, planned), delta_e, self.still) for one in estimates)
+        surfaces = self.surfaces(planned)
+        return min(self.limits.room(self.simulated(one, planned), surfaces, self.still) for one in estimates)
 
-    def largest(self, shape: InputShape) -> float:
+    def largest(self, surface: str, shape: InputShape) -> float:
         """The greatest amplitude [rad] of a shape that stays within the limits; 0 where none does."""
-        low, high = self.limits.ranges["delta_e"]
-        amplitude = self.rounded(max(high - self.steady.delta_e, self.steady.delta_e - low))
+        low, high = self.limits.ranges[surface]
+        trim = self.steady.trim[surface]
+        amplitude = self.rounded(max(high - trim, trim - low))
         inside, outside = 0.0, np.inf
         for _ in range(self.settings.bisections):
-            room = self.room(self.planned(shape, amplitude, self.time), (self.chosen,))
+            room = self.room(self.planned((Move(surface, shape, amplitude),), self.time), (self.chosen,))
             if room >= 0.0:
                 inside = amplitude
             else:
@@ -244,7 +245,9 @@ class InputSearch:
                 break
         # Models that fit the same record answer nearly alike: they are asked last.
         others = [rival.estimate for rival in self.rivals]
-        while inside > 0.0 and others and self.room(self.planned(shape, inside, self.time), others) < 0.0:
+        while inside > 0.0 and others:
+            if self.room(self.planned((Move(surface, shape, inside),), self.time), others) >= 0.0:
+                break
             inside = self.rounded(0.9 * inside)
         return inside
 
@@ -264,10 +267,10 @@ class InputSearch:
         level = replace(estimate, variance=self.chosen.variance)
         return at_steady(level, self.start_of(estimate), sampling_ratio(self.record, planned.flight.time))
 
-    def trial(self, shape: InputShape, amplitude: float) -> Trial | None:
+    def trial(self, *moves: Move) -> Trial | None:
         """What an input would tell; None where a model leaves its range on it, or its information overflows."""
         self.tried += 1
-        planned = self.planned(shape, amplitude, self.time)
+        planned = self.planned(moves, self.time)
         shares: list[float] = []
         try:
             if self.rivals:
@@ -280,19 +283,21 @@ class InputSearch:
                 shares += [(one.needed / (one.colour * float(spread[one.place]))) ** 2 for one in self.unknowns]
         except (OutOfRangeError, np.linalg.LinAlgError):
             return None
-        return Trial(shape, amplitude, np.array(shares))
+        return Trial(moves, np.array(shares))
 
     def best(self) -> tuple[Trial | None, NDArray[np.float64]]:
         """The input that tells most, and what the best input for each question alone would tell of it (Q,)."""
-        longest = self.span - self.settings.lead - self.settings.tail
-        shapes = patterns(self.settings.base_times, longest)
-        pairs = [(shape, self.largest(shape)) for shape in shapes]
-        trials = [self.trial(shape, amplitude) for shape, amplitude in pairs if amplitude > 0.0]
-        grid = sorted((one for one in trials if one is not None), key=lambda one: -one.worth)
+        surfaces = tuple(self.steady.controls)
+        free = self.span - self.settings.lead - self.settings.tail - self.settings.pause * (len(surfaces) - 1)
+        longest = free / len(surfaces)
+        grids = [self.grid(surface, longest) for surface in surfaces]
+        grid = sorted(itertools.chain(*grids), key=lambda one: -one.worth)
+        if len(surfaces) > 1 and grid:
+            return self.one_after_the_other(grids, grid)
         if not grid:
             return None, np.zeros(len(self.rivals) + len(self.unknowns))
         alone = np.max([one.shares for one in grid], axis=0)
-        by_hand = [one for one in grid if isinstance(one.shape, Steps)]
+        by_hand = [one for one in grid if isinstance(one.moves[0].shape, Steps)]
         best = by_hand[0] if by_hand else grid[0]
         for start in by_hand[: self.settings.refined]:
             reached = self.refined(start, longest)
@@ -304,60 +309,57 @@ class InputSearch:
             best = grid[0]
         return best, alone
 
+    def grid(self, surface: str, longest: float) -> list[Trial]:
+        """Every pattern of one surface at its greatest amplitude, the one that tells most first."""
+        shapes = patterns(self.settings.base_times, longest)
+        if len(self.steady.controls) > 1:
+            # Of several surfaces every second pattern: both ways round a symmetric aircraft answers alike.
+            shapes = tuple(shape for shape in shapes if not isinstance(shape, Steps) or shape.levels[0] > 0.0)
+        pairs = [(shape, self.largest(surface, shape)) for shape in shapes]
+        trials = [self.trial(Move(surface, shape, amplitude)) for shape, amplitude in pairs if amplitude > 0.0]
+        return sorted((one for one in trials if one is not None), key=lambda one: -one.worth)
+
+    def one_after_the_other(
+        self, grids: Sequence[Sequence[Trial]], alone: Sequence[Trial]
+    ) -> tuple[Trial, NDArray[np.float64]]:
+        """The best of inputs of several surfaces in turn, or of one alone where the others add little; as `best`."""
+        shares = np.max([one.shares for one in alone], axis=0)
+        heads = [
+            [one for one in grid if isinstance(one.moves[0].shape, Steps)][: self.settings.joined] for grid in grids
+        ]
+        best = next((one for one in alone if isinstance(one.moves[0].shape, Steps)), alone[0])
+        for parts in itertools.product(*(head for head in heads if head)):
+            moves = self.within(tuple(move for part in parts for move in part.moves))
+            joined = self.trial(*moves) if len(moves) > 1 else None
+            if joined is None:
+                continue
+            shares = np.maximum(shares, joined.shares)
+            if joined.worth > (1.0 + (self.settings.worth if len(best.moves) == 1 else 0.0)) * best.worth:
+                best = joined
+        return best, shares
+
+    def within(self, moves: tuple[Move, ...]) -> tuple[Move, ...]:
+        """The moves, all of them smaller by as much as they need to stay within the limits together; else none."""
+        estimates = [self.chosen, *(rival.estimate for rival in self.rivals)]
+        while min(move.amplitude for move in moves) > 0.0:
+            if self.room(self.planned(moves, self.time), estimates) >= 0.0:
+                return moves
+            moves = tuple(replace(move, amplitude=self.rounded(0.85 * move.amplitude)) for move in moves)
+        return ()
+
     def refined(self, start: Trial, longest: float) -> Trial:
         """The best input near `start`: every duration and level moved in turn, by smaller and smaller steps."""
         best, stretch, change = start, 1.4, 0.3
+        surface = start.moves[0].surface
         for _ in range(self.settings.rounds):
             moved = []
-            for shape in neighbours(best.shape, stretch, change, longest):
-                amplitude = self.largest(shape)
+            for shape in neighbours(best.moves[0].shape, stretch, change, longest):
+                amplitude = self.largest(surface, shape)
                 if amplitude > 0.0:
-                    moved.append(self.trial(shape, amplitude))
+                    moved.append(self.trial(Move(surface, shape, amplitude)))
             better = max((one for one in moved if one is not None), key=lambda one: one.worth, default=best)
             if better.worth > best.worth:
                 best = better
             else:
                 stretch, change = stretch**0.5, 0.5 * change
         return best
-
-
-REACH = AttributionSettings().reach
-"""Difference of -2 ln L below which the loop lists a model as an alternative."""
-
-
-def largest_colour(found: Attribution) -> float:
-    """By how much coloured residuals widen the variance of what was found: expected differences shrink by as much."""
-    completed, spread = found.completed, found.completed_deviations
-    ratios = [1.0]
-    for n, entry in enumerate(completed.free):
-        if entry not in found.before.free and np.isfinite(spread.corrected[n]):
-            ratios.append(float(spread.corrected[n] / spread.white[n]) ** 2)
-    finite = np.isfinite(spread.effects) & (spread.effects_white > 0.0)
-    ratios += ((spread.effects[finite] / spread.effects_white[finite]) ** 2).tolist()
-    return max(ratios)
-
-
-def rivals_of(found: Attribution, most: int) -> tuple[Rival, ...]:
-    """The alternatives as models, the closest first; several effects of one fit are one rival."""
-    fits: dict[int, tuple[Refinement, list[Finding]]] = {}
-    for other in sorted(found.alternatives, key=lambda one: -one.gain):
-        if other.fit is not None and other.fit.held_to_data == 0.0:
-            fits.setdefault(id(other.fit), (other.fit, []))[1].append(other)
-    colour = largest_colour(found)
-    chosen = {named((one.kind, one.where, one.term)): one for one in found.findings}
-    rivals = []
-    for fit, parts in list(fits.values())[:most]:
-        instead_of = parts[0].instead_of
-        both = [*parts, *([chosen[instead_of]] if instead_of in chosen else [])]
-        rivals.append(
-            Rival(
-                estimate=fit,
-                known=shared_information(fit),
-                present=-parts[0].gain / colour,
-                label=" and ".join(dict.fromkeys(named((part.kind, part.where, part.term)) for part in parts)),
-                instead_of=instead_of,
-                kinds=frozenset(part.kind for part in both),
-                places=frozenset(part.where for part in both),
-            )
-        )
-    return tuple(rivals)

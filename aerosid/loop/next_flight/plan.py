@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import StateEffect
+from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LATERAL, LONGITUDINAL, SIX
 from aerosid.flight_model.input_shapes import Multisine
 from aerosid.loop.derivative_table import DerivativeRow, derivative_name
 from aerosid.loop.judgement_settings import JUDGEMENT
@@ -25,15 +26,8 @@ from aerosid.loop.next_flight.expected_information import (
     prospect,
 )
 from aerosid.loop.next_flight.flight_limits import UNITS, shown
-from aerosid.loop.next_flight.input_design import (
-    REACH,
-    DesignSettings,
-    InputSearch,
-    Rival,
-    Trial,
-    Unknown,
-    rivals_of,
-)
+from aerosid.loop.next_flight.input_design import DesignSettings, InputSearch, Trial
+from aerosid.loop.next_flight.open_questions import REACH, Rival, Unknown, rivals_of
 from aerosid.loop.next_flight.planned_flight import (
     NextFlight,
     PlannedHistory,
@@ -42,6 +36,7 @@ from aerosid.loop.next_flight.planned_flight import (
     PlannedStep,
     Question,
 )
+from aerosid.loop.next_flight.predicted_flight import SURFACES
 from aerosid.nomenclature import CHANNELS
 from aerosid.search.attribution import Attribution
 
@@ -64,7 +59,7 @@ def plan_next_flight(
     derivatives : sequence of DerivativeRow
         Those that are not shown are questions.
     limits : mapping of str to (float, float)
-        Of alpha, n_z, V, theta, delta_e and delta_e_rate, SI; those that are not given follow from what was flown.
+        Of `flight_limits.UNITS`, SI; those that are not given follow from what was flown.
     """
     settings = settings or DesignSettings()
     rivals, unknowns = rivals_of(found, settings.rivals), _unknowns(found, derivatives)
@@ -81,13 +76,13 @@ def plan_next_flight(
     except EstimationError as error:
         return _nothing(rivals, unknowns, settings, 0, f"No input was designed: {error}")
     best, alone = search.best()
+    moved = _surfaces(search)
     if best is None:
-        return _nothing(
-            rivals, unknowns, settings, search.tried, "No elevator input stays within the limits from this trim."
-        )
+        note = f"No {moved} input stays within the limits from this trim."
+        return _nothing(rivals, unknowns, settings, search.tried, note)
     questions = _answered(search, best, alone)
     if all(question.repeats is None for question in questions):
-        return NextFlight(None, questions, search.tried, "No elevator input within these limits decides anything.")
+        return NextFlight(None, questions, search.tried, f"No {moved} input within these limits decides anything.")
     return NextFlight(_planned_input(search, best), questions, search.tried, "")
 
 
@@ -98,7 +93,8 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
     unknowns = []
     for row in derivatives:
         place = names.index((row.coefficient, row.term)) if (row.coefficient, row.term) in names else None
-        if row.shown or place is None:
+        # Aircraft are nearly symmetric: what no input shows to be there need not be.
+        if row.shown or place is None or (row.term == "1" and not is_symmetric(row.coefficient)):
             continue
         corrected, white = float(spread.corrected[place]), float(spread.white[place])
         known = np.isfinite(corrected) and np.isfinite(white) and white > 0.0
@@ -128,7 +124,7 @@ def _nothing(
 
 def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> tuple[Question, ...]:
     """The questions with what the input is expected to say to them, at the record's own sampling."""
-    planned = search.planned(best.shape, best.amplitude, search.fine)
+    planned = search.planned(best.moves, search.fine)
     questions = []
     ahead = search.prospects(planned, search.simulated(search.chosen, planned)) if search.rivals else []
     for n, (rival, one) in enumerate(zip(search.rivals, ahead, strict=True)):
@@ -150,7 +146,7 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
         )
         expected = difference(1)
         probability = probability_told_apart(expected, rival.present, REACH)
-        hint = "" if repeats is not None else _instead(rival, float(alone[n]))
+        hint = "" if repeats is not None else _instead(rival, float(alone[n]), _surfaces(search))
         questions.append(_about_rival(rival, search.settings, expected, probability, repeats, hint))
     if search.unknowns:
         known = prospect(search.seen(search.chosen, planned), planned)
@@ -160,7 +156,13 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
                 for count in range(1, search.settings.repeats + 1)
             ]
             repeats = next((count for count, spread in enumerate(spreads, start=1) if spread <= unknown.needed), None)
-            hint = "" if repeats is not None else _OWN_INPUT if alone[n] >= 1.0 else _OTHER_CONDITION
+            hint = (
+                ""
+                if repeats is not None
+                else _OWN_INPUT
+                if alone[n] >= 1.0
+                else _OTHER_CONDITION.format(_surfaces(search))
+            )
             questions.append(_about_derivative(unknown, spreads[0], repeats, hint))
     return tuple(questions)
 
@@ -218,18 +220,23 @@ _RUNS_AWAY = (
 _NOT_JUDGED = "Not judged: no input was designed."
 _OWN_INPUT = "Another input alone would decide it: fly this one first, then run again."
 _OTHER_CONDITION = (
-    "No elevator input within these limits shows it; another trim (airspeed, centre of gravity, configuration), or "
+    "No {} input within these limits shows it; another trim (airspeed, centre of gravity, configuration), or "
     "wider limits, must."
 )
 
 
-def _instead(rival: Rival, share: float) -> str:
+def _surfaces(search: InputSearch) -> str:
+    """The surfaces that may be moved, as a person says them after no."""
+    return " or ".join(SURFACES[name] for name in search.steady.controls)
+
+
+def _instead(rival: Rival, share: float, surfaces: str) -> str:
     """What to do where the planned input does not decide: another input, or something else altogether."""
-    return _OWN_INPUT if share >= 1.0 else elsewhere(rival)
+    return _OWN_INPUT if share >= 1.0 else elsewhere(rival, surfaces)
 
 
-def elsewhere(rival: Rival) -> str:
-    """What would tell two effects apart that no elevator input does, in general terms."""
+def elsewhere(rival: Rival, surfaces: str) -> str:
+    """What would tell two effects apart that no input of some surfaces does, in general terms."""
     kinds = rival.kinds
     if "gust" in kinds:
         what = "flights in calm air, or a measured flow angle ahead of the aircraft"
@@ -248,51 +255,69 @@ def elsewhere(rival: Rival) -> str:
         what = "the same flight once more, which shows whether the change comes again"
     else:
         what = "another trim (airspeed, centre of gravity, flap or stabiliser setting)"
-    return f"No elevator input within these limits tells them apart. What would: {what}."
+    return f"No {surfaces} input within these limits tells them apart. What would: {what}."
 
 
 def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
     """The input with its steps and the peaks of the motion over all models in question."""
-    planned = search.planned(best.shape, best.amplitude, search.fine)
+    planned = search.planned(best.moves, search.fine)
     responses = [search.simulated(one, planned) for one in (search.chosen, *(r.estimate for r in search.rivals))]
-    elevator = planned.flight.inputs[:, search.steady.elevator]
-    histories = [shown(response, elevator) for response in responses]
+    surfaces, axes = search.surfaces(planned), search.axes
+    histories = [shown(response, surfaces, axes) for response in responses]
     peaks = []
-    for name, unit in UNITS.items():
-        if name in search.limits.ranges:
-            values = [history[name] for history in histories]
-            peaks.append(_peak(name, unit, values, search.limits.ranges[name], name in search.limits.given))
-    pitch_rate = [response[:, LONGITUDINAL.outputs.index("q")] for response in responses]
-    peaks.append(_peak("q", CHANNELS["q"].unit, pitch_rate, None, False))
-    shape = best.shape
-    steps: list[PlannedStep] = []
-    if not isinstance(shape, Multisine):
-        start = search.settings.lead
-        for duration, level in zip(shape.durations, shape.levels, strict=True):
-            steps.append(PlannedStep(round(start, 6), duration, level * best.amplitude))
-            start += duration
-    deflection = elevator - search.steady.delta_e
+    for name, limits in search.limits.ranges.items():
+        values = [history[name] for history in histories]
+        peaks.append(_peak(name, UNITS[name], values, limits, name in search.limits.given))
+    for name in (name for name in ("q", "p", "r") if name in axes.outputs):
+        values = [response[:, axes.outputs.index(name)] for response in responses]
+        peaks.append(_peak(name, CHANNELS[name].unit, values, None, False))
+    moved = {move.surface: surfaces[move.surface] - search.steady.trim[move.surface] for move in best.moves}
     return PlannedInput(
-        name=shape.name,
-        steps=tuple(steps),
-        amplitude=float(np.max(np.abs(deflection))),
-        rate=search.limits.rate,
+        name=_name(search, best),
+        steps=tuple(_steps(search, best)),
+        amplitude=max(float(np.max(np.abs(deflection))) for deflection in moved.values()),
+        rate=min(search.limits.rates[name] for name in moved),
         time=search.fine,
-        delta_e=deflection,
+        deflections=moved,
         peaks=tuple(peaks),
         airspeed=search.steady.airspeed,
         density=float(search.steady.inputs[ATMOSPHERE_AND_BODY.index("rho")]),
-        expected=_expected(responses),
+        expected=_expected(search, responses),
         rival=search.rivals[0].label if search.rivals else "",
     )
 
 
-def _expected(responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
-    """The histories of the channels that a pilot and an engineer follow, by the chosen model and the first rival."""
+def _name(search: InputSearch, best: Trial) -> str:
+    """What a pilot calls an input; with the surface where there are several."""
+    if len(search.steady.controls) == 1:
+        return best.moves[0].shape.name
+    return " then ".join(f"{SURFACES[move.surface]} {move.shape.name}" for move in best.moves)
+
+
+def _steps(search: InputSearch, best: Trial) -> Iterator[PlannedStep]:
+    """The levels of all parts of an input that are steps."""
+    for move, start in search.begun(best.moves):
+        if isinstance(move.shape, Multisine):
+            continue
+        for duration, level in zip(move.shape.durations, move.shape.levels, strict=True):
+            yield PlannedStep(round(start, 6), duration, level * move.amplitude, move.surface)
+            start += duration
+
+
+FOLLOWED = {
+    LONGITUDINAL.name: ("alpha", "q", "theta", "a_z"),
+    LATERAL.name: ("beta", "p", "r", "phi", "a_y"),
+    SIX.name: ("alpha", "q", "beta", "p", "r", "phi"),
+}
+"""Channels that a pilot and an engineer follow, by the case."""
+
+
+def _expected(search: InputSearch, responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
+    """The histories of those channels by the chosen model and the first rival."""
     chosen, *rivals = responses
     histories = {}
-    for name in ("alpha", "q", "theta", "a_z"):
-        column = LONGITUDINAL.outputs.index(name)
+    for name in FOLLOWED[search.axes.name]:
+        column = search.axes.outputs.index(name)
         rival = rivals[0][:, column] if rivals else None
         histories[name] = PlannedHistory(CHANNELS[name].unit, chosen[:, column], rival)
     return histories

@@ -13,11 +13,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PlannedStep:
-    """One level of a planned input: from `start` s, the ramp counted in, for `duration` s; `deflection` rad."""
+    """One level of a planned input: from `start` s, the ramp counted in, for `duration` s; `deflection` rad of
+    `surface`.
+    """
 
     start: float
     duration: float
     deflection: float
+    surface: str
 
 
 @dataclass(frozen=True)
@@ -51,18 +54,20 @@ class PlannedHistory:
 
 @dataclass(frozen=True)
 class PlannedInput:
-    """A control input to be flown, as a deflection of the elevator from trim.
+    """A control input to be flown, as deflections of surfaces from trim, one surface after the other.
 
     Attributes
     ----------
     name : str
-        What a pilot calls it: doublet, 3-2-1-1, multistep, multisine.
+        What a pilot calls it: doublet, 3-2-1-1, multistep, multisine, rudder doublet then aileron 2-1-1.
     steps : tuple of PlannedStep
         Empty for a multisine.
     amplitude, rate : float
         Greatest deflection from trim, rad; greatest rate, rad/s.
-    time, delta_e : ndarray, shape (N,)
-        s; deflection from trim, rad, linear between samples.
+    time : ndarray, shape (N,)
+        s.
+    deflections : mapping of str to ndarray, shape (N,)
+        Of each surface that is moved, from trim, rad, linear between samples.
     peaks : tuple of PlannedPeak
         Of the motion that is expected, over all models in question.
     airspeed : float
@@ -80,7 +85,7 @@ class PlannedInput:
     amplitude: float
     rate: float
     time: FloatArray
-    delta_e: FloatArray
+    deflections: Mapping[str, FloatArray]
     peaks: tuple[PlannedPeak, ...]
     airspeed: float
     density: float
@@ -123,7 +128,7 @@ class Question:
 
 @dataclass(frozen=True)
 class NextFlight:
-    """What to fly next; `input` is None where no elevator input within the limits decides anything, and `note` why."""
+    """What to fly next; `input` is None where no input within the limits decides anything, and `note` why."""
 
     input: PlannedInput | None
     questions: tuple[Question, ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,42 +13,59 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.preparation_settings import PREPARATION
-from aerosid.flight_model.axes import state_vector
+from aerosid.flight_model.axes import Axes, moving_of, state_vector
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.logs.flight_log import FlightLog
 from aerosid.notation import number
 
-ELEVATOR = "delta_e"
+SURFACES = {"delta_e": "elevator", "delta_r": "rudder", "delta_a": "aileron"}
+"""Controls of an input, in the order in which they are moved, and what a pilot calls them."""
+
+_TURNING = ("p", "q", "r", "phi", "beta")
+"""Measured motion that steady flight with wings level has none of."""
+
+_BALANCED = {"u": "alpha", "w": "delta_e", "q": "theta", "v": "beta", "p": "delta_a", "r": "delta_r"}
+"""What is found so that each of the states that forces and moments act on rests."""
+
+_FARTHEST = {"alpha": 0.6, "delta_e": 1.0, "theta": 1.2, "beta": 0.3, "delta_a": 1.0, "delta_r": 1.0}
+"""Numerical: rad, beyond which a root of the balance is no steady flight."""
+
 _STILL = 0.01
 """Numerical: s over which nothing may change in steady flight."""
 
 
 @dataclass(frozen=True)
 class SteadyFlight:
-    """Straight flight without acceleration, everything but the elevator as at the beginning of a record.
+    """Straight flight without acceleration, everything but the surfaces as at the beginning of a record.
 
     Attributes
     ----------
     state : ndarray, shape (n,)
         SI.
     inputs : ndarray, shape (I,)
-        Of the record's columns; the elevator's is the one that holds this flight.
-    elevator : int
-        The elevator's column.
+        Of the record's columns; the surfaces' are those that hold this flight.
+    controls : mapping of str to int
+        Column of each surface that an input may move.
     airspeed, alpha : float
         True airspeed, m/s; angle of attack, rad.
     """
 
     state: NDArray[np.float64]
     inputs: NDArray[np.float64]
-    elevator: int
+    controls: Mapping[str, int]
     airspeed: float
     alpha: float
 
     @property
-    def delta_e(self) -> float:
-        """Elevator, rad."""
-        return float(self.inputs[self.elevator])
+    def trim(self) -> dict[str, float]:
+        """Each surface, rad."""
+        return {name: float(self.inputs[place]) for name, place in self.controls.items()}
+
+
+def surfaces_of(axes: Axes) -> tuple[str, ...]:
+    """The surfaces that balance the moments of a case."""
+    balanced = {_BALANCED[state] for state in moving_of(axes)}
+    return tuple(name for name in SURFACES if name in balanced)
 
 
 def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
@@ -63,52 +81,74 @@ def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
     Raises
     ------
     EstimationError
-        Where the model has no elevator, or no steady flight within 0.6 rad of angle of attack was found.
+        Where the model lacks a surface, or no steady flight within 0.6 rad of angle of attack was found.
 
     Notes
     -----
-    Angle of attack, elevator and pitch angle are found; with the thrust of the record the flight may climb or sink.
+    Angle of attack, elevator and pitch angle are found, sideslip, aileron and rudder, as far as the case integrates
+    them; with the thrust of the record the flight may climb or sink.
     """
-    if ELEVATOR not in manoeuvre.columns:
-        raise EstimationError(f"no term of the model names {ELEVATOR}, so that no elevator input can be designed.")
     model, start = completed.model, completed.states[0]
-    elevator = manoeuvre.columns.index(ELEVATOR)
+    axes, columns = model.axes, manoeuvre.columns
+    lacking = [name for name in surfaces_of(axes) if name not in columns]
+    if lacking:
+        raise EstimationError(
+            f"no term of the model names {lacking[0]}, so that no {_input_of(lacking)} can be designed."
+        )
     inputs = np.median(manoeuvre.flight.inputs[:5], axis=0)
-    inputs[[manoeuvre.columns.index(name) for name in manoeuvre.axes.measured]] = 0.0
-    motion = dict(zip(model.axes.integrated, start.tolist(), strict=True))
-    airspeed = float(np.hypot(motion["u"], motion["w"]))
-    rows, outputs = np.zeros((2, len(model.columns))), len(model.axes.outputs)
+    inputs[[columns.index(name) for name in axes.measured if name in _TURNING]] = 0.0
+    motion = dict(zip(axes.integrated, start.tolist(), strict=True))
+    given = {name: float(inputs[columns.index(name)]) for name in axes.measured}
+    airspeed = given["V"] if "V" in given else float(np.hypot(np.hypot(motion["u"], motion["w"]), motion.get("v", 0.0)))
+    rows, outputs = np.zeros((2, len(model.columns))), len(axes.outputs)
     time, none, still = np.array([0.0, _STILL]), np.full((2, outputs), np.nan), np.zeros((outputs, 3))
-    moving = [model.axes.integrated.index(name) for name in ("u", "w", "q")]
+    found = [name for state, name in _BALANCED.items() if state in axes.integrated]
+    moving = [axes.integrated.index(state) for state in _BALANCED if state in axes.integrated]
+    size = np.array([1.0 if state in ("p", "q", "r") else 9.8 for state in _BALANCED if state in axes.integrated])
 
-    def state_at(alpha: float, theta: float) -> NDArray[np.float64]:
-        level = {"u": airspeed * np.cos(alpha), "w": airspeed * np.sin(alpha), "theta": theta, "h": motion["h"]}
-        return state_vector(model.axes, level)
+    def state_at(numbers: Mapping[str, float]) -> NDArray[np.float64]:
+        alpha, beta = numbers.get("alpha", 0.0), numbers.get("beta", 0.0)
+        plane = airspeed * np.cos(beta)
+        level = {"u": plane * np.cos(alpha), "v": airspeed * np.sin(beta), "w": plane * np.sin(alpha)}
+        return state_vector(axes, {**level, "theta": numbers.get("theta", 0.0), "h": motion.get("h", 0.0)})
 
     def drift(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
-        alpha, delta_e, theta = unknown
+        numbers = dict(zip(found, unknown.tolist(), strict=True))
         rows[:, : inputs.size] = inputs
-        rows[:, elevator] = delta_e
-        state = state_at(float(alpha), float(theta))
+        for name in surfaces_of(axes):
+            rows[:, columns.index(name)] = numbers[name]
         flight = Flight(time, rows, none, still, 1, np.zeros(len(model.extra_columns)))
-        _, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
+        _, states = simulate_outputs(state_at(numbers), flight, np.array(model.values), model.table, model.constants)
         change = np.nan_to_num(states[1] - states[0], nan=1e3)
-        return np.asarray(change[moving] / (np.array([9.8, 9.8, 1.0]) * _STILL))
+        return np.asarray(change[moving] / (size * _STILL))
 
-    begin = np.array([np.arctan2(motion["w"], motion["u"]), inputs[elevator], motion["theta"]])
-    solution = root(drift, begin, tol=1e-10)
-    alpha, delta_e, theta = (float(number) for number in solution.x)
-    if np.max(np.abs(drift(solution.x))) > 1e-6 or abs(alpha) > 0.6 or abs(delta_e) > 1.0 or abs(theta) > 1.2:
+    first = {
+        "alpha": np.arctan2(motion.get("w", 0.0), motion.get("u", 1.0)),
+        "theta": motion.get("theta", 0.0),
+        "beta": 0.0,
+    }
+    first |= {name: inputs[columns.index(name)] for name in surfaces_of(axes)}
+    solution = root(drift, np.array([first[name] for name in found]), tol=1e-10)
+    numbers = dict(zip(found, solution.x.tolist(), strict=True))
+    far = any(abs(number) > _FARTHEST[name] for name, number in numbers.items())
+    if np.max(np.abs(drift(solution.x))) > 1e-6 or far:
         raise EstimationError(f"the completed model has no steady flight at {number(airspeed)} m/s.")
-    inputs[elevator] = delta_e
-    return SteadyFlight(state_at(alpha, theta), inputs, elevator, airspeed, alpha)
+    controls = {name: columns.index(name) for name in surfaces_of(axes)}
+    for name, place in controls.items():
+        inputs[place] = numbers[name]
+    return SteadyFlight(state_at(numbers), inputs, controls, airspeed, numbers.get("alpha", given.get("alpha", 0.0)))
+
+
+def _input_of(controls: Sequence[str]) -> str:
+    """What an input of some surfaces is called."""
+    return f"{' and '.join(SURFACES[name] for name in controls)} input"
 
 
 def planned_manoeuvre(
     record: Manoeuvre,
     steady: SteadyFlight,
     time: NDArray[np.float64],
-    deflection: NDArray[np.float64],
+    deflections: Mapping[str, NDArray[np.float64]],
     measured: NDArray[np.float64] | None = None,
     name: str = "next flight",
     longest_substep: float = PREPARATION.longest_substep,
@@ -119,8 +159,10 @@ def planned_manoeuvre(
     ----------
     record : Manoeuvre
         Gives columns, sensors, their positions and the noise of the inputs.
-    time, deflection : ndarray, shape (N,)
-        s; the elevator's deflection from trim, rad, linear between samples.
+    time : ndarray, shape (N,)
+        s.
+    deflections : mapping of str to ndarray, shape (N,)
+        Of each surface that is moved, from trim, rad, linear between samples.
     measured : ndarray, shape (N, m), optional
         What the sensors are to show; zero where none is given.
     longest_substep : float
@@ -132,7 +174,8 @@ def planned_manoeuvre(
     """
     flight = record.flight
     inputs = np.tile(steady.inputs, (time.size, 1))
-    inputs[:, steady.elevator] += deflection
+    for name, deflection in deflections.items():
+        inputs[:, steady.controls[name]] += deflection
     held = np.array([channel in record.outputs for channel in record.axes.outputs])
     shown = np.zeros((time.size, len(record.axes.outputs))) if measured is None else measured
     interval = float(np.median(np.diff(time)))
@@ -144,8 +187,8 @@ def planned_manoeuvre(
         substeps=max(1, int(np.ceil(interval / longest_substep - 1e-9))),
         input_variance=flight.input_variance * sampling_ratio(record, time),
     )
-    channels = {ELEVATOR: np.array(inputs[:, steady.elevator])}
-    log = FlightLog(name, np.array(time), channels, {ELEVATOR: "rad"})
+    channels = {control: np.array(inputs[:, place]) for control, place in steady.controls.items()}
+    log = FlightLog(name, np.array(time), channels, dict.fromkeys(channels, "rad"))
     return replace(record, log=log, flight=planned, notes=())
 
 

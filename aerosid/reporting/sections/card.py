@@ -15,6 +15,7 @@ from aerosid.logs.standard_atmosphere import (
 )
 from aerosid.loop.next_flight.flight_limits import RANGES
 from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
+from aerosid.loop.next_flight.predicted_flight import SURFACES
 from aerosid.loop.result import ClosedLoop
 from aerosid.notation import MISSING, number
 from aerosid.reporting.figures.numbered import FigureBook
@@ -29,11 +30,23 @@ _NAMES = {
     "n_z": "load factor",
     "V": "true airspeed",
     "theta": "pitch attitude",
-    "delta_e": "elevator",
-    "delta_e_rate": "elevator rate",
+    "beta": "sideslip",
+    "phi": "bank",
+    **SURFACES,
+    "p": "roll rate",
     "q": "pitch rate",
+    "r": "yaw rate",
 }
 """What a pilot calls the quantities of the limits."""
+
+_STICK = {"delta_e": ("push", "pull"), "delta_r": ("left pedal", "right pedal"), "delta_a": ("left", "right")}
+"""What a positive and a negative deflection of a surface is to a pilot."""
+
+_SENSES = {
+    "delta_e": "Elevator positive trailing edge down, stick forward.",
+    "delta_r": "Rudder positive trailing edge left, left pedal.",
+    "delta_a": "Aileron positive right trailing edge down, stick left.",
+}
 
 _PLACES = {"n_z": 2}
 """Decimals on the card, as far as instruments can be read; 1 where it is not said."""
@@ -56,6 +69,8 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         "steps": list(_steps(planned)),
         "end": f"{planned.steps[-1].start + planned.steps[-1].duration:.1f}" if planned.steps else "",
         "cued": "a_z" in planned.expected,
+        "surfaces": [SURFACES[name] for name in planned.deflections],
+        "senses": " ".join(_SENSES[name] for name in planned.deflections),
         "limits": limits,
         "signs": {limit["sign"] for limit in limits if limit["sign"]},
         "given": GIVEN,
@@ -70,11 +85,13 @@ def _steps(planned: PlannedInput) -> Iterator[dict[str, str]]:
     """Each step with the stick's direction and the load factor that it is expected to lead to."""
     for step in planned.steps:
         end = step.start + step.duration
-        stick = "push" if step.deflection > 0.0 else "pull" if step.deflection < 0.0 else "neutral"
+        positive, negative = _STICK[step.surface]
+        stick = positive if step.deflection > 0.0 else negative if step.deflection < 0.0 else "neutral"
         yield {
             "start": f"{step.start:.1f}",
             "hold": f"{step.duration:.1f}",
-            "elevator": number(shown_unit("rad").factor * step.deflection, 3),
+            "surface": SURFACES[step.surface],
+            "deflection": number(shown_unit("rad").factor * step.deflection, 3),
             "stick": stick,
             "cue": _load_factor(planned, step.start, end, stick),
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from aerosid.loop.next_flight.planned_flight import PlannedInput, Question
+from aerosid.loop.next_flight.predicted_flight import SURFACES
 from aerosid.loop.result import ClosedLoop
 from aerosid.notation import number
 from aerosid.reporting.figures.chart import Chart, FloatArray, Line, Mark
@@ -28,23 +29,27 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
             f"{number(planned.airspeed, 4)} m/s, as the chosen model predicts it"
             + (f" and as it would be with {planned.rival}." if planned.rival else ".")
         )
-        label = f"Expected time histories of the elevator, {', '.join(planned.expected)}"
+        moved = " and the ".join(SURFACES[name] for name in planned.deflections)
+        label = f"Expected time histories of the {moved}, {', '.join(planned.expected)}"
         figure = figures.add(_expected_chart(planned), caption, label)
     return {
         "ahead": ahead,
         "planned": planned,
+        "moved": " and ".join(SURFACES[name] for name in planned.deflections) if planned is not None else "",
         "figure": figure,
         "answers": [(question, _answer(question)) for question in ahead.questions],
     }
 
 
 def _expected_chart(planned: PlannedInput) -> Chart:
-    """The elevator's deflection, and what is expected below it."""
+    """The deflection of each surface, and what is expected below it."""
     time = planned.time
     degrees = shown_unit("rad").factor
-    command = degrees * planned.delta_e
-    elevator: tuple[Mark, ...] = (Line(time, command, "ink"),)
-    rows = [Row(_STRIP, _GAP, "Δδ_{e} [deg]", limits_around(command), elevator)]
+    rows = []
+    for surface, deflection in planned.deflections.items():
+        command = degrees * deflection
+        drawn: tuple[Mark, ...] = (Line(time, command, "ink"),)
+        rows.append(Row(_STRIP, _GAP, f"Δ{subscripted(surface)} [deg]", limits_around(command), drawn))
     for name, history in planned.expected.items():
         unit = shown_unit(history.unit)
         chosen, others = unit.factor * history.chosen, _scaled(unit.factor, history.rival)
