@@ -285,10 +285,15 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
     return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals), agreement=agreement)
 
 
-def by_model_error(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares."""
+def by_model_error(
+    question: Question, settings: LoopSettings, progress: Progress, hypotheses: Sequence[Hypothesis] = ()
+) -> Answer:
+    """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares.
+
+    `hypotheses`: what may be missing, where it is known already.
+    """
     progress("re-estimating the declared model")
-    hypotheses = question.hypotheses(settings.catalogue)
+    hypotheses = hypotheses or question.hypotheses(settings.catalogue)
     found, selection = attribute_by_model_error(
         question.declared,
         question.manoeuvres,

@@ -24,7 +24,10 @@ QUICK = ModelErrorSearchSettings(
     rounds=4,
     trial_sweeps=1,
     kept_statistics=True,
-    sweeps=SweepSettings(searches=(0,), first_spread=None, first_memory=3.0, settled=0.1, shown=2.7),
+    jump_stride=3,
+    sweeps=SweepSettings(
+        tolerance=0.2, searches=(0,), first_spread=None, first_memory=3.0, settled=0.3, shown=2.7, sweeps=5
+    ),
 )
 """A second opinion may cost a fifth of the loop: few trial fits, the statistics of d(t) sought once a structure."""
 
@@ -90,7 +93,8 @@ def second_opinion(question: Question, first: Answer, settings: LoopSettings, pr
     try:
         # Where the first answer needs no moving air, its search in d(t) would only cost: d(t) takes in what is left.
         quick = replace(QUICK, gusts=bool(_disturbances(found)))
-        other = by_model_error(question, replace(settings, model_error=quick), lambda _stage: None).found
+        asked = replace(settings, model_error=quick)
+        other = by_model_error(question, asked, lambda _stage: None, first.search.hypotheses).found
     except EstimationError as error:
         return SecondOpinion(False, no_second_opinion(error), role, (own,))
     others = _names(other)

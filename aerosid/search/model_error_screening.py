@@ -81,8 +81,8 @@ def screen(
     return list(best.values())
 
 
-def undisturbed_p_value(sweeps: FlightSweeps, current: Sweep, hypothesis: Hypothesis, asked: int) -> float:
-    """Of a sensor's correlation by chance, its column taken along the motion that controls and terms make.
+def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, asked: int) -> float:
+    """Of a sensor's numbers by chance, their columns taken along the motion that controls and terms make.
 
     d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
     d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
@@ -94,36 +94,52 @@ def undisturbed_p_value(sweeps: FlightSweeps, current: Sweep, hypothesis: Hypoth
     ----------
     sweeps : FlightSweeps
         The flights.
-    current : Sweep
-        The structure without the candidate.
+    trial : Sweep
+        The structure with the candidate.
     hypothesis : Hypothesis
         The candidate.
     asked : int
         How many candidates the search looks at (Bonferroni).
     """
-    if not any(isinstance(active.effect, OutputEffect) for active in hypothesis.effects):
+    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, OutputEffect)}
+    places, away = [], []
+    place = len(trial.swept.free)
+    for active in trial.swept.effects:
+        if (active.name, active.log) in entered:
+            places += range(place, place + active.slopes)
+            away += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
+        place += active.slopes
+    if not places:
         return 0.0
     try:
-        still = sweeps.undisturbed(current)
-        return min(1.0, asked * min(_chance(sweeps, still, chord.hypothesis) for chord in chords_of((hypothesis,))))
+        still = sweeps.undisturbed(trial)
     except OutOfRangeError:
         return 0.0
+    return min(1.0, asked * _chance(sweeps, still, places, np.array(away)))
 
 
-def _chance(sweeps: FlightSweeps, still: Sweep, hypothesis: Hypothesis) -> float:
-    """Of a correlation as great by chance, in noise that is coloured within and between the channels."""
-    rows = sweeps.asked(still, hypothesis.entries, hypothesis.effects)
-    left = remainders(still.fit, rows.asked)
-    if float(np.min(left.independence)) <= sweeps.settings.colour.least_independence:
+def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) -> float:
+    """Of known columns' numbers, `away` from none, by chance in noise coloured within and between the channels."""
+    known = still.fit.whitened(still.rows.known)
+    others = np.delete(known, places, axis=1)
+    others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
+    basis, strength, _ = np.linalg.svd(others, full_matrices=False)
+    basis = basis[:, strength > 1e-10 * strength[0]]
+    own = known[:, places]
+    left = own - basis @ (basis.T @ own)
+    size = np.linalg.norm(left, axis=0)
+    if float(np.min(size / np.linalg.norm(own, axis=0))) ** 2 <= sweeps.settings.colour.least_independence:
         return 1.0
-    columns = left.left / np.sqrt(left.squares)
-    target = still.fit.white_target
+    columns = left / size
+    # The residual as it would be with these numbers at none, to first order.
+    target = still.fit.whitened(still.rows.target[:, None])[:, 0] + own @ away
+    target -= basis @ (basis.T @ target)
     solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
-    covariance, freedom = np.zeros((columns.shape[1], columns.shape[1])), np.inf
-    for n, (x, e) in enumerate(_by_sample(sweeps, still, columns, target - columns @ solution)):
-        of_flight, known = score_covariance(x, e)
+    covariance, freedom = np.zeros((len(places), len(places))), 0.0
+    for x, e in _by_sample(sweeps, still, columns, target - columns @ solution):
+        of_flight, degrees = score_covariance(x, e)
         covariance += of_flight
-        freedom = known if n == 0 else freedom + known
+        freedom += degrees
     scores = columns.T @ target
     statistic = float(scores @ np.linalg.pinv(covariance, hermitian=True) @ scores)
     return float(special.fdtrc(scores.size, freedom, statistic / scores.size))

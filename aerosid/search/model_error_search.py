@@ -30,7 +30,7 @@ from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
 from aerosid.search.model_error_screening import chords_of, screen, undisturbed_p_value
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
-from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump
+from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump, thinned
 
 Array = NDArray[np.float64]
 
@@ -146,7 +146,7 @@ class _Search:
         self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
         self.declared = declared
         seen = [all(is_seen(active) for active in h.effects) for h in hypotheses]
-        self.seen = [h for h, shown in zip(hypotheses, seen, strict=True) if shown]
+        self.seen = thinned([h for h, shown in zip(hypotheses, seen, strict=True) if shown], settings.jump_stride)
         self.unseen = tuple(dict.fromkeys(h.kind for h, shown in zip(hypotheses, seen, strict=True) if not shown))
         self.chords = chords_of(self.seen)
         self.asked = len(self.seen)
@@ -203,7 +203,7 @@ class _Search:
                 return self.sweeps.estimate(trial.sweep.swept), []
             if self._p_value(trial.sweep, new) > self.settings.false_alarm or is_at_a_limit(new):
                 continue
-            of_controls = undisturbed_p_value(self.sweeps, current, trial.hypothesis, self.asked)
+            of_controls = undisturbed_p_value(self.sweeps, trial.sweep, trial.hypothesis, self.asked)
             if of_controls > self.settings.false_alarm:
                 continue
             others = [

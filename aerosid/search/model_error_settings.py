@@ -46,6 +46,8 @@ class ModelErrorSearchSettings:
     outlying : float
         Squared innovations of a sample beyond their mean, in deviations of chi-square, from which it is one: 8 is met
         by chance in one flight of a thousand samples out of a million.
+    jump_stride : int
+        A sudden change is asked for at every n-th moment of the grid; at those of the greatest innovations in any case.
     jump_spacing : float
         Steps of the grid of moments within which two sudden changes are one: the second would only mend the edge of the
         first (as the likelihood's search).
@@ -84,6 +86,7 @@ class ModelErrorSearchSettings:
     unlike_share: float = 0.1
     outliers: int = 3
     outlying: float = 8.0
+    jump_stride: int = 1
     jump_spacing: float = 3.0
     noticed: float = 30.0
     least_reduction: float = 0.8

@@ -30,6 +30,20 @@ def near_a_jump(
     return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
 
 
+def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:
+    """All that are no sudden change, and of each kind of sudden change on each log every n-th moment."""
+    places: dict[tuple[str, str, tuple[str, ...]], int] = {}
+    kept = []
+    for hypothesis in hypotheses:
+        if hypothesis.time is not None:
+            key = (hypothesis.kind, hypothesis.where, tuple(active.log for active in hypothesis.effects))
+            places[key] = places.get(key, -1) + 1
+            if places[key] % stride:
+                continue
+        kept.append(hypothesis)
+    return kept
+
+
 def at_outliers(
     current: Sweep,
     hypotheses: Sequence[Hypothesis],

@@ -26,6 +26,7 @@ from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.model_error_attribution import swept_start
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from benchmarks.false_alarms import declared, drawn, flown
 
 QUIET = LoopSettings(method="iebmee")
 
@@ -180,3 +181,11 @@ def test_false_alarms_are_at_most_two_in_a_hundred() -> None:
         if names(found_in(log, catalogue="all")):
             alarms.append(seed)
     assert len(alarms) <= 2
+
+
+@pytest.mark.parametrize("number", [30, 44, 75])
+def test_d_in_coloured_noise_is_told_as_no_accelerometers_fault(number: int) -> None:
+    """Clean flights on which the lag or scale of an accelerometer was named, whose noise d(t) had taken in."""
+    trial = drawn(number, 9101)
+    found = found_in(flown(trial), declared(trial), "all")
+    assert not found.findings
