@@ -286,7 +286,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
 
 
 def by_model_error(
-    question: Question, settings: LoopSettings, progress: Progress, hypotheses: Sequence[Hypothesis] = ()
+    question: Question, settings: LoopSettings, progress: Progress, hypotheses: tuple[Hypothesis, ...] = ()
 ) -> Answer:
     """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares.
 

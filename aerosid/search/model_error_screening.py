@@ -102,7 +102,8 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
         How many candidates the search looks at (Bonferroni).
     """
     entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, OutputEffect)}
-    places, away = [], []
+    places: list[int] = []
+    away: list[float] = []
     place = len(trial.swept.free)
     for active in trial.swept.effects:
         if (active.name, active.log) in entered:
