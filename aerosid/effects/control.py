@@ -172,6 +172,7 @@ FAMILY = Family(
             lambda where, numbers, _interval: control_delay(where, min(0.0, 2.0 * numbers["delay"])),
             (Planted("delta_e", {"delay": 0.12}),),
             follows_its_score=False,
+            below="{where} acts before it is recorded",
         ),
         Kind(
             "control_rate_limit",

@@ -106,6 +106,8 @@ class Kind:
         Numbers that it may do without.
     noun : str
         What a sentence calls it, with its article; empty: `a` and its name in words.
+    below : str
+        The sentence where its number is below none and says the opposite; empty: the same.
     is_zero : bool
         Whether it is the zero of an instrument, which differs between flights.
     rarity : float
@@ -121,6 +123,7 @@ class Kind:
     follows_its_score: bool = True
     optional: tuple[str, ...] = ()
     noun: str = ""
+    below: str = ""
     is_zero: bool = False
     rarity: float = 0.0
 
@@ -128,6 +131,10 @@ class Kind:
     def words(self) -> str:
         """What a sentence calls it: `a control lag`."""
         return self.noun or f"a {self.name.replace('_', ' ')}"
+
+    def said(self, where: str, value: float) -> str:
+        """The sentence for a place and a number."""
+        return ((value < 0.0 and self.below) or self.sentence).format(where=where)
 
     @property
     def leading(self) -> str:

@@ -118,6 +118,7 @@ FAMILY = Family(
             "{where} is recorded late",
             lambda where, _numbers, _interval: sensor_delay(where),
             (Planted("alpha", {"delay": 0.1}),),
+            below="{where} is recorded early",
         ),
         Kind(
             "sensor_lag",

@@ -76,7 +76,9 @@ def model_error_pictures(
             unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)
     except EstimationError:
         return None
-    return ModelErrorPictures(completed, unfiltered, screening, histories, correlations, regressors)
+    beyond = {history.coefficient for history in histories if history.left_its_range}
+    known = {entry: value for entry, value in correlations.items() if entry[0] not in beyond}
+    return ModelErrorPictures(completed, unfiltered, screening, histories, known, regressors)
 
 
 def prefilter_note(seen: ModelErrorPictures | None, settings: LoopSettings) -> PrefilterNote:

@@ -46,6 +46,15 @@ class ErrorHistory:
     terms: tuple[str, ...]
     deviation: NDArray[np.float64] | None = None
 
+    @property
+    def left_its_range(self) -> bool:
+        """Whether d(t) somewhere is larger than any coefficient can be off: what follows it there says nothing."""
+        held = self.d[np.isfinite(self.d)]
+        return bool(held.size and np.max(np.abs(held)) > LARGEST)
+
+
+LARGEST = 1.0
+"""Physical: of a force or moment coefficient, 1; no declared model is off by as much in flight."""
 
 LONGEST = 100_000
 """Numerical: samples of a record whose d(t) is drawn; the smoother holds some 2 kB for each."""

@@ -17,6 +17,7 @@ from aerosid.loop.verdict import Verdict, summarise
 from aerosid.reporting.judgement import unproven
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
+from aerosid.reporting.words import effect_sentence
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +117,24 @@ def test_a_place_is_told_with_its_axis_and_many_effects_with_the_first() -> None
     many = summarise(Verdict.EXPLAINED, [place] * 7, ())
     assert many.count("±") == 4
     assert many.endswith("and 3 more.")
+
+
+def test_what_is_ahead_of_the_others_is_told_as_early() -> None:
+    late = Effect(1, "sensor_delay", "a_z", "", 0.18, 0.02, "s", Evidence(None, 1e-9, None, 40.0))
+    assert effect_sentence(late) == "a_z is recorded late"
+    assert effect_sentence(dataclasses.replace(late, value=-0.18)) == "a_z is recorded early"
+    control = dataclasses.replace(late, kind="control_delay", where="delta_e", value=-0.05)
+    assert effect_sentence(control) == "delta_e acts before it is recorded"
+
+
+def test_a_model_error_that_no_aircraft_has_is_compared_with_nothing(result: ClosedLoop) -> None:
+    first, *others = result.model_error
+    d = first.d.copy()
+    d[40] = -2.3
+    wild = decided(result, model_error=(dataclasses.replace(first, d=d), *others))
+    said = words(wild, "residual")
+    assert f"C X : at {first.time[40]:.1f} s d(t) is larger than any such coefficient can be off" in said
+    assert said.count("correlation") == 1  # of C_m
 
 
 def test_the_first_sheet_holds_what_a_signature_needs(result: ClosedLoop) -> None:

@@ -26,8 +26,12 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "derivatives": [_columns(part) for part in _threes(result.derivatives)],
         "logs": by_log(rows, result),
         "scale": scale or False,
+        "beside": 0 < len(result.effects) <= _BESIDE and len({(row.log, row.role) for row in rows}) == 1,
     }
 
+
+_BESIDE = 9
+"""Effects up to which they stand beside the errors on paper: more would fill a column that cannot go on overleaf."""
 
 _SIDE_BY_SIDE = 3
 """Coefficients whose derivatives stand next to one another."""

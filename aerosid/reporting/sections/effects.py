@@ -11,4 +11,6 @@ from aerosid.reporting.figures.numbered import FigureBook
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     """The effects; nothing where none was found."""
     confirmed = any(effect.evidence.confirmation is not None for effect in result.effects)
-    return {"effects": result.effects, "confirmed": confirmed} if result.effects else None
+    # A scale length is a number of moving air alone.
+    air = any("length" in effect.parameters for effect in result.effects)
+    return {"effects": result.effects, "confirmed": confirmed, "air": air} if result.effects else None

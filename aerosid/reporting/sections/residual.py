@@ -56,7 +56,7 @@ def _equation(history: ErrorHistory) -> dict[str, Any]:
     d, time = history.d[held], history.time[held]
     spread = float(np.std(d)) if d.size else None
     share = None
-    if history.terms and spread:
+    if history.terms and spread and not history.left_its_range:
         share = 1.0 - float(np.var(d - history.explained[held])) / spread**2
     return {
         "history": history,
@@ -66,14 +66,22 @@ def _equation(history: ErrorHistory) -> dict[str, Any]:
     }
 
 
+def _told_of(history: ErrorHistory) -> str:
+    """The found terms of one equation, and how well they follow its d(t)."""
+    if history.left_its_range:
+        at = history.time[np.nanargmax(np.abs(history.d))]
+        return (
+            f"{history.coefficient}: at {at:.1f} s d(t) is larger than any such coefficient can be off; the estimator "
+            "has left its range there, and no term is compared with it"
+        )
+    if not history.terms:
+        return f"{history.coefficient}: nothing found"
+    return f"{history.coefficient}: {', '.join(history.terms)}, correlation {number(history.correlation, 3)}"
+
+
 def _figure(log: str, result: ClosedLoop, figures: FigureBook) -> Any:
     histories = [history for history in result.model_error if history.log == log]
-    found = [
-        f"{history.coefficient}: {', '.join(history.terms)}, correlation {number(history.correlation, 3)}"
-        if history.terms
-        else f"{history.coefficient}: nothing found"
-        for history in histories
-    ]
+    found = [_told_of(history) for history in histories]
     smoothed = any(history.deviation is not None for history in histories)
     which = f"Model error d(t) of {log}{', smoothed over the whole record' if smoothed else ''}"
     caption = f"{which}. {'; '.join(found)}."
