@@ -117,10 +117,16 @@ def _numbered(selected: Selected, each: Chosen) -> list[ActiveEffect]:
 
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew."""
-    key = (each.hypothesis.label, tuple(h.label for h in asked))
+    # The same hypotheses may be asked again within narrower limits.
+    key = (each.hypothesis.label, tuple((h.label, _limits(h)) for h in asked))
     if key not in selected.instead:
         selected.instead[key] = _in_place_of(selected, each, asked)
     return selected.instead[key]
+
+
+def _limits(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
+    """Least and greatest of every number of a hypothesis."""
+    return tuple((p.lowest, p.highest) for active in hypothesis.effects for p in active.effect.parameters)
 
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:

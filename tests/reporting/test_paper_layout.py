@@ -121,6 +121,16 @@ def test_numbers_below_a_tile_do_not_touch_one_another(span: float, low: float, 
     assert np.all(np.diff(places) > half[1:] + half[:-1])
 
 
+@given(st.floats(1e-6, 1e4), st.floats(-3.0, 3.0), st.floats(24.0, 80.0))
+def test_numbers_beside_a_strip_do_not_touch_one_another(span: float, low: float, height: float) -> None:
+    limits = (low * span, (low + 1.0) * span)
+    time = np.array([0.0, 1.0])
+    line = Line(time, np.array(limits), "after")
+    (panel,) = stacked([Row(height, 4.0, "x [m]", limits, (line,))], (0.0, 1.0), "flight").panels
+    assert len(panel.y.ticks) >= 2
+    assert np.all(np.diff(panel.y.ticks) * panel.height / span > 6.5)
+
+
 def strips(groups: int) -> Chart:
     time = np.linspace(0.0, 8.0, 50)
     rows = []

@@ -71,7 +71,7 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
     for i, row in enumerate(rows):
         bottom -= row.gap + row.height
         time = Axis("time [s]", span, instants, bare=i < len(rows) - 1)
-        levels = Axis(row.label, row.limits, scale(row.limits, 4 if row.height > _TALL else 2))
+        levels = Axis(row.label, row.limits, _above(row.limits, 4 if row.height > _TALL else 2, row.height))
         panels.append(Panel(_LEFT, bottom, WIDTH - _LEFT - _RIGHT, row.height, time, levels, row.marks, row.quiet))
     return Chart(WIDTH, height, tuple(panels), timeline)
 
@@ -165,6 +165,18 @@ def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
         if len(found) > 1 and max(map(len, texts)) * _DIGIT + _DIGIT < apart:
             return found
     return scale(limits, 1)[:: max(len(scale(limits, 1)) - 1, 1)]
+
+
+_LINE = 7.5
+"""Height of a number at an axis, pt."""
+
+
+def _above(limits: Limits, most: int, height: float) -> tuple[float, ...]:
+    """As `scale`, the first and the last number alone where more would touch one another within a height, pt."""
+    found = scale(limits, most)
+    if len(found) > 2 and height * (found[1] - found[0]) / (limits[1] - limits[0]) < _LINE:
+        return found[0], found[-1]
+    return found
 
 
 def scale(limits: Limits, most: int) -> tuple[float, ...]:
