@@ -1,4 +1,4 @@
-"""What the verb close-loop does around the loop itself: settings from words, logs from paths, a progress bar."""
+"""Settings, log roles and progress display of the close-loop command."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def loop_settings(
     limits: Sequence[str] = (),
     method: str = "evidence",
 ) -> LoopSettings:
-    """The settings that the words of the command line ask for.
+    """Loop settings from the command-line options.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def _method(text: str) -> Method:
 
 
 def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remarks: str) -> Provenance:
-    """What the title block says of the call: day, changed settings, command line, analyst and remarks.
+    """Provenance for the title block: date, changed settings, command line, analyst and remarks.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _density(text: str | None) -> tuple[float, float, float, float] | None:
 
 @dataclass(frozen=True)
 class RoledLogs:
-    """What a call is about: logs to identify from, logs that confirm and refute, and logs that touch no decision."""
+    """Logs of one call by role: identification, validation (confirms and refutes), hold-out (predicted only)."""
 
     identification: tuple[FlightLog, ...]
     validation: tuple[FlightLog, ...]
@@ -133,7 +133,7 @@ def read_roles(
     hold_out: Sequence[str] = (),
     find: bool = False,
 ) -> RoledLogs:
-    """The logs of a call by their role.
+    """Read the logs of a call, grouped by role.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def read_roles(
 
 
 def spans_between(words: Sequence[str], start: float | None, stop: float | None) -> tuple[Span, ...]:
-    """The spans of a command line's words, whole recordings cut to --from and --to where given.
+    """Log spans named on the command line, whole recordings cut to --from and --to where given.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def _found(log: FlightLog) -> tuple[FlightLog, ...]:
 
 
 def refuse_unusable(roled: RoledLogs) -> None:
-    """Stop before a whole flight is taken for one manoeuvre, or degrees for radians.
+    """Refuse a whole flight given as one manoeuvre, and angles recorded in degrees under a unit of radians.
 
     Raises
     ------
@@ -234,11 +234,9 @@ def with_progress(
     hold_out: Sequence[FlightLog],
     provenance: Provenance,
 ) -> ClosedLoop:
-    """The loop, with its progress on standard error; silent with --quiet.
+    """Run the loop with a progress bar on standard error; silent with --quiet.
 
-    The first kernel that is compiled is announced by a line that says why this takes so long and happens once.
-
-    The bar also names each kernel that is compiled, under a line that says why this takes so long and happens once.
+    The bar names each kernel while it is compiled, under a line that explains the delay of a first use.
     """
     from aerosid.compiled.kernel_cache import compilation_announced
     from aerosid.loop.closed_loop import close_loop
@@ -250,11 +248,11 @@ def with_progress(
 
 
 def _nothing(_stage: str) -> None:
-    """Progress that nobody wants to see."""
+    """Progress callback that displays nothing."""
 
 
 def _say_once() -> Callable[[str], None]:
-    """Says before the first compilation what takes so long, where somebody watches."""
+    """Callback that announces the first kernel compilation on an interactive terminal."""
     said: list[str] = []
 
     def say(kernel: str) -> None:

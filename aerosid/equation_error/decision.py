@@ -1,4 +1,4 @@
-"""What the declared model lacks, by kinematics first and coefficients second, with all recordings in one likelihood."""
+"""Structure selection by equation error: proved sensor faults first, then the aerodynamic coefficients."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class EquationErrorDecision:
 def decide(
     faults: ProvedFaults, coefficients: Sequence[str], told: Callable[[str], None] = lambda _text: None
 ) -> EquationErrorDecision:
-    """What the declared model lacks, given what kinematics prove of the instruments.
+    """Select the undeclared effects from the coefficient equations, given the proved sensor faults.
 
     Parameters
     ----------

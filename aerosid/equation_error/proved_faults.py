@@ -1,4 +1,4 @@
-"""Instruments' faults by flight-path reconstruction: what the kinematics of all recordings together prove of them."""
+"""Flight-path reconstruction: sensor faults estimated from the kinematic equations of all recordings jointly."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
 
 @dataclass(frozen=True)
 class ProvedFaults:
-    """What kinematics prove of the instruments of some recordings.
+    """Sensor faults proved by the kinematic equations of a set of recordings.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ def prove_faults(
     told: Callable[[str], None] = lambda _text: None,
     length: float | None = None,
 ) -> ProvedFaults | None:
-    """The instruments' faults that kinematics prove and coefficients do not undo; None where a recording is too short.
+    """Select and estimate sensor faults from the kinematic equations; None where a recording is too short.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:
 
 
 def on_fitted(selected: Selected) -> Selected:
-    """The faults with their numbers from the fitted recordings alone: zeros differ from flight to flight."""
+    """The faults re-estimated from the fitted recordings alone: zero offsets differ from flight to flight."""
     found = selected.estimate
     fitted = tuple(recording for recording in found.frame.recordings if recording.fitted)
     if len(fitted) == len(found.frame.recordings):

@@ -55,23 +55,25 @@ def filter_error(
     """
     try:
         fit = refine_on(replace(completed, variance=variance), manoeuvres, BACKGROUND, (*completed.effects, forces))
-        spread = deviations(fit, manoeuvres)
+        uncertainty = deviations(fit, manoeuvres)
     except EstimationError:
         return None
     values = np.array([fit.model.value(entry) for entry in fit.free])
     found = next(active for active in fit.effects if active.effect.kind == forces.effect.kind)
-    return FilterError(values, np.maximum(spread.corrected, spread.white), found, fit.variance)
+    return FilterError(values, np.maximum(uncertainty.corrected, uncertainty.white), found, fit.variance)
 
 
-def widened(spread: Deviations, beside: FilterError | None) -> Deviations:
+def widened(uncertainty: Deviations, beside: FilterError | None) -> Deviations:
     """The deviations in open loop, none smaller than among forces of any shape.
 
     Residuals of a short record hardly show what is slow in them, so that deviations from their colour alone differ
     between manoeuvres by more than they say.
     """
     if beside is None:
-        return spread
-    corrected = np.fmax(spread.corrected, beside.deviations)
-    factor = np.where(spread.corrected > 0.0, corrected / np.where(spread.corrected > 0.0, spread.corrected, 1.0), 1.0)
+        return uncertainty
+    corrected = np.fmax(uncertainty.corrected, beside.deviations)
+    factor = np.where(
+        uncertainty.corrected > 0.0, corrected / np.where(uncertainty.corrected > 0.0, uncertainty.corrected, 1.0), 1.0
+    )
     factor[~np.isfinite(factor)] = 1.0
-    return replace(spread, corrected=corrected, covariance=spread.covariance * np.outer(factor, factor))
+    return replace(uncertainty, corrected=corrected, covariance=uncertainty.covariance * np.outer(factor, factor))

@@ -1,4 +1,4 @@
-"""The manoeuvre as arrays: inputs without gaps, outputs with them, noise levels, substeps."""
+"""Preparation of a log for estimation: gap-free inputs, measured outputs, noise levels, integration steps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STANDARD_SPEED_OF_SOUND = 340.29
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A log made ready for the estimators.
+    """One log as the arrays that the estimators take.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Manoeuvre:
 
 
 def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:
-    """The log as arrays for the flight model.
+    """Convert a log into the arrays of the flight model.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ _AT_REST = ("phi", "p", "r", "beta", "q", "theta")
 
 
 def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
-    """A channel with its missing samples interpolated linearly, which is said in the notes."""
+    """A channel with missing samples interpolated linearly; a note records it."""
     values = log[name]
     held = np.isfinite(values)
     if held.all():

@@ -139,7 +139,7 @@ def refine_on(
     effects: Sequence[ActiveEffect] | None = None,
     point: Point | None = None,
 ) -> Refinement:
-    """The same structure, searched on from where an estimate stands.
+    """Continue the estimation of a structure from an existing estimate.
 
     `effects`: in place of its own; `point`: its likelihood, where that is known.
     """
@@ -178,7 +178,7 @@ def contest(
     level: float | None = None,
     margin: float = 0.0,
 ) -> list[Refinement]:
-    """The estimates from several starts, those that cannot win given up on the way.
+    """Estimates from several starting points; those that cannot become the best are abandoned early.
 
     Parameters
     ----------
@@ -308,7 +308,7 @@ def _led_in(
     variance: NDArray[np.float64],
     settings: RefinementSettings,
 ) -> Point:
-    """A start where the open-loop simulation runs away: follow the data closely at first, then ever less.
+    """Starting point for a diverging open-loop simulation: filter gain reduced step by step to zero.
 
     In the filter form the inputs' noise is taken much larger than it is, which gives a gain that holds the recursion
     to the measurements even for an unstable aircraft; the factor then falls while the parameters follow, and open loop

@@ -82,13 +82,13 @@ def channel_noise(log: FlightLog, name: str, settings: NoiseSettings = USUAL) ->
 
 def _doubt(values: FloatArray, estimated: float, settings: NoiseSettings) -> str:
     held = values[np.isfinite(values)]
-    spread = float(np.ptp(held)) if held.size else 0.0
-    if held.size < 20 or spread == 0.0:
+    excursion = float(np.ptp(held)) if held.size else 0.0
+    if held.size < 20 or excursion == 0.0:
         return ""
     step = np.abs(np.diff(held))
-    nothing = settings.rounding * spread
+    nothing = settings.rounding * excursion
     # At rest a channel repeats itself rightly: only where it moves can repetition be told.
-    moving = _moving(held, spread)
+    moving = _moving(held, excursion)
     repeated = step[moving[1:] & moving[:-1]] <= nothing
     if repeated.size > 20 and float(np.mean(repeated)) > settings.held_share:
         levels = np.unique(held).size
@@ -100,17 +100,17 @@ def _doubt(values: FloatArray, estimated: float, settings: NoiseSettings) -> str
     straight = bend[moving[2:] & moving[:-2]] <= nothing
     if straight.size > 20 and float(np.mean(straight)) > settings.straight_share:
         return "it lies on straight lines: it was interpolated"
-    if estimated < settings.finest * spread:
+    if estimated < settings.finest * excursion:
         return "it is smoother than any sensor: it was filtered, or computed"
     return ""
 
 
-def _moving(held: FloatArray, spread: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _moving(held: FloatArray, excursion: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Where the channel travels by a hundredth of its range within 21 samples, (N,)."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     travel = maximum_filter1d(held, 21) - minimum_filter1d(held, 21)
-    return np.asarray(travel > 0.01 * spread)
+    return np.asarray(travel > 0.01 * excursion)
 
 
 def with_declared_noise(log: FlightLog, noise: Mapping[str, float], resolution: Mapping[str, float]) -> FlightLog:

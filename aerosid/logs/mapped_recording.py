@@ -237,20 +237,20 @@ def _stamp_notes(channel: MappedChannel) -> list[str]:
         if other.name == mine.name or unusable(other) is not None or 2 * np.unique(other.ticks).size < other.ticks.size:
             continue
         late = other.seconds(other.ticks[0]) - mine.seconds(mine.ticks[0])
-        spread = float(late.max() - late.min())
+        jitter = float(late.max() - late.min())
         zero = float(other.ticks[0]) * other.tick - float(mine.ticks[0]) * mine.tick
         # Of two clocks that show unlike times of day only how they run against each other means anything.
-        if abs(zero) < _LARGEST_DELAY and (abs(zero) > 0.0 or spread > 0.0):
+        if abs(zero) < _LARGEST_DELAY and (abs(zero) > 0.0 or jitter > 0.0):
             late = late + zero
             middle = 1e3 * float(np.median(late))
             range_of = f"{1e3 * float(late.min()):.3g} to {1e3 * float(late.max()):.3g}"
             notes.append(
                 f"{channel.name}: stamps are {mine.name}; {other.name} is later by {middle:.3g} ms ({range_of})"
             )
-        elif spread > _LOOSE_STAMPS:
+        elif jitter > _LOOSE_STAMPS:
             drift = 1e6 * float(np.polynomial.polynomial.polyfit(mine.seconds(mine.ticks[0]), late, 1)[1])
             notes.append(
-                f"{channel.name}: stamps are {mine.name}; {other.name} runs within {spread:.3g} s of it and drifts by "
+                f"{channel.name}: stamps are {mine.name}; {other.name} runs within {jitter:.3g} s of it and drifts by "
                 f"{drift:.3g} ppm"
             )
     return notes
@@ -315,12 +315,12 @@ def _order(channel: MappedChannel, boot: int | None, notes: list[str]) -> None:
         channel.time, channel.values = channel.time[rank], channel.values[rank]
         notes.append(f"{channel.name}: {back.size} steps back in the stamps; the samples are sorted, none is left out")
     if np.any(np.diff(channel.time) == 0.0):
-        spread, note = spread_repeats(channel.time)
+        apart, note = spread_repeats(channel.time)
         if note is None:
             keep = np.concatenate([[True], np.diff(channel.time) > 0.0])
             note = f"{int(np.count_nonzero(~keep))} samples repeat a stamp, the first of each is kept"
-            spread, channel.values = channel.time[keep], channel.values[keep]
-        channel.time = spread
+            apart, channel.values = channel.time[keep], channel.values[keep]
+        channel.time = apart
         notes.append(f"{channel.name}: {note}")
 
 

@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Spread:
+class TermCovariance:
     """What is known of a model's values.
 
     Attributes
@@ -29,9 +29,9 @@ class Spread:
     covariance: FloatArray
 
     @staticmethod
-    def independent(entries: Sequence[Entry], deviations: Sequence[float]) -> Spread:
+    def independent(entries: Sequence[Entry], deviations: Sequence[float]) -> TermCovariance:
         """From standard deviations alone, as an aircraft file gives them."""
-        return Spread(tuple(entries), np.diag(np.square(np.array(deviations, dtype=np.float64))))
+        return TermCovariance(tuple(entries), np.diag(np.square(np.array(deviations, dtype=np.float64))))
 
 
 def central_slopes(lower: Sequence[float | None], upper: Sequence[float | None], steps: FloatArray) -> FloatArray:

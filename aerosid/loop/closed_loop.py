@@ -1,4 +1,4 @@
-"""The closed loop: findings with d(t), simulations, tables, linear models and the next flight."""
+"""Closed-loop model completion: identification, model error d(t), simulations, linear models and the next flight."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.carried_deviations import Spread
+from aerosid.loop.carried_deviations import TermCovariance
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import told_of_patterns
@@ -55,7 +55,7 @@ def close_loop(
     hold_out: Sequence[FlightLog] = (),
     provenance: Provenance = NOBODY,
 ) -> ClosedLoop:
-    """What the declared model lacks, the completed model and the errors before and after, on every log.
+    """Identify what the declared model lacks, complete it, and compare simulation errors before and after on every log.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class _Judged:
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
-    """The findings with the errors before and after on every log, and the verdict: what an engineer waits for."""
+    """Verdict, findings and simulation errors before and after on every log: the part of the result shown first."""
     identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
     progress("simulating every log")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
@@ -172,7 +172,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
 
 
 def _gains(known: _Judged) -> tuple[Gains, Gains]:
-    """What each effect by itself does to the errors on the validation flights, and on those that were held out."""
+    """Change in prediction error due to each effect alone, on validation and hold-out flights."""
     completed, search = known.completion.found, known.search
     return (
         prediction_gains(completed, search, known.identified.validation),
@@ -187,7 +187,7 @@ def _completed(
     settings: LoopSettings,
     progress: Progress,
 ) -> ClosedLoop:
-    """The result with all that a report shows beside the verdict: d(t), linear models, the next flight."""
+    """The complete result: model error d(t), linear models and the next flight added to the verdict and errors."""
     identified, completed, aircraft = known.identified, known.completion.found, result.aircraft
     pictures = None
     if settings.paper_chain:
@@ -223,7 +223,7 @@ def _completed(
 
 
 def _completed_aircraft(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> Aircraft:
-    """The aircraft file completed, with what made it."""
+    """Completed aircraft file with its record of provenance."""
     identified, kept = judged.identified, judged.completion.kept
     logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in judged.flights.items()}
     record = completion_record(aircraft, logs, judged.verdict, provenance, tuple(kept))
@@ -233,16 +233,16 @@ def _completed_aircraft(judged: _Judged, aircraft: Aircraft, provenance: Provena
 def _linear(
     judged: _Judged, aircraft: Aircraft, requirement: Requirement, settings: LoopSettings
 ) -> tuple[tuple[LinearRow, ...], tuple[str, ...]]:
-    """The declared and the completed model linearised, and a sentence for each that cannot be trimmed."""
+    """Linear models of the declared and completed aircraft, and a note for each model that cannot be trimmed."""
     if not settings.linear_analysis:
         return (), ()
     model, free = judged.completion.found.completed.model, judged.found.completed.free
     # Of the estimate where all are free: that a derivative is held at its declared value makes it no better known.
     places = [n for n, entry in enumerate(free) if entry in model.entries]
     covariance = judged.found.completed_deviations.covariance[np.ix_(places, places)]
-    spread = Spread(tuple(free[n] for n in places), covariance)
+    uncertainty = TermCovariance(tuple(free[n] for n in places), covariance)
     flown = judged.identified.manoeuvres
-    return analyse_models(aircraft, judged.identified.declared, model, spread, flown, requirement)
+    return analyse_models(aircraft, judged.identified.declared, model, uncertainty, flown, requirement)
 
 
 def _notes(
@@ -252,7 +252,7 @@ def _notes(
     rows: Sequence[DerivativeRow],
     settings: LoopSettings,
 ) -> tuple[str, ...]:
-    """What was assumed on reading, then what each stage has to say beside its numbers."""
+    """Notes of the report: assumptions made on reading the logs, then remarks of each stage."""
     identified, found = judged.identified, judged.completion.found
     others = identified.validation
     return (
@@ -276,6 +276,6 @@ _BROKEN_DOWN = ("The model-error recursion broke down: derivatives of recursive 
 
 
 def _read(manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """What was done to the logs on reading, once each."""
+    """Changes made to the logs on reading, without repetition."""
     notes = [f"{m.log.name}: {note}" for m in (*manoeuvres, *others) for note in (*m.log.notes, *m.notes)]
     return tuple(dict.fromkeys(notes))

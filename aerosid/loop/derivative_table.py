@@ -88,8 +88,8 @@ def derivative_rows(
             continue
         source = found if entry in kept else completed
         n = source.completed.free.index(entry)
-        spread, beside = source.completed_deviations, source.filter_error
-        error = float(spread.corrected[n])
+        uncertainty, beside = source.completed_deviations, source.filter_error
+        error = float(uncertainty.corrected[n])
         rls, rls_error = _recursive(chain, entry)
         rows.append(
             DerivativeRow(
@@ -99,10 +99,10 @@ def derivative_rows(
                 refitted=found.before.model.value(entry) if entry in found.before.free else None,
                 value=given if entry in kept and given is not None else value,
                 std_error=_finite(error),
-                std_error_white=_finite(float(spread.white[n])),
+                std_error_white=_finite(float(uncertainty.white[n])),
                 rls=rls,
                 rls_std_error=rls_error,
-                correlation_max=_finite(float(spread.correlation_max[n])),
+                correlation_max=_finite(float(uncertainty.correlation_max[n])),
                 shown=entry not in kept and is_shown(value, given, error, constant=not entry[1].factors),
                 variance_inflation=_finite(float(inflation[found.completed.free.index(entry)])),
                 scatter=scattered.get(entry),

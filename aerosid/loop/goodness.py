@@ -117,14 +117,16 @@ def innovation_rows(completed: Refinement, manoeuvres: Sequence[Manoeuvre]) -> l
     return rows
 
 
-def correlation_matrix(completed: Refinement, spread: Deviations) -> CorrelationMatrix:
+def correlation_matrix(completed: Refinement, uncertainty: Deviations) -> CorrelationMatrix:
     """Correlations of the free derivatives; those that the record cannot tell apart at all stand as 0."""
     names = tuple(f"{coefficient} {term}" for coefficient, term in completed.free)
-    variance = np.diag(spread.covariance)
+    variance = np.diag(uncertainty.covariance)
     known = np.isfinite(variance) & (variance > 0.0)
     matrix = np.eye(len(names))
     size = np.sqrt(variance[known])
-    matrix[np.ix_(known, known)] = np.clip(spread.covariance[np.ix_(known, known)] / np.outer(size, size), -1.0, 1.0)
+    matrix[np.ix_(known, known)] = np.clip(
+        uncertainty.covariance[np.ix_(known, known)] / np.outer(size, size), -1.0, 1.0
+    )
     return CorrelationMatrix(names, tuple(tuple(row) for row in matrix.tolist()))
 
 

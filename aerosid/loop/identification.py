@@ -1,4 +1,4 @@
-"""From logs and an aircraft to findings: the one chain that every verb, study and test calls.
+"""Identification of undeclared effects: the single processing chain that all commands, studies and tests call.
 
 logs, aircraft -> manoeuvres -> do the instruments agree? -> the declared structure, re-estimated
                -> what it lacks -> terms that one coefficient alone could not tell from what was found
@@ -36,7 +36,7 @@ from aerosid.search.structure_search import StructureSearch
 
 @dataclass(frozen=True)
 class Identification:
-    """What the chain makes of logs and an aircraft.
+    """Result of the identification chain, with everything later stages need from it.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ def identify(
     *,
     hold_out: Sequence[FlightLog] = (),
 ) -> Identification:
-    """What the declared model lacks, from the logs that are fitted and those that are only predicted.
+    """Identify what the declared model lacks, from fitted logs and logs that are only predicted.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def identify(
 
 
 def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:
-    """What was not asked because of the axes of the model."""
+    """Note on checks that are not available for the axes of the model."""
     left = []
     if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
         left.append("whether the instruments agree by kinematics")
@@ -187,7 +187,7 @@ def asked_of(
 
 
 def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]:
-    """A recorded flight as it would have been identified on board, a frame each `step` s.
+    """Replay of a recorded flight as identified on board, one frame every `step` s.
 
     Raises
     ------

@@ -82,10 +82,10 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:
     """The free declared derivatives, constants among them, on which the record holds too little information."""
-    completed, spread = found.completed, found.completed_deviations
+    completed, uncertainty = found.completed, found.completed_deviations
 
     def shown(n: int, entry: Entry) -> bool:
-        value, error = completed.model.value(entry), float(spread.corrected[n])
+        value, error = completed.model.value(entry), float(uncertainty.corrected[n])
         return excited and is_shown(value, declared[entry], error, constant=not entry[1].factors)
 
     return tuple(entry for n, entry in enumerate(completed.free) if entry in declared and not shown(n, entry))
@@ -101,23 +101,25 @@ def _held(found: Attribution, values: Mapping[Entry, float], search: StructureSe
     free = tuple(completed.free[n] for n in places)
     start = replace(completed, model=completed.model.with_values(numbers), free=free)
     restricted = found.estimated_anew(start, search.manoeuvres)
-    spread = _only(found.completed_deviations, places)
+    uncertainty = _only(found.completed_deviations, places)
     beside = found.filter_error
     if beside is not None:
         beside = replace(beside, values=beside.values[places], deviations=beside.deviations[places])
-    findings = findings_of(search, restricted, spread)
-    return replace(found, completed=restricted, completed_deviations=spread, filter_error=beside, findings=findings)
+    findings = findings_of(search, restricted, uncertainty)
+    return replace(
+        found, completed=restricted, completed_deviations=uncertainty, filter_error=beside, findings=findings
+    )
 
 
 def _conditioned(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
     """The regression with some entries held, its simulation with initial states of its own."""
-    completed, spread = found.completed, found.completed_deviations
+    completed, uncertainty = found.completed, found.completed_deviations
     held = [n for n, entry in enumerate(completed.free) if entry in values]
     rest = [n for n, entry in enumerate(completed.free) if entry not in values]
     places = completed.model.indices(completed.free)
     numbers = completed.model.values.copy()
     numbers[places] = restricted(
-        completed.model.values[places], spread.covariance, held, [values[completed.free[n]] for n in held]
+        completed.model.values[places], uncertainty.covariance, held, [values[completed.free[n]] for n in held]
     )
     model = completed.model.with_values(numbers)
     free = tuple(completed.free[n] for n in rest)
@@ -126,7 +128,7 @@ def _conditioned(found: Attribution, values: Mapping[Entry, float], search: Stru
         replace(finding, value=model.value(finding.entry)) if finding.entry in free else finding
         for finding in found.findings
     )
-    return replace(found, completed=estimate, completed_deviations=_only(spread, rest), findings=findings)
+    return replace(found, completed=estimate, completed_deviations=_only(uncertainty, rest), findings=findings)
 
 
 def restricted(
@@ -156,16 +158,16 @@ def restricted(
     return np.asarray(moved)
 
 
-def _only(spread: Deviations, places: Sequence[int]) -> Deviations:
+def _only(uncertainty: Deviations, places: Sequence[int]) -> Deviations:
     """The standard deviations of some of the free entries."""
     chosen = list(places)
     return replace(
-        spread,
-        corrected=spread.corrected[chosen],
-        white=spread.white[chosen],
-        published=spread.published[chosen],
-        covariance=spread.covariance[np.ix_(chosen, chosen)],
-        correlation_max=spread.correlation_max[chosen],
+        uncertainty,
+        corrected=uncertainty.corrected[chosen],
+        white=uncertainty.white[chosen],
+        published=uncertainty.published[chosen],
+        covariance=uncertainty.covariance[np.ix_(chosen, chosen)],
+        correlation_max=uncertainty.correlation_max[chosen],
     )
 
 

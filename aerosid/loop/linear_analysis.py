@@ -17,7 +17,7 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.flight_model.modes import DUTCH_ROLL, PHUGOID, SHORT_PERIOD, mode_shape_ratio, modes_of
 from aerosid.flight_model.simulation import BALANCES
-from aerosid.loop.carried_deviations import Spread, carried_band, carried_deviation, central_slopes
+from aerosid.loop.carried_deviations import TermCovariance, carried_band, carried_deviation, central_slopes
 from aerosid.loop.extrapolated_modes import beyond_record
 from aerosid.loop.flying_qualities import Requirement, control_anticipation
 from aerosid.loop.mode_levels import QUALITIES, Level, mode_levels
@@ -209,7 +209,7 @@ def analyse_models(
     aircraft: Aircraft,
     declared: AerodynamicModel,
     completed: AerodynamicModel,
-    spread: Spread,
+    uncertainty: TermCovariance,
     manoeuvres: Sequence[Manoeuvre],
     requirement: Requirement,
 ) -> tuple[tuple[LinearRow, ...], tuple[str, ...]]:
@@ -221,7 +221,7 @@ def analyse_models(
         Its sigmas are the declared model's deviations.
     declared, completed : AerodynamicModel
         The nonlinear models.
-    spread : Spread
+    uncertainty : TermCovariance
         Covariance of the completed model's values.
     manoeuvres : sequence of Manoeuvre
         The mean of the first is the condition; the longest says how long a mode was watched.
@@ -231,9 +231,9 @@ def analyse_models(
     condition = condition_of(manoeuvres[0])
     record = max(float(manoeuvre.log.time[-1] - manoeuvre.log.time[0]) for manoeuvre in manoeuvres)
     given = [(d.coefficient, d.term) for d in aircraft.derivatives if d.sigma is not None]
-    a_priori = Spread.independent(given, [d.sigma for d in aircraft.derivatives if d.sigma is not None])
+    a_priori = TermCovariance.independent(given, [d.sigma for d in aircraft.derivatives if d.sigma is not None])
     rows, notes = [], []
-    for name, model, known in (("declared", declared, a_priori), ("completed", completed, spread)):
+    for name, model, known in (("declared", declared, a_priori), ("completed", completed, uncertainty)):
         try:
             rows.append(analyse(name, model, condition, known, requirement, record))
         except EstimationError as error:
@@ -245,7 +245,7 @@ def analyse(
     name: str,
     model: AerodynamicModel,
     condition: FlightCondition,
-    spread: Spread,
+    uncertainty: TermCovariance,
     requirement: Requirement,
     record: float | None = None,
 ) -> LinearRow:
@@ -259,7 +259,7 @@ def analyse(
         The nonlinear model.
     condition : FlightCondition
         Where it is linearised.
-    spread : Spread
+    uncertainty : TermCovariance
         Covariance of its values; what it does not hold is taken as exact.
     requirement : Requirement
         Flight phase and class for the levels.
@@ -277,13 +277,13 @@ def analyse(
     the trim moves with the derivatives too. A number that depends on a derivative of which nothing is known has none.
     """
     linear = linearise(model, condition)
-    neighbours = _neighbours(model, condition, spread)
+    neighbours = _neighbours(model, condition, uncertainty)
     sizes, lower, upper = neighbours
     numbers, below, above = _numbers(linear), [_numbers(x) for x in lower], [_numbers(x) for x in upper]
 
     def deviation(key: tuple[str, str]) -> float | None:
         slopes = central_slopes([held.get(key) for held in below], [held.get(key) for held in above], sizes)
-        return carried_deviation(slopes, spread.covariance)
+        return carried_deviation(slopes, uncertainty.covariance)
 
     rows = {key: Parameter(value, deviation(key), _UNITS.get(key[1], "rad")) for key, value in numbers.items()}
     modes = modes_of(linear.A, linear.states)
@@ -309,7 +309,7 @@ def analyse(
         category=requirement.category,
         aircraft_class=requirement.aircraft_class,
         levels=mode_levels(rows, modes, requirement),
-        steps=_steps(linear, neighbours, spread.covariance),
+        steps=_steps(linear, neighbours, uncertainty.covariance),
         record=record,
     )
 
@@ -342,10 +342,10 @@ Neighbours = tuple[FloatArray, list[LinearModel], list[LinearModel]]
 """Steps (F,) in the uncertain values, and the linear models a step below and above."""
 
 
-def _neighbours(model: AerodynamicModel, condition: FlightCondition, spread: Spread) -> Neighbours:
+def _neighbours(model: AerodynamicModel, condition: FlightCondition, uncertainty: TermCovariance) -> Neighbours:
     """Steps (F,) in the uncertain values, and the linear models a step below and above."""
-    places = model.indices(spread.entries)
-    deviations = np.sqrt(np.maximum(np.diag(spread.covariance), 0.0))
+    places = model.indices(uncertainty.entries)
+    deviations = np.sqrt(np.maximum(np.diag(uncertainty.covariance), 0.0))
     # A tenth of a deviation is where the tangent serves; of an unknown value only whether it matters is asked.
     sizes = np.where(np.isfinite(deviations) & (deviations > 0.0), 0.1 * deviations, 1e-4)
     steps = np.minimum(sizes, 0.01 * np.maximum(np.abs(model.values[places]), 0.01))

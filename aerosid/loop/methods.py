@@ -1,4 +1,4 @@
-"""The method that decides the structure: the one place where a method's name leads to its search."""
+"""Identification methods by name: evidence, equations, likelihood and IEBMEE."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from aerosid.search.structure_search import StructureSearch
 
 @dataclass(frozen=True)
 class Question:
-    """What every method is asked.
+    """Input to an identification method: declared model, candidates, flights and proved sensor faults.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Question:
     faults: ProvedFaults | None = None
 
     def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
-        """What the instruments say of each other; None where that was not asked."""
+        """Data compatibility of the instruments; None where it was not requested."""
         return agreement_of(self.faults) if settings.kinematics and self.faults is not None else None
 
     @property
@@ -95,7 +95,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a method found, what one coefficient could not tell from it, and what the method has to say.
+    """Result of an identification method: attribution, indistinguishable terms and notes.
 
     `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked; `deciding`:
     the method whose answer it is; `agreement`: what its witness says of the instruments.
@@ -139,7 +139,7 @@ def require_method_for(aircraft: Aircraft, method: Method) -> None:
 
 
 def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """What the method of the settings finds to be missing.
+    """Run the method selected in the settings.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
 
 
 def by_evidence(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """The likelihood of the simulated flight where kinematics close at the sensors' noise, the equations elsewhere.
+    """Maximum likelihood where kinematic residuals are at the sensors' noise level, equation error elsewhere.
 
     In air that moves, and behind recorders that filter, an open-loop simulation follows no flight: its errors are not
     the measurement noise that the likelihood takes them for.
@@ -184,7 +184,7 @@ def _times(ratio: float) -> str:
 
 
 def by_equations(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Kinematic and coefficient equations with coloured residuals.
+    """Equation error with coloured residuals: kinematic equations first, coefficient equations second.
 
     A study of terms alone, with a start of its own, is answered by the likelihood.
     """
@@ -195,7 +195,7 @@ def by_equations(question: Question, settings: LoopSettings, progress: Progress)
 
 
 def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults | None:
-    """What kinematics prove of the instruments, whatever the method decides of the aerodynamics."""
+    """Sensor faults proved by the kinematic equations, independent of any aerodynamic model."""
     return prove_faults(
         question.declared,
         question.free,
@@ -209,7 +209,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
 
 
 def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """The coefficients' decision, given what kinematics prove of the instruments."""
+    """Attribution by the coefficient equations, with the proved sensor faults applied."""
     progress("regressing the coefficients")
     coefficients = question.aircraft.coefficients
     decision = decide(faults, coefficients)
@@ -230,7 +230,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
 
 
 def told_of_damping(damping: SharedDamping) -> str:
-    """What these manoeuvres do not say of C_m q_hat."""
+    """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
     least, most = damping.parts
     own = f"{number(100.0 * damping.own)} %" if damping.own > 1e-3 else "less than 0.1 %"
     return (
@@ -243,7 +243,7 @@ def told_of_damping(damping: SharedDamping) -> str:
 
 
 def _declared_estimate(question: Question, settings: LoopSettings, progress: Progress) -> Refinement:
-    """The declared structure, re-estimated."""
+    """Maximum-likelihood estimate of the declared structure."""
     progress("re-estimating the declared model")
     return refine(
         _begun(question.declared, settings.start),

@@ -1,4 +1,4 @@
-"""Two methods on one question: does the model error d(t) say the same as the likelihood, and which predicts better."""
+"""Cross-check of the attribution by the model error d(t), with the prediction errors of both models."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class RivalStructure:
 
 @dataclass(frozen=True)
 class SecondOpinion:
-    """Whether d(t) says the same.
+    """Agreement of the two methods.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class SecondOpinion:
 
 
 def second_opinion(question: Question, first: Answer, settings: LoopSettings, progress: Progress) -> SecondOpinion:
-    """What method iebmee says of the same flights, beside what the deciding method found.
+    """Attribution by method iebmee on the same flights, compared with that of the deciding method.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
     """

@@ -1,4 +1,4 @@
-"""The verdict of a loop in one word and one sentence."""
+"""Verdict on the declared model, and its summary sentence."""
 
 from __future__ import annotations
 
@@ -56,18 +56,18 @@ MOTION = ("alpha", "beta", "p", "q", "r")
 
 
 def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
-    """Whether the flights move, and their motion shows any derivative at all.
+    """Whether the flights are excited and show any derivative at all.
 
     By the standard error as published, no smaller than the Cramer-Rao bound. An estimate from noise alone may be far
     from zero in its own standard errors, since the estimator is not linear: so the motion is asked for as well.
     """
-    completed, spread = found.completed, found.completed_deviations
+    completed, uncertainty = found.completed, found.completed_deviations
     # Constants are known from any level flight; what depends on the motion needs one.
     moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
     if not moving:
         return True
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
-    known = np.any(np.maximum(spread.published, spread.white)[moving] < JUDGEMENT.shown * values)
+    known = np.any(np.maximum(uncertainty.published, uncertainty.white)[moving] < JUDGEMENT.shown * values)
     return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)
 
 

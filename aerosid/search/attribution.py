@@ -1,4 +1,4 @@
-"""Attribution of the residual: structure search, gates, alternatives."""
+"""Attribution of the residual to effects: structure search, acceptance tests, alternatives."""
 
 from __future__ import annotations
 
@@ -124,27 +124,27 @@ def attribute(
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     made = searches(search, before, validation, moving_air=moving_air)
     held = standing(search, before, made, validation)
-    completed, spread, forces = held.completed, held.spread, held.forces
+    completed, uncertainty, forces = held.completed, held.uncertainty, held.forces
     refuted = tuple(part.label for part in held.refuted)
     unproven = unproven_terms(search, completed, refuted)
     confirmed = confirmed_terms(search, completed, unproven, validation)
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
-        spread = deviations(completed, manoeuvres)
+        uncertainty = deviations(completed, manoeuvres)
         unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
     beside = filter_error(completed, forces, held.searched.estimate.variance, manoeuvres) if forces else None
-    spread = widened(spread, beside)
-    findings = findings_of(search, completed, spread)
+    uncertainty = widened(uncertainty, beside)
+    findings = findings_of(search, completed, uncertainty)
     others = held.searched.others
     if forces is not None and settings.instruments_compared:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = (*others, *alternatives(search, completed))
     elif forces is not None:
         completed, others = exchange(search, completed, alike=True)
-        completed, spread = certain(search, refine_on(completed, manoeuvres))
-        spread = widened(spread, beside)
-        findings = findings_of(search, completed, spread)
+        completed, uncertainty = certain(search, refine_on(completed, manoeuvres))
+        uncertainty = widened(uncertainty, beside)
+        findings = findings_of(search, completed, uncertainty)
     others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
     return Attribution(
-        before, completed, spread, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
+        before, completed, uncertainty, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
     )

@@ -23,22 +23,22 @@ def pruned(search: StructureSearch, current: Refinement) -> Refinement:
 def certain(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
     """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
     while True:
-        spread = deviations(completed, search.manoeuvres)
-        reduced = without_the_weakest(search, completed, spread)
+        uncertainty = deviations(completed, search.manoeuvres)
+        reduced = without_the_weakest(search, completed, uncertainty)
         if reduced is None:
-            return completed, spread
+            return completed, uncertainty
         completed = refine_on(reduced, search.manoeuvres)
 
 
-def without_the_weakest(search: StructureSearch, current: Refinement, spread: Deviations) -> Refinement | None:
+def without_the_weakest(search: StructureSearch, current: Refinement, uncertainty: Deviations) -> Refinement | None:
     """The estimate without the part that is most in doubt; None where none is."""
-    parts = [part for part in search.parts(current, spread) if not part.is_disturbance]
+    parts = [part for part in search.parts(current, uncertainty) if not part.is_disturbance]
     for part in sorted(parts, key=lambda part: part.ratio):
         if part.ratio >= search.critical:
             break
         reduced = search.without(current, [part])
         if not is_shown_as_a_whole(
-            search, part, reduced.cost - current.cost, inflation_of(search, current, spread, {part.label})
+            search, part, reduced.cost - current.cost, inflation_of(search, current, uncertainty, {part.label})
         ):
             return reduced
     return None
@@ -60,11 +60,11 @@ def is_shown_as_a_whole(search: StructureSearch, part: Part, loss: float, inflat
 
 
 def inflation_of(
-    search: StructureSearch, current: Refinement, spread: Deviations, labels: set[tuple[str, str, str]]
+    search: StructureSearch, current: Refinement, uncertainty: Deviations, labels: set[tuple[str, str, str]]
 ) -> float:
     """By how much coloured residuals widen the variance of some parts at most, at least 1."""
-    white = search.parts(current, replace(spread, corrected=spread.white, effects=spread.effects_white))
-    corrected = search.parts(current, spread)
+    white = search.parts(current, replace(uncertainty, corrected=uncertainty.white, effects=uncertainty.effects_white))
+    corrected = search.parts(current, uncertainty)
     ratios = [
         (part.std_error / plain.std_error) ** 2
         for part, plain in zip(corrected, white, strict=True)

@@ -49,10 +49,10 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
     measured = {active: errors for active, errors in seen.items() if not KINDS[active.effect.kind].is_zero}
     own = {active.name: active for active in seen}
     effects = tuple(own.get(active.name, active) for active in decision.completed.point.effects)
-    start, completed, spread = found.completed, found.completed, found.completed_deviations
+    start, completed, uncertainty = found.completed, found.completed, found.completed_deviations
     while True:
-        completed, spread = _estimated(start, effects, measured, search.manoeuvres)
-        parts = search.parts(completed, spread)
+        completed, uncertainty = _estimated(start, effects, measured, search.manoeuvres)
+        parts = search.parts(completed, uncertainty)
         weak = [part for part in parts if distance_from_none(part) < search.settings.final_deviations]
         if not weak:
             break
@@ -69,7 +69,7 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
         found,
         before=before,
         completed=completed,
-        completed_deviations=spread,
+        completed_deviations=uncertainty,
         findings=tuple(_with_numbers(row, held[row.kind, row.where, row.term], decision) for row in findings),
         fallen=tuple(row for row in found.findings if row not in findings),
         regressed=False,
@@ -111,7 +111,7 @@ def _estimated(
     acting = [frozen(active) if active in measured else active for active in effects]
     wider = replace(start, model=with_columns_of(start.model, own), effects=(*acting, *own))
     found = refine_on(wider, manoeuvres)
-    spread = deviations(found, manoeuvres)
+    uncertainty = deviations(found, manoeuvres)
     told: list[ActiveEffect] = []
     corrected: list[NDArray[np.float64]] = []
     white: list[NDArray[np.float64]] = []
@@ -127,14 +127,14 @@ def _estimated(
             white.append(measured[effects[i]])
         else:
             told.append(active)
-            corrected.append(spread.effects[here])
-            white.append(spread.effects_white[here])
-    spread = replace(
-        spread,
+            corrected.append(uncertainty.effects[here])
+            white.append(uncertainty.effects_white[here])
+    uncertainty = replace(
+        uncertainty,
         effects=np.concatenate([np.zeros(0), *corrected]),
         effects_white=np.concatenate([np.zeros(0), *white]),
     )
-    return with_initial_states(found.model, found.free, told, manoeuvres), spread
+    return with_initial_states(found.model, found.free, told, manoeuvres), uncertainty
 
 
 def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> Finding:

@@ -43,7 +43,7 @@ class _Stands:
     """An estimate with its deviations, those of the effects by their place among the point's effects."""
 
     refinement: Refinement
-    spread: Deviations
+    uncertainty: Deviations
 
 
 def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Attribution:
@@ -68,7 +68,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     return Attribution(
         declared,
         stands.refinement,
-        stands.spread,
+        stands.uncertainty,
         tuple(findings),
         tuple(_alternative(row, decision.asked) for row in decision.alternatives),
         (),
@@ -177,14 +177,14 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
     if entry is not None:
         place = stands.refinement.free.index(entry)
         values = (stands.refinement.model.value(entry),)
-        errors = (float(stands.spread.corrected[place]),)
+        errors = (float(stands.uncertainty.corrected[place]),)
         ratio = abs(values[0]) / errors[0] if errors[0] > 0.0 else np.inf
     elif active is not None and not isinstance(active.effect, PositionEffect):
         place = decision.completed.point.effects.index(active)
         first = sum(len(each.values) for each in stands.refinement.effects[:place])
         active = stands.refinement.effects[place]
         values = active.values
-        errors = tuple(float(e) for e in stands.spread.effects[first : first + len(values)])
+        errors = tuple(float(e) for e in stands.uncertainty.effects[first : first + len(values)])
     elif active is not None:
         values = active.values
     return Finding(

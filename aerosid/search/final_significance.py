@@ -89,18 +89,18 @@ def _without(found: Attribution, part: Part, search: StructureSearch) -> Attribu
     struck = search.struck_out(found.completed, [part])
     is_declared = (struck.free, struck.effects) == (found.before.free, found.before.effects)
     completed = found.before if is_declared else found.estimated_anew(struck, search.manoeuvres)
-    spread = deviations(completed, search.manoeuvres)
+    uncertainty = deviations(completed, search.manoeuvres)
     beside = found.filter_error
     if beside is not None:
         beside = filter_error(completed, beside.forces, beside.variance, search.manoeuvres)
-    spread = widened(spread, beside)
+    uncertainty = widened(uncertainty, beside)
     gone = finding_of(search, part, completed.cost - found.completed.cost)
     return replace(
         found,
         completed=completed,
-        completed_deviations=spread,
+        completed_deviations=uncertainty,
         filter_error=beside,
-        findings=findings_of(search, completed, spread),
+        findings=findings_of(search, completed, uncertainty),
         confirmed=tuple(each for each in found.confirmed if each.entry != part.entry),
         fallen=(*found.fallen, gone),
     )

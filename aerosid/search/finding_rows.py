@@ -18,17 +18,17 @@ def finding_of(search: StructureSearch, part: Part, gain: float, instead_of: str
     return found_among(part, len(search.hypotheses), gain, instead_of)
 
 
-def findings_of(search: StructureSearch, completed: Refinement, spread: Deviations) -> tuple[Finding, ...]:
+def findings_of(search: StructureSearch, completed: Refinement, uncertainty: Deviations) -> tuple[Finding, ...]:
     """The found parts, most certain first."""
     rows = []
-    for part in search.parts(completed, spread):
+    for part in search.parts(completed, uncertainty):
         gain = search.without(completed, [part]).cost - completed.cost
         row = finding_of(search, part, gain)
         if part.active is not None:
             disturbance = part.is_disturbance
-            inflation = 1.0 if disturbance else inflation_of(search, completed, spread, {part.label})
+            inflation = 1.0 if disturbance else inflation_of(search, completed, uncertainty, {part.label})
             if disturbance or is_shown_as_a_whole(search, part, gain, inflation):
-                # A spread has no sign to be tested against zero: the likelihood ratio speaks.
+                # A standard deviation has no sign to be tested against zero: the likelihood ratio speaks.
                 count = 1 if disturbance else len(part.active.values)
                 p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(search.hypotheses)))
                 row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))

@@ -32,7 +32,7 @@ class Standing:
         The search that it is of, disturbances and all.
     completed : Refinement
         The estimate in open loop.
-    spread : Deviations
+    uncertainty : Deviations
         Its standard deviations.
     refuted : tuple of Part
         What other flights refuted.
@@ -40,7 +40,7 @@ class Standing:
 
     searched: Searched
     completed: Refinement
-    spread: Deviations
+    uncertainty: Deviations
     refuted: tuple[Part, ...] = ()
 
     @property
@@ -67,8 +67,8 @@ class Gate(NamedTuple):
 def standing(search: StructureSearch, before: Refinement, made: Searches, validation: Sequence[Manoeuvre]) -> Standing:
     """What stands of the searches that were made; `validation`: flights that were not fitted."""
     selected, searched = Selected(before, made, tuple(validation)), made.reached
-    completed, spread = certain(search, refine_on(_unforced(searched.estimate, before), search.manoeuvres))
-    held = Standing(searched, completed, spread)
+    completed, uncertainty = certain(search, refine_on(_unforced(searched.estimate, before), search.manoeuvres))
+    held = Standing(searched, completed, uncertainty)
     for gate in GATES:
         held = gate.passed(search, selected, held)
     return held
@@ -106,14 +106,14 @@ def _not_refuted(search: StructureSearch, selected: Selected, held: Standing) ->
     left, refuted = without_refuted(held.completed, search, selected.validation)
     if not refuted:
         return held
-    completed, spread = certain(search, refine_on(left, search.manoeuvres))
+    completed, uncertainty = certain(search, refine_on(left, search.manoeuvres))
     gain = search.price(selected.before) - search.price(completed)
     least = search.settings.gusts.no_imitation * search.samples
     if search.settings.disturbances and search.is_doubtful(completed) and gain < least:
         # What is left of a sum that was refuted was not found as such.
         rest = pruned(search, in_forces(search, completed))
-        completed, spread = certain(search, refine_on(_unforced(rest, selected.before), search.manoeuvres))
-    return replace(held, completed=completed, spread=spread, refuted=refuted)
+        completed, uncertainty = certain(search, refine_on(_unforced(rest, selected.before), search.manoeuvres))
+    return replace(held, completed=completed, uncertainty=uncertainty, refuted=refuted)
 
 
 def _not_one_odd_sensor(search: StructureSearch, selected: Selected, held: Standing) -> Standing:  # noqa: ARG001
@@ -122,8 +122,8 @@ def _not_one_odd_sensor(search: StructureSearch, selected: Selected, held: Stand
     if reduced is held.completed:
         return held
     # A gust that was found beside such a fault may have been its work.
-    completed, spread = certain(search, refine_on(_calmed(search, reduced), search.manoeuvres))
-    return replace(held, completed=completed, spread=spread)
+    completed, uncertainty = certain(search, refine_on(_calmed(search, reduced), search.manoeuvres))
+    return replace(held, completed=completed, uncertainty=uncertainty)
 
 
 GATES = (

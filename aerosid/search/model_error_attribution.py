@@ -71,11 +71,11 @@ def attribute_by_model_error(
     selection = select(start, manoeuvres, coefficients, hypotheses, settings, progress)
     _require_open_loop(selection.completed, manoeuvres)
     before, _ = _refinement(selection.before, manoeuvres)
-    completed, spread = _refinement(selection.completed, manoeuvres)
+    completed, uncertainty = _refinement(selection.completed, manoeuvres)
     findings = tuple(
         replace(found_among(part, selection.asked, gain), p_value=p_value) for part, gain, p_value in selection.parts
     )
-    found = Attribution(before, completed, spread, findings, selection.alternatives, selection.rounds)
+    found = Attribution(before, completed, uncertainty, findings, selection.alternatives, selection.rounds)
     return found, selection
 
 

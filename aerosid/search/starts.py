@@ -1,4 +1,4 @@
-"""Starts of the structure search: in gusts, plain, with flow separation, among unmodelled forces."""
+"""Starting points of the structure search: plain, in gusts, with flow separation, among unmodelled forces."""
 
 from __future__ import annotations
 

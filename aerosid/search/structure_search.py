@@ -1,4 +1,4 @@
-"""The structure search: hypotheses, price of a structure, critical t-ratio.
+"""Structure search by penalised likelihood: hypotheses, penalty of a structure, critical t-ratio.
 
 A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
 is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
@@ -97,7 +97,7 @@ class StructureSearch:
         return staircase or bool(unexplained_channels(current, self.manoeuvres))
 
     def price(self, trial: Refinement, inflation: float = 1.0) -> float:
-        """-2 ln L with what its numbers cost.
+        """Penalised -2 ln L of an estimate.
 
         `inflation`: by how much coloured residuals widen the variance of the parts in question, 1 where they are white;
         -2 ln L is so many times what independent samples would show, and a rarer name must be shown by those.
@@ -105,7 +105,7 @@ class StructureSearch:
         return trial.cost / inflation + self.fare(trial)
 
     def fare(self, trial: Refinement | Start) -> float:
-        """What the numbers of an estimate cost."""
+        """Penalty on the number of parameters of an estimate."""
         count = len(trial.free) + sum(map(searched_numbers, self.added_terms(trial)))
         count += sum(len(active.values) for active in trial.effects)
         return self.rareness(trial) + self.settings.price * count
@@ -119,12 +119,12 @@ class StructureSearch:
         """The terms that are not declared."""
         return [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
 
-    def parts(self, current: Refinement, spread: Deviations | None) -> list[Part]:
+    def parts(self, current: Refinement, uncertainty: Deviations | None) -> list[Part]:
         """Everything that was added to the declared model, with deviations where they are given."""
         parts = []
         for n, entry in enumerate(current.free):
             if entry not in self.declared.free:
-                error = float(spread.corrected[n]) if spread is not None else 0.0
+                error = float(uncertainty.corrected[n]) if uncertainty is not None else 0.0
                 parts.append(Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0
         for active in current.effects:
@@ -133,8 +133,8 @@ class StructureSearch:
             errors: tuple[float, ...] = ()
             if isinstance(active.effect, NoiseEffect):
                 error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
-            elif spread is not None:
-                errors = tuple(float(number) for number in spread.effects[place : place + active.slopes])
+            elif uncertainty is not None:
+                errors = tuple(float(number) for number in uncertainty.effects[place : place + active.slopes])
                 error = errors[0]
             else:
                 error = 0.0

@@ -40,7 +40,7 @@ def structure_told(task: Task, record: Record) -> Answer:
     free, values = found.completed.free, found.completed.model
     rows = [
         (coefficient, str(term), values.value((coefficient, term)), float(deviation))
-        for (coefficient, term), deviation in zip(free, found.spread.corrected, strict=True)
+        for (coefficient, term), deviation in zip(free, found.uncertainty.corrected, strict=True)
     ]
     return _answer(rows, None)
 

@@ -10,7 +10,7 @@ from lateral_problems import PITCH, SIDE, commuter
 
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.flight_model.linear_model import FlightCondition
-from aerosid.loop.carried_deviations import Spread
+from aerosid.loop.carried_deviations import TermCovariance
 from aerosid.loop.flying_qualities import (
     CLASSES,
     Requirement,
@@ -106,25 +106,27 @@ def test_every_mode_is_judged_and_its_span_follows_the_deviations() -> None:
     model = declared_model(commuter(PITCH | SIDE), 72.0)
     entries = tuple(entry for entry in model.entries if entry[0] in ("C_l", "C_n"))
     sizes = np.array([0.3 * abs(model.value(entry)) for entry in entries])
-    vague = Spread.independent(entries, sizes.tolist())
+    vague = TermCovariance.independent(entries, sizes.tolist())
     row = analyse("completed", model, CONDITION, vague, Requirement("A", "I"))
     assert set(row.levels) == {"short_period", "phugoid", "dutch_roll", "roll", "spiral"}
     spans = {name: level.span for name, level in row.levels.items() if level.span is not None}
     assert set(spans) == {"dutch_roll", "roll", "spiral"}  # the short period does not depend on these
     assert spans["dutch_roll"][0] < spans["dutch_roll"][1]
     assert all(best <= row.levels[name].level <= worst for name, (best, worst) in spans.items())
-    sharp = analyse("completed", model, CONDITION, Spread.independent(entries, (1e-6 * sizes).tolist()), Requirement())
+    sharp = analyse(
+        "completed", model, CONDITION, TermCovariance.independent(entries, (1e-6 * sizes).tolist()), Requirement()
+    )
     assert all(level.span is None or level.span == (level.level,) * 2 for level in sharp.levels.values())
 
 
 def test_deviations_of_lateral_modes_are_the_scatter_of_whole_analyses() -> None:
     model = declared_model(commuter(SIDE), 72.0)
     sizes = np.array([0.01 * abs(model.value(entry)) for entry in model.entries])
-    spread = Spread.independent(model.entries, sizes.tolist())
+    spread = TermCovariance.independent(model.entries, sizes.tolist())
     row = analyse("completed", model, CONDITION, spread, Requirement())
     generator = np.random.default_rng(3)
     drawn = []
-    nothing = Spread((), np.zeros((0, 0)))
+    nothing = TermCovariance((), np.zeros((0, 0)))
     for values in np.array(model.values) + sizes * generator.standard_normal((250, sizes.size)):
         modes = {
             m.name: m.numbers
@@ -151,7 +153,7 @@ def test_deviations_of_lateral_modes_are_the_scatter_of_whole_analyses() -> None
 
 
 def test_steps_are_of_the_surface_and_its_own_motion() -> None:
-    nothing = Spread((), np.zeros((0, 0)))
+    nothing = TermCovariance((), np.zeros((0, 0)))
     row = analyse("declared", declared_model(commuter(PITCH | SIDE), 72.0), CONDITION, nothing, Requirement())
     assert [(step.control, tuple(step.response)) for step in row.steps] == [
         ("delta_e", ("V", "alpha", "q", "theta")),

@@ -21,7 +21,7 @@ from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, EstimationError, UsageError
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.flight_model.modes import Mode, longitudinal_modes
-from aerosid.loop.carried_deviations import Spread
+from aerosid.loop.carried_deviations import TermCovariance
 from aerosid.loop.extrapolated_modes import beyond_record
 from aerosid.loop.flying_qualities import CLASSES, Requirement, divergence_level, phugoid_level, short_period_level
 from aerosid.loop.linear_analysis import STEP, STEP_TIME, analyse, load_factor_per_alpha, requirement_for
@@ -133,7 +133,9 @@ def test_a_statically_unstable_aircraft_has_a_mode_that_doubles() -> None:
     modes = longitudinal_modes(linear_of(UNSTABLE).A)
     doubling = [mode for mode in modes if mode.time_to_double is not None]
     assert len(doubling) == 1
-    row = analyse("declared", declared_model(UNSTABLE, 100.0), CONDITION, Spread((), np.zeros((0, 0))), Requirement())
+    row = analyse(
+        "declared", declared_model(UNSTABLE, 100.0), CONDITION, TermCovariance((), np.zeros((0, 0))), Requirement()
+    )
     assert doubling[0].time_to_double is not None
     assert row.short_period_level == (3 if doubling[0].time_to_double >= 6.0 else 4)
     assert [divergence_level(6.1), divergence_level(5.9)] == [3, 4]
@@ -195,7 +197,7 @@ def test_deviations_are_the_scatter_of_whole_analyses() -> None:
     generator = np.random.default_rng(5)
     root = np.tril(generator.uniform(-0.6, 0.6, (sizes.size, sizes.size)), -1) + np.eye(sizes.size)
     covariance = np.outer(sizes, sizes) * (root @ root.T)
-    row = analyse("completed", model, CONDITION, Spread(entries, covariance), Requirement())
+    row = analyse("completed", model, CONDITION, TermCovariance(entries, covariance), Requirement())
     drawn = []
     for sample in generator.multivariate_normal([model.value(entry) for entry in entries], covariance, size=250):
         terms = terms_of(SQUARES) | {(c, str(t)): v for (c, t), v in zip(entries, sample, strict=True)}
@@ -215,7 +217,7 @@ def test_what_is_unknown_leaves_no_deviation_only_where_it_matters() -> None:
     model = declared_model(LIGHT, 100.0)
     given = {d.coefficient + " " + str(d.term): (d.coefficient, d.term) for d in LIGHT.derivatives}
     entries = (given["C_m alpha"], given["C_m q_hat"])
-    spread = Spread(entries, np.diag([1e-4, np.inf]))
+    spread = TermCovariance(entries, np.diag([1e-4, np.inf]))
     row = analyse("declared", model, CONDITION, spread, Requirement())
     assert row.modes[0].numbers["damping"].std_error is None
     assert row.short_period_level_range is None
@@ -223,9 +225,9 @@ def test_what_is_unknown_leaves_no_deviation_only_where_it_matters() -> None:
     assert row.steps[0].deviation == {}
     # Level flight has no pitch rate: its derivative cannot matter to the trim.
     assert row.trim["delta_e"].std_error == pytest.approx(0.01 * abs(row.trim["alpha"].value / 1.94), rel=0.1)
-    indefinite = Spread(entries, -1e-4 * np.eye(2))  # as the corrected covariance of a short record may be
+    indefinite = TermCovariance(entries, -1e-4 * np.eye(2))  # as the corrected covariance of a short record may be
     assert analyse("declared", model, CONDITION, indefinite, Requirement()).qualities["cap"].std_error is None
-    nothing = analyse("declared", model, CONDITION, Spread((), np.zeros((0, 0))), Requirement())
+    nothing = analyse("declared", model, CONDITION, TermCovariance((), np.zeros((0, 0))), Requirement())
     assert nothing.trim["alpha"].std_error is None
 
 
@@ -277,7 +279,7 @@ def test_a_mode_that_lasts_longer_than_the_recording_is_marked() -> None:
     frequencies, dampings, _ = control.damp(control.ss(A, np.zeros((4, 1)), np.eye(4), 0), doprint=False)
     slow = int(np.argmin(frequencies))
     period = 2.0 * math.pi / (frequencies[slow] * math.sqrt(1.0 - dampings[slow] ** 2))
-    model, unknown = declared_model(SQUARES, 100.0), Spread((), np.zeros((0, 0)))
+    model, unknown = declared_model(SQUARES, 100.0), TermCovariance((), np.zeros((0, 0)))
 
     def marked(record: float) -> dict[str, tuple[str, ...]]:
         row = analyse("declared", model, CONDITION, unknown, Requirement(), record)

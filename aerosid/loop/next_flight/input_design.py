@@ -279,8 +279,8 @@ class InputSearch:
                     difference = expected_difference(rival.known, one) / self.colour
                     shares.append(difference / needed_difference(rival.present, REACH, self.settings.certain))
             if self.unknowns:
-                spread = expected_deviations(self.known, prospect(self.seen(self.chosen, planned), planned))
-                shares += [(one.needed / (one.colour * float(spread[one.place]))) ** 2 for one in self.unknowns]
+                expected = expected_deviations(self.known, prospect(self.seen(self.chosen, planned), planned))
+                shares += [(one.needed / (one.colour * float(expected[one.place]))) ** 2 for one in self.unknowns]
         except (OutOfRangeError, np.linalg.LinAlgError):
             return None
         return Trial(moves, np.array(shares))

@@ -88,7 +88,7 @@ def plan_next_flight(
 
 def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple[Unknown, ...]:
     """The derivatives that are not shown but can be estimated."""
-    spread = found.completed_deviations
+    uncertainty = found.completed_deviations
     names = [(coefficient, str(term)) for coefficient, term in found.completed.free]
     unknowns = []
     for row in derivatives:
@@ -96,7 +96,7 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
         # Aircraft are nearly symmetric: what no input shows to be there need not be.
         if row.shown or place is None or (row.term == "1" and not is_symmetric(row.coefficient)):
             continue
-        corrected, white = float(spread.corrected[place]), float(spread.white[place])
+        corrected, white = float(uncertainty.corrected[place]), float(uncertainty.white[place])
         known = np.isfinite(corrected) and np.isfinite(white) and white > 0.0
         estimate = row.value if row.estimate is None else row.estimate
         needed = JUDGEMENT.least_known(constant=row.term == "1") * max(abs(estimate), abs(row.declared or 0.0))
@@ -151,11 +151,13 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
     if search.unknowns:
         known = prospect(search.seen(search.chosen, planned), planned)
         for n, unknown in enumerate(search.unknowns, start=len(search.rivals)):
-            spreads = [
+            ahead_of = [
                 unknown.colour * float(expected_deviations(search.known, known, count)[unknown.place])
                 for count in range(1, search.settings.repeats + 1)
             ]
-            repeats = next((count for count, spread in enumerate(spreads, start=1) if spread <= unknown.needed), None)
+            repeats = next(
+                (count for count, deviation in enumerate(ahead_of, start=1) if deviation <= unknown.needed), None
+            )
             hint = (
                 ""
                 if repeats is not None
@@ -163,7 +165,7 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
                 if alone[n] >= 1.0
                 else _OTHER_CONDITION.format(_surfaces(search))
             )
-            questions.append(_about_derivative(unknown, spreads[0], repeats, hint))
+            questions.append(_about_derivative(unknown, ahead_of[0], repeats, hint))
     return tuple(questions)
 
 

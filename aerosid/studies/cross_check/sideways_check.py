@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from aerosid.flight_model.axes import LATERAL
-from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.studies.cross_check.polynomial import term_at
-from aerosid.studies.cross_check.stock_check import DEVIATIONS, SHARE, Compared, require_condition
+from aerosid.studies.cross_check.stock_check import Compared, closed_on, held_to_truth, require_condition
 from aerosid.studies.jsbsim.control_inputs import ControlInput, sequence
 from aerosid.studies.jsbsim.derivatives import LATERAL_COEFFICIENTS, LATERAL_VARIABLES
-from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.plan import FlightPlan
 from aerosid.studies.jsbsim.stock import CONDITIONS
 
@@ -79,9 +77,7 @@ def check_sideways(name: str, amplitude: float, seed: int) -> SidewaysCheck:
     first = sequence(inputs(("delta_a", "doublet"), ("delta_r", "211")), None, _INTERVAL)
     second = sequence(inputs(("delta_r", "doublet"), ("delta_a", "211")), None, _INTERVAL)
     plan = FlightPlan(name, first, airspeed, altitude, seed=seed, planes=(LATERAL.name,))
-    fitted = fly_jsbsim(plan)
-    unseen = fly_jsbsim(replace(plan, manoeuvre=second, seed=seed + 1))
-    result = close_loop([fitted.log], fitted.aircraft, [unseen.log])
+    fitted, _, result = closed_on(plan, replace(plan, manoeuvre=second, seed=seed + 1))
     ranges = {key: fitted.truth["flown"][_SPANWISE.get(key, key)] for key in LATERAL_VARIABLES}
     return SidewaysCheck(
         name=name,
@@ -117,6 +113,5 @@ def compare_sideways(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Comp
                 coefficient, variable, estimate, float(spread), row["frozen"], row["self_consistent"], row["chord"],
                 False, shown[coefficient, variable],
             )  # fmt: skip
-            allowed = max(DEVIATIONS * float(spread), SHARE * abs(made.truth), LEAST)
-            rows.append(replace(made, agrees=bool(abs(estimate - made.truth) <= allowed)))
+            rows.append(held_to_truth(made, LEAST))
     return tuple(rows)

@@ -27,13 +27,13 @@ class Found:
     """What the chain made of one log.
 
     `before` the declared structure re-estimated, None where the structure was known; `completed` with all that was
-    found, `spread` its deviations.
+    found, `uncertainty` its deviations.
     """
 
     manoeuvre: Manoeuvre
     before: Refinement | None
     completed: Refinement
-    spread: Deviations
+    uncertainty: Deviations
     findings: tuple[Finding, ...]
 
 

@@ -101,7 +101,7 @@ def run_trial(trials: Trials, key: str) -> Row:
         found = estimate_known(log, truth.aircraft, truth.free, truth.effects)
     else:
         found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else ())
-    completed, spread = found.completed, found.spread
+    completed, uncertainty = found.completed, found.uncertainty
     if not np.isfinite(completed.cost):
         raise EstimationError("the likelihood of the estimate is no number.")
     places = [completed.free.index(entry) if entry in completed.free else None for entry in truth.free]
@@ -111,9 +111,9 @@ def run_trial(trials: Trials, key: str) -> Row:
 
     return {
         "values": of(np.array([completed.model.value(entry) for entry in completed.free])),
-        "plain": of(spread.white),
-        "published": of(spread.published),
-        "own": of(spread.corrected),
+        "plain": of(uncertainty.white),
+        "published": of(uncertainty.published),
+        "own": of(uncertainty.corrected),
         "found": [[f.kind, f.where, f.term, f.value, f.std_error] for f in found.findings],
         **_predicted(truth, found),
     }
