@@ -129,9 +129,9 @@ def test_scatter_between_flights_is_their_deviation() -> None:
     found = scatter(joint, manoeuvres)
     # Twelve derivatives, one in ten thousand each side.
     lowest, highest = np.sqrt(chi2.ppf([1e-4, 1.0 - 1e-4], 5) / 5.0)
-    for n, free in enumerate(joint.free):
-        if free in found:
-            assert lowest < found[free] / mean[n] < highest
+    ratios = {free: found[free] / mean[n] for n, free in enumerate(joint.free) if free in found}
+    assert len(ratios) >= 10
+    assert all(lowest < ratio < highest for ratio in ratios.values())
     assert entry("C_m", "alpha") in found
     assert scatter(joint, manoeuvres[:1]) == {}
 

@@ -38,7 +38,8 @@ def test_its_shares_are_those_of_the_regression_and_no_unseen_one_falls(moved: C
 
 def test_its_derivatives_are_those_of_the_regression(moved: ClosedLoop) -> None:
     body = BODIES[0]
-    for row in moved.derivatives:
-        if row.term in {"alpha", "delta_e"} and row.coefficient == "C_m":
-            assert row.std_error is not None
-            assert abs(row.value - body.terms[row.coefficient, row.term]) < 4.0 * row.std_error
+    rows = {row.term: row for row in moved.derivatives if row.coefficient == "C_m"}
+    for term in ("alpha", "delta_e"):
+        deviation = rows[term].std_error
+        assert deviation is not None
+        assert abs(rows[term].value - body.terms["C_m", term]) < 4.0 * deviation

@@ -146,11 +146,14 @@ def test_limits_hold_on_the_simulated_flight(
         span = peak.highest - peak.lowest
         assert values.max() == pytest.approx(peak.highest, abs=0.03 * span), peak.name
         assert values.min() == pytest.approx(peak.lowest, abs=0.03 * span), peak.name
-        if peak.limit_low is not None and peak.limit_high is not None:
-            assert peak.limit_low < values.min() < values.max() < peak.limit_high, peak.name
-            # The search simulates at a coarser interval: a hundredth of the way may be lost.
-            assert peak.highest <= peak.trim + (1.01 - RANGES.margin) * (peak.limit_high - peak.trim), peak.name
-            assert peak.lowest >= peak.trim + (1.01 - RANGES.margin) * (peak.limit_low - peak.trim), peak.name
+    limited = {peak.name: peak for peak in planned.peaks if peak.limit_low is not None and peak.limit_high is not None}
+    assert {"alpha", "n_z", "V", "theta"} <= set(limited)
+    for name, peak in limited.items():
+        low, high = peak.limit_low or 0.0, peak.limit_high or 0.0
+        assert low < shown[name].min() < shown[name].max() < high, name
+        # The search simulates at a coarser interval: a hundredth of the way may be lost.
+        assert peak.highest <= peak.trim + (1.01 - RANGES.margin) * (high - peak.trim), name
+        assert peak.lowest >= peak.trim + (1.01 - RANGES.margin) * (low - peak.trim), name
     interval = planned.time[1] - planned.time[0]
     assert np.max(np.abs(np.diff(planned.deflections["delta_e"]))) <= planned.rate * interval * (1.0 + 1e-9)
     assert planned.deflections["delta_e"][0] == planned.deflections["delta_e"][-1] == 0.0
@@ -293,12 +296,15 @@ def test_the_card_is_whole_on_one_sheet(reported: ClosedLoop) -> None:
         tuple(float(part.replace("−", "-")) for part in pair)
         for pair in re.findall(r"(−?[0-9]+\.?[0-9]*) to (−?[0-9]+\.?[0-9]*)", sheet)
     ]
-    for peak in planned.peaks:
-        if peak.limit_low is not None and peak.limit_high is not None and peak.name != "V":  # in knots there
-            factor = np.degrees(1.0) if peak.unit == "rad" else 1.0
-            limits = (factor * peak.limit_low, factor * peak.limit_high)
-            # A card has one decimal of a degree.
-            assert any(np.allclose(pair, limits, rtol=0.0, atol=0.051) for pair in printed), peak.name
+    limits = {
+        peak.name: np.array([peak.limit_low, peak.limit_high]) * (np.degrees(1.0) if peak.unit == "rad" else 1.0)
+        for peak in planned.peaks
+        if peak.limit_low is not None and peak.limit_high is not None and peak.name != "V"  # in knots there
+    }
+    assert {"alpha", "n_z", "theta"} <= set(limits)
+    for name, pair in limits.items():
+        # A card has one decimal of a degree.
+        assert any(np.allclose(other, pair, rtol=0.0, atol=0.051) for other in printed), name
     assert "Decides:" in sheet
     assert "What to fly next" not in sheet
 
