@@ -7,7 +7,7 @@ path, and is accounted for. The likelihood itself is in `aerosid.estimation.like
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,8 @@ class Refinement:
         Whether the last step was within the tolerance.
     held_to_data : float
         Factor on the inputs' noise where the model runs away in open loop and was fitted in the filter form; else 0.
+    placed : dict
+        Effects as they act on logs that were not fitted, kept as they are asked for: by name, begin and samples.
     """
 
     model: AerodynamicModel
@@ -59,6 +61,9 @@ class Refinement:
     information: NDArray[np.float64]
     converged: bool
     held_to_data: float = 0.0
+    placed: dict[tuple[str, float, int], tuple[ActiveEffect, ...]] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
 
     @property
     def covariance(self) -> NDArray[np.float64]:

@@ -149,6 +149,17 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, .
     if not jumps or any(active.log == manoeuvre.name for active in completed.effects):
         return own
     time = manoeuvre.flight.time
+    log = manoeuvre.name, float(time[0]), int(time.size)
+    if log not in completed.placed:
+        completed.placed[log] = _placed(completed, manoeuvre, own, jumps)
+    return completed.placed[log]
+
+
+def _placed(
+    completed: Refinement, manoeuvre: Manoeuvre, own: tuple[ActiveEffect, ...], jumps: Sequence[ActiveEffect]
+) -> tuple[ActiveEffect, ...]:
+    """The effects of a log with sudden changes where they fit it best, or without them."""
+    time = manoeuvre.flight.time
     shifts = [moment(active) - time[0] for active in jumps]
     interval = float(np.median(np.diff(time)))
     span = float(np.ptp(time))

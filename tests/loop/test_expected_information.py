@@ -203,7 +203,7 @@ def test_probabilities_are_those_of_simulated_least_squares(difference: float, p
 
 def test_the_needed_difference_is_where_the_probability_is_95_per_cent() -> None:
     for present, reach in ((0.0, 6.0), (-3.0, 6.0), (5.0, 1.0)):
-        needed = needed_difference(present, reach)
+        needed = needed_difference(present, reach, 0.95)
         assert probability_told_apart(needed, present, reach) == pytest.approx(0.95, abs=1e-9)
         assert probability_told_apart(needed, present, reach) == pytest.approx(
             norm.cdf((needed - abs(present) - reach) / (2.0 * np.sqrt(needed)))
