@@ -237,20 +237,33 @@ def _rate_power(part: Fed) -> NDArray[np.float64]:
 def _stack(
     histories: Sequence[AircraftErrorHistory], places: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Regressors, target and weights of all equations of all logs, in the order of time within each log."""
+    """Regressors, target and weights of all equations of all logs, in the order of time within each log.
+
+    d is the gain times an innovation, (23): rows of the first samples, where S and with it the noise of d are many
+    times what they become, are divided by that ratio. (The paper leaves its first points out of the least squares.)
+    """
     rows, targets, weights = [], [], []
     moving, states = histories[0].rate_per_unit.shape[1], histories[0].d.shape[1]
-    scale = np.sqrt(np.nanmean(np.concatenate([h.d[:, :moving] ** 2 for h in histories]), axis=0)) + 1e-12
-    for n, history in enumerate(histories):
+    steady = [_steadiness(history, moving) for history in histories]
+    sized = [part * history.d[:, :moving] for part, history in zip(steady, histories, strict=True)]
+    scale = np.sqrt(np.nanmean(np.concatenate(sized) ** 2, axis=0)) + 1e-12
+    for n, (history, part, target) in enumerate(zip(histories, steady, sized, strict=True)):
         samples = history.d.shape[0]
         block = np.zeros((samples, moving, places.size + states * len(histories)))
         block[:, :, : places.size] = history.responded[:, :moving, places]
         first = places.size + states * n
         block[:, :, first : first + states] = history.initial[:, :moving, :]
-        rows.append(block.reshape(samples * moving, -1))
-        targets.append(history.d[:, :moving].reshape(-1))
+        rows.append((part[:, :, None] * block).reshape(samples * moving, -1))
+        targets.append(target.reshape(-1))
         weights.append(np.broadcast_to(scale**-2, (samples, moving)).reshape(-1))
     return np.concatenate(rows), np.concatenate(targets), np.concatenate(weights)
+
+
+def _steadiness(history: AircraftErrorHistory, moving: int) -> NDArray[np.float64]:
+    """The usual gain over that of each sample, (N, moving), at most one; gains are in proportion to S."""
+    sizes = np.diagonal(history.riccati, axis1=1, axis2=2)[:, :moving]
+    usual = np.median(sizes, axis=0)
+    return np.asarray(np.minimum(1.0, usual / np.maximum(sizes, np.finfo(float).tiny)))
 
 
 def _std_errors(
