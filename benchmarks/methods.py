@@ -122,6 +122,7 @@ def main() -> None:
     )
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--page", default="")
+    parser.add_argument("--remark", default="", help="a sentence for the page: what of it was made how")
     parser.add_argument("--journal", default="")
     arguments = parser.parse_args()
     journal = Path(arguments.journal or f"methods_{arguments.seed}.jsonl")
@@ -140,7 +141,7 @@ def main() -> None:
                 with journal.open("a") as file:
                     file.write(json.dumps(vars(known[-1])) + "\n")
     if arguments.page:
-        write_page(Path(arguments.page), known, METHODS, arguments.seed)
+        write_page(Path(arguments.page), known, METHODS, arguments.remark)
 
 
 Cases = Iterator[tuple[str, Callable[[], Case | None]]]
@@ -194,6 +195,8 @@ def asked(case: Case, method: str) -> Verdict:
 def outcome(labels: Sequence[Label], key: Mapping[str, Any]) -> str:
     """In a word, whether the first name is one that the key accepts; where it wants `every`, whether all are there."""
     accepted = [tuple(wanted) for wanted in key["accept"]]
+    if not any(kind == "gust" for kind, _, _ in accepted):
+        labels = [label for label in labels if label[0] != "gust"]  # air that moves is neither right nor wrong
     near = [tuple(wanted) for wanted in key["near"]]
     if not accepted:
         return "false alarm" if labels else "clean"
@@ -210,9 +213,9 @@ def outcome(labels: Sequence[Label], key: Mapping[str, Any]) -> str:
 
 
 def by_settings(question: Question, settings: LoopSettings) -> tuple[list[Label], Values]:
-    """Names and derivatives of a method of the loop, without simulations and reports; moving air is no name."""
+    """Names and derivatives of a method of the loop, without simulations and reports."""
     found = answer(question, settings, lambda _stage: None).found
-    labels = [(finding.kind, finding.where, finding.term) for finding in found.findings if finding.kind != "gust"]
+    labels = [(finding.kind, finding.where, finding.term) for finding in found.findings]
     model = found.completed.model
     return labels, {(entry[0], str(entry[1])): model.value(entry) for entry in found.completed.free}
 

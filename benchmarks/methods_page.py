@@ -47,12 +47,13 @@ class Verdict:
         return self.flight.partition("/")[0].partition(" ")[0]
 
 
-def write_page(page: Path, known: Sequence[Verdict], methods: Sequence[str], seed: int) -> None:
+def write_page(page: Path, known: Sequence[Verdict], methods: Sequence[str], remark: str = "") -> None:
     """The tables of fresh flights and of each suite, and the plot beside it as an SVG of the same name."""
+    seeds = sorted({v.flight.partition(" ")[2].partition("/")[0] for v in known if v.suite == "fresh"}, key=int)
     suites = list(dict.fromkeys(verdict.suite for verdict in known))
-    text = ["# What is each stage of the paper's method worth?", "", TOLD.format(seed=seed)]
+    text = ["# What is each stage of the paper's method worth?", "", TOLD, *([remark, ""] if remark else [])]
     for suite in suites:
-        title = f"Fresh flights, seed {seed}" if suite == "fresh" else f"Practice suite `{suite}`"
+        title = f"Fresh flights, seed {' and '.join(seeds)}" if suite == "fresh" else f"Practice suite `{suite}`"
         text += [f"## {title}", "", *_table([v for v in known if v.suite == suite], methods), ""]
         if suite == "fresh":
             text += [f"![Flights judged rightly, and wrongly, by each method]({page.stem}.svg)", ""]
@@ -66,8 +67,9 @@ def write_page(page: Path, known: Sequence[Verdict], methods: Sequence[str], see
 
 TOLD = """The paper's method (prefilter, continuous IEBMEE with the fixed interval, partial correlation in coloured
 noise, recursive least squares), its parts left out one at a time, the default method, and two regressions of measured
-coefficients: Klein & Morelli's stepwise regression and PySINDy. Made by `python -m benchmarks.methods --flights 200
---seed {seed} --page reports/methods/index.md`; practice suites are given with `--suite FOLDER`.
+coefficients: Klein & Morelli's stepwise regression and PySINDy. Made by `python -m benchmarks.methods --flights N
+--seed SEED --page reports/methods/index.md`; practice suites are given with `--suite FOLDER`. Methods may have been
+asked on different numbers of flights, which the tables tell.
 
 Fresh flights: eight aircraft from glider to jet, inputs of nine shapes, 20 to 100 Hz, noise of half to three times good
 sensors', coloured in up to a quarter, derivatives declared up to 12 % off. Half lack a term, a quarter something of the

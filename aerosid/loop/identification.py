@@ -143,8 +143,9 @@ def identify(
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
+    asked = asked and aircraft.axes in CASES["iebmee"]
     # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
-    if asked and aircraft.axes in CASES["iebmee"] and told.deciding == "likelihood":
+    if asked and told.deciding == "likelihood":
         second = second_opinion(question, told, settings, progress)
     return Identification(
         aircraft,
@@ -160,12 +161,19 @@ def identify(
             *_told_of_axes(aircraft, settings, told),
             *told_of_unseen_sideslip(aircraft, told.found.completed.model, manoeuvres),
             *told.notes,
+            *((NO_SECOND_OPINION,) if asked and told.deciding == "equations" else ()),
         ),
         second,
         told.deciding,
         told.search,
         held_out,
     )
+
+
+NO_SECOND_OPINION = (
+    "The model error d(t) was asked for no second opinion: where kinematics do not close, it is the air's and the "
+    "recorder's as much as the model's. --method iebmee lets it decide."
+)
 
 
 def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ def moved() -> ClosedLoop:
 def test_in_moving_air_the_equations_decide_and_the_result_says_so(moved: ClosedLoop) -> None:
     assert any("method equations" in note for note in moved.notes)
     assert moved.second_opinion is None
+    assert sum("asked for no second opinion" in note for note in moved.notes) == 1
     first = moved.effects[0]
     assert (first.kind, first.where) in {("sensor_delay", "alpha"), ("sensor_lag", "alpha")}
     assert abs(first.value - 0.12) < 4.0 * first.std_error
