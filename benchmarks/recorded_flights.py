@@ -23,6 +23,8 @@ from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.result import ClosedLoop
+from aerosid.notation import MISSING, number, si_unit, with_deviation
+from aerosid.reporting.words import effect_sentence
 
 FITTED = 0.6
 """Share of a single record that is fitted."""
@@ -30,13 +32,14 @@ FITTED = 0.6
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recorded flight: the aircraft file, the channel map, the log and its repeat, if there is one."""
+    """A recorded flight: the aircraft file, the channel map, the log, its repeat and a remark, if there is one."""
 
     title: str
     aircraft: str
     channels: str
     log: str
     repeat: str = ""
+    remark: str = ""
 
 
 FLIGHTS = {
@@ -53,7 +56,12 @@ FLIGHTS = {
     ),
     "attas": Recorded("VFW-614 ATTAS, 3-2-1-1", "attas", "attas_mat.toml", "attas/fAttasElv1.mat"),
     "stall": Recorded(
-        "VFW-614 ATTAS, quasi-steady stall", "attas", "attas_stall.toml", "attas/fAttas_qst01_withHeader.asc"
+        "VFW-614 ATTAS, quasi-steady stall",
+        "attas",
+        "attas_stall.toml",
+        "attas/fAttas_qst01_withHeader.asc",
+        remark="The fitted part ends before the stall: alpha reaches 12.0 degrees there, 15.7 in the rest. The published "
+        "stall model of this flight separates at .309 rad, and its moment misses trim and thrust.",
     ),
 }
 
@@ -84,8 +92,8 @@ HEAD = """# Recorded flights
 
 Real aircraft, errors before and after on data that were not used for the fit. `before` is the declared structure with
 its derivatives re-estimated, `after` the completed model, `trimmed` that with the constants of force and moment
-re-estimated on the predicted part; the last column is the sensor's noise. Simulated open loop, initial state estimated
-there. Sources of the recordings: the aircraft files. Made by `python -m benchmarks.recorded_flights`.
+re-estimated on the predicted part; the last column is the sensor's noise, where it can be estimated. Simulated open
+loop, initial state estimated there. Alternatives stand behind what they could replace. Sources of the recordings: the aircraft files. Made by `python -m benchmarks.recorded_flights`.
 """
 
 
@@ -100,7 +108,7 @@ def _section(flight: Recorded, folder: Path) -> str:
     how = "" if flight.repeat else f" The first {FITTED:.0%} of the record are fitted, the rest is predicted."
     lines = [
         f"## {flight.title}\n",
-        f"{result.verdict.name.lower()}, {seconds:.0f} s.{how}\n",
+        f"{result.verdict.name.lower().replace('_', ' ')}, by the {result.decided_by}, {seconds:.0f} s.{how}\n",
         *_named("named", result.effects),
         *_named("not told apart", result.alternatives),
         *_errors(result),
@@ -111,6 +119,7 @@ def _section(flight: Recorded, folder: Path) -> str:
         lines += [*_named("not told apart", whole.alternatives), *_shares(whole)]
     else:
         lines += _shares(result)
+    lines += [f"\n{flight.remark}"] if flight.remark else []
     return "\n".join(lines) + "\n"
 
 
@@ -123,11 +132,9 @@ def _named(what: str, effects: Sequence[Effect]) -> list[str]:
     if not effects:
         return [f"- {what}: nothing"]
     shown = (
-        f"{e.kind} {' '.join(part for part in (e.where, e.term) if part)} {e.value:.4g}"
-        + (f" ± {e.std_error:.2g}" if e.std_error is not None else "")
-        + (f" {e.unit}" if e.unit != "1" else "")
-        + (f" (for {e.instead_of})" if e.instead_of else "")
-        for e in effects
+        f"{effect_sentence(effect)} {with_deviation(effect.value, effect.std_error)} {si_unit(effect.unit)}".rstrip()
+        + (f" (for {effect.instead_of})" if effect.instead_of else "")
+        for effect in effects
     )
     return [f"- {what}: {'; '.join(shown)}"]
 
@@ -136,9 +143,10 @@ def _errors(result: ClosedLoop) -> list[str]:
     lines = ["\n| predicted | before | after | trimmed | noise |", "|---|---|---|---|---|"]
     for row in result.errors:
         if row.role == "validation":
-            cells = (row.before, row.after, row.trimmed, row.noise)
-            shown = " | ".join("left its range" if cell is None else f"{cell:.3g}" for cell in cells)
-            lines.append(f"| {row.channel} [{row.unit}] | {shown} |")
+            cells = (row.before, row.after, row.trimmed)
+            shown = " | ".join("left its range" if cell is None else number(cell) for cell in cells)
+            noise = MISSING if row.noise_doubt else number(row.noise)
+            lines.append(f"| {row.channel} [{row.unit}] | {shown} | {noise} |")
     return lines
 
 
