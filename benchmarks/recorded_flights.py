@@ -60,8 +60,8 @@ FLIGHTS = {
         "attas",
         "attas_stall.toml",
         "attas/fAttas_qst01_withHeader.asc",
-        remark="The fitted part ends before the stall: alpha reaches 12.0 degrees there, 15.7 in the rest. The published "
-        "stall model of this flight separates at .309 rad, and its moment misses trim and thrust.",
+        remark="The fitted part ends before the stall: alpha reaches 12.0 degrees there, 15.7 in the rest. The "
+        "published stall model of this flight separates at .309 rad, and its moment misses trim and thrust.",
     ),
 }
 
@@ -93,7 +93,8 @@ HEAD = """# Recorded flights
 Real aircraft, errors before and after on data that were not used for the fit. `before` is the declared structure with
 its derivatives re-estimated, `after` the completed model, `trimmed` that with the constants of force and moment
 re-estimated on the predicted part; the last column is the sensor's noise, where it can be estimated. Simulated open
-loop, initial state estimated there. Alternatives stand behind what they could replace. Sources of the recordings: the aircraft files. Made by `python -m benchmarks.recorded_flights`.
+loop, initial state estimated there. Alternatives stand behind what they could replace. Sources of the
+recordings: the aircraft files. Made by `python -m benchmarks.recorded_flights`.
 """
 
 
