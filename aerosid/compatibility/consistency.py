@@ -22,6 +22,7 @@ from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
 from aerosid.equation_error.instruments import CONTROLS
 from aerosid.equation_error.proved_faults import prove_faults
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
@@ -53,20 +54,16 @@ def check_kinematics(
     opposed = _opposed(recordings, notes, settings)
     if opposed is not None:
         return opposed
-    manoeuvres = [
-        manoeuvre
-        for recording in recordings
-        for manoeuvre in manoeuvres_of(recording)
-        if float(np.ptp(manoeuvre.flight.time)) >= settings.shortest
-    ]
-    if not manoeuvres:
-        return None
+    pieces = [manoeuvre for recording in recordings for manoeuvre in manoeuvres_of(recording)]
+    manoeuvres = [piece for piece in pieces if float(np.ptp(piece.flight.time)) >= settings.shortest] or pieces
     noise = {
         name: float(np.mean([r.noise[name] for r in recordings if name in r.noise])) for name in _outputs(manoeuvres)
     }
     sensors = tuple(Hypothesis(offer.kind, offer.where, effects=offer.effects) for offer in sensor_offers(noise))
     model = AerodynamicModel((), np.zeros(0), manoeuvres[0].columns, NO_AIRCRAFT, LONGITUDINAL)
-    faults = prove_faults(model, (), (), sensors, manoeuvres, length=length or OFFERED.furthest / OFFERED.reach)
+    equations = EquationErrorSettings(false_alarm=settings.false_alarm)
+    longest = length or OFFERED.furthest / OFFERED.reach
+    faults = prove_faults(model, (), (), sensors, manoeuvres, settings=equations, length=longest)
     return agreement_of(faults, settings, notes) if faults is not None else None
 
 

@@ -25,6 +25,7 @@ from aerosid.equation_error.estimate import Estimate
 from aerosid.equation_error.evidence import findings_of
 from aerosid.equation_error.proved_faults import ProvedFaults
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness
 
 SEES = {"w": "alpha", "u": "V"}
@@ -55,7 +56,9 @@ def agreement_of(
         for row, finding in zip(rows, findings, strict=True)
         if row.hypothesis.label in others
     )
-    air = tuple(_moving_air(found, settings))
+    moving = tuple(_moving_air(found, settings))
+    air = tuple(each for each in moving if each.length <= settings.longest_scale)
+    notes = (*notes, *(_told_of_drift(each) for each in moving if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.frame.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
@@ -105,6 +108,18 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
         if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
             speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.frame.recordings]))
             yield MovingAir(axis, sigma, memory * speed)
+
+
+def _told_of_drift(slow: MovingAir) -> str:
+    """What wanders too slowly for turbulence may be."""
+    why = {
+        "w": "a zero of alpha, a_z or q that changes, or air that rises and sinks.",
+        "u": "a zero of a_x or theta that is no constant fault's, or wind that changes.",
+    }
+    return (
+        f"{SEES[slow.axis]} and the path drift apart by {number(slow.sigma, 2)} m/s over {number(slow.length, 2)} m: "
+        f"{why[slow.axis]}"
+    )
 
 
 def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings) -> Iterator[ChannelAgreement]:

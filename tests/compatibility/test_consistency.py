@@ -255,5 +255,5 @@ def test_nothing_is_named_where_nothing_is_wrong() -> None:
 
 @pytest.mark.slow
 def test_at_most_one_flight_in_a_hundred_raises_a_false_alarm() -> None:
-    # 400 flights at 1 %: more than 9 happen once in a hundred.
-    assert alarms(range(400)) <= 9
+    # 400 flights at 1 %: more than 9 happen once in a hundred. The first 400 seeds set the share that is allowed.
+    assert alarms(range(400, 800)) <= 9
