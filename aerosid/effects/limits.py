@@ -14,6 +14,10 @@ def _scales() -> Mapping[str, float]:
     return {"rad": 0.4, "m/s": 0.1, "m": 0.4}
 
 
+def _over_usual() -> Mapping[str | tuple[str, str], float]:
+    return {"sensor_bias": 3.0, "sensor_scale": 3.0, "cg_shift": 3.0, ("cg_shift", "x"): 10.0}
+
+
 @dataclass(frozen=True)
 class OfferLimits:
     """When the families of effects are offered; chosen from what an effect can do to a motion, as each says.
@@ -80,6 +84,10 @@ class OfferLimits:
     furthest_centre : float
         Mean chords, 1, by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft
         beyond.
+    limit_over_usual : mapping of str to float
+        Standard deviations, 1, of what is usual at which the limit of a kind lies, by kind, or by kind and place;
+        others have no usual size. Calibrated instruments and the height of the centre of gravity: a third of their
+        limit. Along the fuselage, weighed before every flight: a tenth, a twentieth of the chord. By reasoning.
     scales : (float, float)
         Least and greatest measured over true, 1, of any sensor's channel.
     sensor_delays : (float, float)
@@ -120,6 +128,7 @@ class OfferLimits:
     largest_scale: Mapping[str, float] = field(default_factory=_scales)
     largest_inertial_scale: float = 0.15
     furthest_centre: float = 0.5
+    limit_over_usual: Mapping[str | tuple[str, str], float] = field(default_factory=_over_usual)
     scales: tuple[float, float] = (0.2, 5.0)
     sensor_delays: tuple[float, float] = (-0.5, 2.0)
     slowest_sensor: float = 5.0

@@ -1,8 +1,8 @@
 """A sensor that sits elsewhere than declared: the motion about the centre of gravity shows in what it reads.
 
-A vane x ahead of its declared place sees w - q x, one of sideslip beta + (x r - z p)/V; an accelerometer the
-accelerations of its own place. Klein & Morelli, Aircraft System Identification, section 10.2 (sensor position
-corrections).
+A vane x ahead of its declared place sees w - q x, one of sideslip beta + (x r - z p)/V, a pitot tube z below V + q z,
+an accelerometer the accelerations of its own place. Klein & Morelli, Aircraft System Identification, section 10.2
+(sensor position corrections).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import ACCELERATIONS, LATERAL
 
-SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"))
+SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"), ("V", "z"))
 """Sensors and the body axes of their positions that a pitching motion shows."""
 
 SHOWN_BY_TURNING = (("beta", ("x", "z", "xz")), ("a_y", ("x", "z", "xz", "y")))

@@ -97,20 +97,20 @@ def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
     return replace(parameter, lowest=lowest, highest=highest, trials=trials or (parameter.null,))
 
 
-CALIBRATED = ("sensor_bias", "sensor_scale")
-"""Kinds whose limits say what instruments in use are off by at most."""
-
-
 def implausibility(effects: Sequence[ActiveEffect]) -> float:
-    """What the size of an instrument's fault takes off ln L: its limit is three standard deviations of what is usual.
+    """What the size of an instrument's fault or of a wrong loading takes off ln L.
 
     `effects`: a hypothesis' own with their numbers; none of a term.
     """
-    if not effects or effects[0].effect.kind not in CALIBRATED:
+    if not effects:
         return 0.0
-    (active, *_) = effects
+    (active, *_), over = effects, OFFERED.limit_over_usual
+    ratio = over.get(active.name, over.get(active.effect.kind))
+    if ratio is None:
+        return 0.0
     (parameter, *_), (value, *_) = active.effect.parameters, active.values
-    return 0.5 * (6.0 * (value - parameter.null) / (parameter.highest - parameter.lowest)) ** 2
+    half = 0.5 * (parameter.highest - parameter.lowest)
+    return 0.5 * (ratio * (value - parameter.null) / half) ** 2
 
 
 def within_limits(found: Estimate, hypothesis: Hypothesis) -> bool:

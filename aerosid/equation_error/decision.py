@@ -9,30 +9,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import frozen
-from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
-from aerosid.equation_error.alternatives import Alternative, alternatives_of, replaced, worth_of
-from aerosid.equation_error.candidates import joined, of_sensors
+from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
+from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.channels import COEFFICIENT
+from aerosid.equation_error.coefficient_search import CoefficientSearch, searched
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest, weakest_of
+from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest_of
 from aerosid.equation_error.gusts import Turbulence, share_of_gusts, turbulence_of
+from aerosid.equation_error.joint_timing import (
+    JointTiming,
+    TwoWitnesses,
+    held_at,
+    is_within,
+    joint_timing,
+    kinematic_timing,
+    likeliest_kinds,
+    where_witnesses_differ,
+)
 from aerosid.equation_error.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection import (
-    Chosen,
-    Rules,
     Selected,
-    forward,
     rules_for,
-    total_price,
-    with_separation,
-    without,
 )
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
-from aerosid.equation_error.starts import may_separate, of_controls, sudden_hypotheses
-from aerosid.equation_error.votes import Share, beside_gusts, refused, shares_of, unconfirmed
+from aerosid.equation_error.supported_timing import supported_timings
+from aerosid.equation_error.votes import Share, shares_of
 
 Array = NDArray[np.float64]
 
@@ -67,6 +70,8 @@ class EquationErrorDecision:
         What the validation recordings refused.
     damping : SharedDamping or None
         What the completed C_m q_hat holds of an undeclared C_m alpha_dot_hat.
+    timings : tuple of TwoWitnesses
+        Instruments that kinematics alone and all equations find late in different ways.
     """
 
     findings: tuple[EvidenceFinding, ...]
@@ -82,6 +87,7 @@ class EquationErrorDecision:
     asked: int
     refuted: tuple[tuple[str, str, str], ...]
     damping: SharedDamping | None = None
+    timings: tuple[TwoWitnesses, ...] = ()
 
 
 def decide(
@@ -103,14 +109,25 @@ def decide(
     others = [h for h in asked if not of_sensors(h)]
     fitted = Frame(frame.recordings, COEFFICIENT, settings)
     whole = replace(fitted, all_fitted=True)
-    point = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
-    begun = Selected(estimate(whole, point), ())
-    rules = rules_for(asked, begun.estimate.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
-    kept, refuted = _voted(begun, fitted, others, coefficients, rules, told)
+    held = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
+    declared = estimate(whole, held)
+    proved, late = likeliest_kinds(proved, declared, sensors, told)
+    declared = estimate(whole, held_at(held, proved.estimate.point.effects))
+    rules = rules_for(asked, declared.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
+
+    supported = {each.hypothesis.label: each for each in supported_timings(proved, sensors)}
+    others.extend(each.hypothesis for each in supported.values())
+
+    def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
+        return hypothesis.label not in supported or supported[hypothesis.label].agrees(found)
+
+    search = CoefficientSearch(tuple(others), tuple(coefficients), fitted, rules, admitted, told)
+    outcome = _timed(proved.estimate, declared, search)
+    kept = outcome.kept
     while True:
         point = kept.estimate.point
         lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
-        completed, covariance = with_proved_faults(proved.estimate, lone)
+        completed, covariance = with_proved_faults(outcome.timing, lone)
         findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
         # What the faults' own uncertainty could have made does not stand either.
         weak = weakest_of(findings, kept.chosen, settings.deviations)
@@ -120,12 +137,13 @@ def decide(
         kept = left_out(kept, weak)
     worth = {**worth_of(proved), **worth_of(kept)}
     findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen), worth)
+    late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
-    open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
+    open_ = [hypothesis for hypothesis in others if hypothesis.label not in outcome.refuted]
     before = estimate(fitted, start)
     return EquationErrorDecision(
         findings=findings,
-        alternatives=(*alternatives_of(proved, sensors), *alternatives_of(kept, open_)),
+        alternatives=(*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_)),
         before=before,
         completed=completed,
         covariance=covariance,
@@ -135,120 +153,52 @@ def decide(
         gust_share=share_of_gusts(proved.estimate, "beta"),
         measured=on_fitted(proved).estimate,
         asked=len(asked),
-        refuted=refuted,
+        refuted=outcome.refuted,
         damping=shared_damping(lone),
+        timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
     )
 
 
-def _voted(
-    begun: Selected,
-    fitted: Frame,
-    others: Sequence[Hypothesis],
-    coefficients: Sequence[str],
-    rules: Rules,
-    told: Callable[[str], None],
-) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
-    """What the coefficients lack and every recording can bear; what was refused may have stood in another's place."""
-    refuted: tuple[tuple[str, str, str], ...] = ()
-    whole = begun.estimate.frame
-    found = _attributed(begun, others, coefficients, rules, told)
-    for _ in range(whole.settings.rounds):
-        kept, refused_now = _standing(found, fitted, coefficients, rules, told)
-        refuted = (*refuted, *refused_now)
-        open_ = [hypothesis for hypothesis in others if hypothesis.label not in refuted]
-        found = replaced(kept, open_, rules)
-        if refused_now:
-            most = whole.settings.most
-            found = forward(
-                found, whole, rules, open_, kinematic=False, coefficients=coefficients, most=most, told=told
-            )
-        if {each.hypothesis.label for each in found.chosen} == {each.hypothesis.label for each in kept.chosen}:
-            return kept, refuted
-    kept, refused_now = _standing(found, fitted, coefficients, rules, told)
-    return kept, (*refuted, *refused_now)
+def _unlike(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:
+    """The rows whose hypotheses are not among the known ones."""
+    labels = {row.hypothesis.label for row in known}
+    return [row for row in rows if row.hypothesis.label not in labels]
 
 
-def _attributed(
-    begun: Selected,
-    others: Sequence[Hypothesis],
-    coefficients: Sequence[str],
-    rules: Rules,
-    told: Callable[[str], None],
-) -> Selected:
-    """What the coefficients lack; where that is worth more, with the controls first and flow separation second.
+def _timed(proved: Estimate, declared: Estimate, search: CoefficientSearch) -> _Outcome:
+    """The structure with the timings of instruments that kinematics and coefficients show together.
 
-    A stall and the stabiliser and thrust that a pilot moves in it bend the coefficients together: powers of alpha that
-    enter one by one would stand in the place of all three. Both ways are compared at the same number of effects.
+    A structure found with a wrong timing has something in its place, and a timing found with a wrong structure is
+    off: the search begins with the timings of kinematics alone and with those that the declared structure prefers, and
+    the likelier outcome counts.
     """
-    frame = begun.estimate.frame
 
-    def searched(selected: Selected, most: int) -> Selected:
-        return forward(selected, frame, rules, others, kinematic=False, coefficients=coefficients, most=most, told=told)
+    def outcome(begun: JointTiming) -> _Outcome:
+        start = estimate(declared.frame, held_at(declared.point, begun.effects), declared.solution.weights)
+        kept, refuted = searched(search, Selected(start, ()))
+        timing = joint_timing(proved, begun, kept.estimate, search.told)
+        if timing is begun:
+            return _Outcome(begun, kept, refuted)
+        moved = estimate(declared.frame, held_at(kept.estimate.point, timing.effects), kept.estimate.solution.weights)
+        if search.refuses(kept.estimate, moved):
+            search.told("  an unseen recording keeps the timings as they were")
+            return _Outcome(begun, kept, refuted)
+        return _Outcome(timing, Selected(moved, kept.chosen), refuted)
 
-    most = frame.settings.most
-    found = begun
-    if may_separate(frame):
-        controls = [hypothesis for hypothesis in others if of_controls(hypothesis)]
-        driven = forward(begun, frame, rules, controls, kinematic=False, most=most, told=told)
-        separated = with_separation(driven, frame, rules, coefficients, told)
-        if separated is not None:
-            separated = searched(separated, most)
-            found = searched(begun, len(separated.chosen))
-            if paid(separated, rules) > paid(found, rules):
-                return replaced(separated, others, rules)
-    return replaced(searched(found, most), others, rules)
-
-
-def paid(selected: Selected, rules: Rules) -> float:
-    """Ln L less the price of all that entered."""
-    return selected.estimate.log_likelihood - total_price(rules, selected.chosen)
-
-
-def _standing(
-    selected: Selected, fitted: Frame, coefficients: Sequence[str], rules: Rules, told: Callable[[str], None]
-) -> tuple[Selected, tuple[tuple[str, str, str], ...]]:
-    """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
-    refuted: list[tuple[str, str, str]] = []
-    while True:
-        point = selected.estimate.point
-        completed = estimate(fitted, point, weights_on(selected.estimate, fitted, point), steps=4)
-        gone = weakest(completed, selected.chosen)
-        if gone is None:
-            gone = _refused_one(selected, completed, coefficients, rules)
-            if gone is None:
-                return selected, tuple(refuted)
-            refuted.append(gone.hypothesis.label)
-        told(f"  does not stand: {gone.hypothesis.label}")
-        selected = left_out(selected, gone)
+    kinematic = kinematic_timing(proved)
+    joint = joint_timing(proved, kinematic, declared, search.told)
+    found = outcome(joint)
+    if not is_within(kinematic, joint, declared.frame.settings.deviations):
+        other = outcome(kinematic)
+        if search.paid(other.kept) - other.timing.penalty > search.paid(found.kept) - found.timing.penalty:
+            found = other
+    return found
 
 
-def _refused_one(selected: Selected, completed: Estimate, coefficients: Sequence[str], rules: Rules) -> Chosen | None:
-    """The chosen one of least gain with which an unseen coefficient is predicted worse than without it."""
-    if not selected.chosen:
-        return None
-    settings, whole = completed.frame.settings, selected.estimate.frame
-    after = beside_gusts(whole, completed)
-    for each in sorted(selected.chosen, key=lambda each: each.gain):
-        bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        before = beside_gusts(whole, bare)
-        if refused(whole, before, after, settings.doubt, settings.least_rise):
-            if _comes_again(selected, each.hypothesis, coefficients, rules):
-                continue
-            return each
-        sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
-        if any(unconfirmed(whole, before, after, coefficient) for coefficient in sideways):
-            return each
-    return None
+@dataclass(frozen=True)
+class _Outcome:
+    """The timings of instruments, the structure found with them, and what the unseen recordings refused."""
 
-
-def _comes_again(selected: Selected, hypothesis: Hypothesis, coefficients: Sequence[str], rules: Rules) -> bool:
-    """Whether a sudden change happens on an unseen recording too, at a price: that cannot refute it by being there."""
-    if not any(is_sudden(active) for active in hypothesis.effects):
-        return False
-    base = selected.estimate
-    for again in sudden_hypotheses(base.frame, base, coefficients, fitted=False):
-        if (again.kind, again.where) == (hypothesis.kind, hypothesis.where):
-            found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
-            if found.gain_over(base) > rules.price(again):
-                return True
-    return False
+    timing: JointTiming
+    kept: Selected
+    refuted: tuple[tuple[str, str, str], ...]

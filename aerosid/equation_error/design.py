@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 from aerosid.equation_error.channels import KINEMATIC, SIDEWAYS
 from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
 from aerosid.equation_error.instruments import TRENDS
-from aerosid.equation_error.points import Segment, Unknown, value_of
+from aerosid.equation_error.points import HEIGHT, Segment, Unknown, value_of
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
 
 Array = NDArray[np.float64]
-
-HEIGHT = "h"
-"""Integrated twice from the accelerometers: what is left of their zeros bends it."""
 
 
 @dataclass(frozen=True)
@@ -124,6 +121,11 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             unknown = ("bend", each.equation, each.recording)
             put(unknown, s, 0.5 * each.time**2)
             precision[unknown] = 1.0 / settings.height_bend
+        if each.wander is not None:
+            for n, values in enumerate(each.wander.T):
+                mode: Unknown = ("wander", each.equation, each.recording, n)
+                put(mode, s, values)
+                precision[mode] = 1.0
         if each.gust is not None:
             put(("gust", each.equation), s, each.gust)
         for entry, values in each.columns.items():
@@ -162,14 +164,46 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         longest = np.inf
         if equation not in KINEMATIC or equation in SIDEWAYS:
             longest = settings.memory / interval
-        colour = fit_colour(parts, rough, settings.order, longest)
+        floors = [max(float(design.floors[s]), 1e-12) for s in members]
+        colour, white, own = _shared_colour(parts, rough, floors, settings.order, longest)
         colours[equation, interval] = colour
-        white = {s: colour.whitened(part[:, None])[:, 0] for s, part in zip(members, parts, strict=True)}
-        for s in members:
-            sizes[s] = max(float(np.sqrt(np.mean(white[s] ** 2))), design.floors[s], 1e-12)
-        excess[equation, interval] = _excess(design, members, colour, white, sizes, settings)
+        sizes[members] = own
+        excess[equation, interval] = _excess(
+            design, members, colour, dict(zip(members, white, strict=True)), sizes, settings
+        )
         sizes[members] *= np.sqrt(excess[equation, interval])
     return Weights(colours, sizes, excess)
+
+
+def _shared_colour(
+    parts: Sequence[Array], rough: Sequence[float], floors: Sequence[float], order: int, longest: float
+) -> tuple[Colour, list[Array], Array]:
+    """The likeliest colour that residuals of several recordings share, their innovations and the size of each.
+
+    Burg's method weighs recordings by what they are divided by: by their innovations' sizes it comes near the greatest
+    likelihood, and those are known once a colour is. Divided by its own size, a recording with a sudden change in it
+    counts for less than one without, and the colour of all becomes that of the quiet one.
+    """
+    best: tuple[float, Colour, list[Array], Array] | None = None
+    divisors = np.array(rough)
+    for _ in range(COLOUR_ROUNDS):
+        colour = fit_colour(parts, divisors.tolist(), order, longest)
+        white = [colour.whitened(part[:, None])[:, 0] for part in parts]
+        sizes = np.array([max(float(np.sqrt(np.mean(w**2))), low) for w, low in zip(white, floors, strict=True)])
+        likelihood = -sum(
+            w.size * np.log(s) + 0.5 * float(w @ w) / s**2 + colour.log_start for w, s in zip(white, sizes, strict=True)
+        )
+        if best is None or likelihood > best[0]:
+            best = likelihood, colour, white, sizes
+        if len(parts) == 1 or np.allclose(sizes / sizes[0], divisors / divisors[0], rtol=0.1):
+            break
+        divisors = sizes
+    assert best is not None
+    return best[1], best[2], best[3]
+
+
+COLOUR_ROUNDS = 3
+"""Numerical: times that a shared colour is estimated with the sizes of the innovations that the last one left."""
 
 
 def _excess(
@@ -284,11 +318,16 @@ def gain_over(base: Design, plain: float, found: Solution, settings: EquationErr
     and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
     with the prior knowledge of the noise, honest however few the instruments are.
     """
-    if all(instruments is None for instruments in base.instruments):
+    if _compares_all(base):
         return found.log_likelihood - plain
     lacking = solve(base, found.weights)
     bases = whitened_instruments(base, found.weights)
     return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
+
+
+def _compares_all(design: Design) -> bool:
+    """Whether no equation is compared in the space of instruments."""
+    return all(instruments is None for instruments in design.instruments)
 
 
 def _averaged(
@@ -340,6 +379,8 @@ def regress(
     for _ in range(rounds if start else rounds + 3):
         weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)
+        if start and found.log_likelihood < solution.log_likelihood and _compares_all(design):
+            break  # a colour by Burg's method that is less likely than the one before
         done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
         solution = found
         if done and start:

@@ -105,7 +105,7 @@ def accelerometer_offsets(recording: Recording, effects: Sequence[ActiveEffect],
 
 
 def reconstruct(
-    recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], blend: float
+    recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], settings: EquationErrorSettings
 ) -> Motion:
     """The motion, from channels corrected for their sensors' faults.
 
@@ -113,10 +113,10 @@ def reconstruct(
     ----------
     true : mapping of str to ndarray, shape (N,)
         The compared channels; what of theta, accelerations and h is missing predicts nothing.
-    blend : float
-        Time over which measured less integrated alpha, beta and V are smoothed, s.
+    settings : EquationErrorSettings
+        The times over which what is measured less what is integrated is smoothed.
     """
-    interval = recording.interval
+    interval, blend = recording.interval, settings.blend
     integrated = recording.manoeuvre.axes.integrated
     rates = rates_of(recording, true)
     p, q, r = rates.p, rates.q, rates.r
@@ -124,7 +124,8 @@ def reconstruct(
     def held(name: str) -> Array:
         return true[name] if name in true else recording.measured_input(name)
 
-    phi, speed = held("phi"), held("V")
+    phi = held("phi")
+    speed = _speed_at_centre(recording, effects, held("V"), rates)
     alpha_vane = _alpha_at_centre(recording, effects, held("alpha"), speed, rates)
     beta_vane = _beta_at_centre(recording, effects, held("beta"), speed, rates)
     theta, path = _attitude(recording, rates, true, phi, alpha_vane)
@@ -136,11 +137,12 @@ def reconstruct(
     alpha_dot = np.zeros_like(q)
     along_path = "u" in integrated and "a_x" in forces and "a_z" in forces
     if along_path:
-        u_dot = forces["a_x"] - GRAVITY * np.sin(theta) - q * w + r * v
-        w_dot = forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) + q * u - p * v
-        alpha_dot = (u * w_dot - w * u_dot) / plane**2
-        path["alpha"] = _aligned(running_integral(alpha_dot, interval), alpha)
-        path["V"] = _aligned(running_integral((u * u_dot + w * w_dot) / plane, interval), plane) / np.cos(beta)
+        forcing = (
+            forces["a_x"] - GRAVITY * np.sin(theta) + r * v,
+            forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
+        )
+        path["alpha"], path_speed, alpha_dot = _inertial_path(alpha, plane, q, forcing, interval, settings.wind_memory)
+        path["V"] = path_speed / np.cos(beta)
         alpha = _blended(alpha, path["alpha"], blend / interval)
         speed = _blended(speed, path["V"], blend / interval)
         plane = speed * np.cos(beta)
@@ -161,14 +163,45 @@ def reconstruct(
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
-            # The path's own angle of attack: gusts move the vane and not the aircraft.
-            u, w = plane * np.cos(path["alpha"]), plane * np.sin(path["alpha"])
+            # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
+            inertial = path["V"] * np.cos(beta)
+            u, w = inertial * np.cos(path["alpha"]), inertial * np.sin(path["alpha"])
         climb = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
         path["h"] = _aligned(running_integral(climb, interval), h)
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
     return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts)
+
+
+PATH_ROUNDS = 3
+"""Numerical: times that the path is integrated, from measured velocities and then from its own, with fewer gusts."""
+
+
+def _inertial_path(
+    alpha: Array, speed: Array, q: Array, forcing: tuple[Array, Array], interval: float, memory: float
+) -> tuple[Array, Array, Array]:
+    """Angle of attack, rad, and speed in the plane of symmetry, m/s, by integration, and the angle's rate, (N,) each.
+
+    Parameters
+    ----------
+    alpha, speed : ndarray, shape (N,)
+        As vane and pitot tube have them, gusts included.
+    forcing : tuple of ndarray, shape (N,)
+        u' + q w and w' - q u, m/s^2.
+    """
+    path_alpha, path_speed = alpha, speed
+    for turn in range(PATH_ROUNDS):
+        if turn:
+            path_alpha = _blended(alpha, path_alpha, memory / interval)
+            path_speed = _blended(speed, path_speed, memory / interval)
+        u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
+        u_dot, w_dot = forcing[0] - q * w, forcing[1] + q * u
+        rate = (u * w_dot - w * u_dot) / path_speed**2
+        along = (u * u_dot + w * w_dot) / path_speed
+        path_alpha = _aligned(running_integral(rate, interval), alpha)
+        path_speed = _aligned(running_integral(along, interval), speed)
+    return path_alpha, path_speed, rate
 
 
 def _attitude(
@@ -205,7 +238,9 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
     rates = motion.rates
     for name, values in motion.path.items():
         x, y, z = position(recording, effects, name)
-        if name == "alpha" and (x or y or z):
+        if name == "V" and z:
+            values = values + z * rates.q
+        elif name == "alpha" and (x or y or z):
             plane = motion.V * np.cos(motion.beta)
             down = plane * np.sin(values) + rates.p * y - rates.q * x
             ahead = plane * np.cos(values) + rates.q * z - rates.r * y
@@ -221,7 +256,7 @@ def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[s
     """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
     if "psi" not in recording.channels:
         return ()
-    path = reconstruct(recording, (), recording.channels, settings.blend).path["psi"]
+    path = reconstruct(recording, (), recording.channels, settings).path["psi"]
     measured, left = (_about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
     return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 
@@ -229,6 +264,13 @@ def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[s
 def _about_a_line(values: Array) -> Array:
     centred = np.arange(values.size) - 0.5 * (values.size - 1)
     return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
+
+
+def _speed_at_centre(recording: Recording, effects: Sequence[ActiveEffect], speed: Array, rates: Rates) -> Array:
+    """Airspeed of the centre of gravity from that of a pitot tube below or above it, flow along the fuselage."""
+    if "V" not in recording.channels:
+        return speed
+    return np.asarray(speed - position(recording, effects, "V")[2] * rates.q)
 
 
 def _alpha_at_centre(

@@ -12,6 +12,7 @@ from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, VANE_OF
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
+from aerosid.equation_error.height_wander import height_wander
 from aerosid.equation_error.instruments import instruments_of
 from aerosid.equation_error.kinematic_equations import Motion, predicted_records, reconstruct, unfollowed
 from aerosid.equation_error.recording import Recording
@@ -74,6 +75,8 @@ class Segment:
         Least size of a residual that the recorder's resolution allows.
     instruments : ndarray, shape (n, K), optional
         The space in which the equation is compared; None for all of it.
+    wander : ndarray, shape (n, K), optional
+        Slow errors of its integrated path, each of unit standard deviation.
     gust : ndarray, shape (n,), optional
         What the vane of its plane shows beyond the flow angle of the terms; None where it shows nothing more.
     """
@@ -86,6 +89,7 @@ class Segment:
     floor: float
     instruments: Array | None = None
     gust: Array | None = None
+    wander: Array | None = None
 
 
 class Equations:
@@ -103,12 +107,13 @@ class Equations:
         *,
         all_fitted: bool = False,
     ) -> None:
-        self._recordings, self._blend = recordings, settings.blend
+        self._recordings, self._settings = recordings, settings
         self._instruments = instruments_of(recordings, settings)
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
         self._left_out = [unfollowed(recording, settings) for recording in recordings]
+        self._wandering: dict[int, Array] = {}
         self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
 
     def at(self, point: Point) -> list[Segment]:
@@ -142,6 +147,12 @@ class Equations:
             )
         return np.concatenate(parts)
 
+    def _wander(self, n: int, recording: Recording, time: Array) -> Array:
+        """Slow errors of a recording's height, made once."""
+        if n not in self._wandering:
+            self._wandering[n] = height_wander(recording, time, self._settings)
+        return self._wandering[n]
+
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
         key = tuple(
             (active.name, getattr(active.effect, "axes", ""), active.numbers, active.log)
@@ -152,7 +163,7 @@ class Equations:
         if key not in kept:
             if len(kept) >= KEPT:
                 del kept[next(iter(kept))]
-            motion = reconstruct(recording, effects, corrected(recording, effects), self._blend)
+            motion = reconstruct(recording, effects, corrected(recording, effects), self._settings)
             segments = []
             if self._kinematic:
                 rows = recording.time[recording.band.rows(recording.time.size)]
@@ -162,9 +173,14 @@ class Equations:
                         continue
                     target = recording.band(recording.channels[name] - values)
                     floor = _floor(recording, name)
-                    segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n]))
+                    wander = self._wander(n, recording, rows) if name == HEIGHT else None
+                    segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))
             kept[key] = motion, segments
         return kept[key]
+
+
+HEIGHT = "h"
+"""Integrated twice from the accelerometers."""
 
 
 def value_of(entry: Entry, recording: int) -> Unknown:

@@ -18,9 +18,10 @@ from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, linear_values
 from aerosid.equation_error.evidence import left_out, weakest
+from aerosid.equation_error.joint_timing import JointTiming
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.recording import read_recordings
-from aerosid.equation_error.selection import Chosen, Selected, forward, recordings_agree, rules_for
+from aerosid.equation_error.selection import Chosen, Selected, at_one_distance, forward, recordings_agree, rules_for
 from aerosid.equation_error.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -151,8 +152,9 @@ def _searched(
 
     found = forward(none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=admitted, told=told)
     found = replaced(found, sensors, rules, admitted)
-    if model.axes is not LONGITUDINAL:
-        found = chosen_with_coefficients(found, sensors, rules, beside)
+    if none.estimate.point.free:
+        alike = at_one_distance if model.axes is LONGITUDINAL else _any_fault
+        found = chosen_with_coefficients(found, sensors, rules, beside, alike)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)
     return found
@@ -166,6 +168,10 @@ def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:
     return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in places)
 
 
+def _any_fault(_chosen: Hypothesis, _other: Hypothesis) -> bool:
+    return True
+
+
 def on_fitted(selected: Selected) -> Selected:
     """The faults re-estimated from the fitted recordings alone: zero offsets differ from flight to flight."""
     found = selected.estimate
@@ -175,30 +181,29 @@ def on_fitted(selected: Selected) -> Selected:
     return replace(selected, estimate=estimate(replace(found.frame, recordings=fitted), found.point))
 
 
-def with_proved_faults(proved: Estimate, found: Estimate) -> tuple[Estimate, Array]:
+def with_proved_faults(faults: JointTiming, found: Estimate) -> tuple[Estimate, Array]:
     """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
 
-    The numbers stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere. Their uncertainty
-    is passed on to the derivatives to first order.
+    Biases, scales and places stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere.
+    The uncertainty of all is passed on to the derivatives to first order.
     """
-    point = replace(found.point, effects=(*proved.point.effects, *found.point.effects[len(proved.point.effects) :]))
-    free = [(i, k) for i, active in enumerate(proved.point.effects) for k in range(len(active.values))]
+    point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
+    free = [(i, k) for i, active in enumerate(faults.effects) for k in range(len(active.values))]
     covariance = corrected_covariance(found.design, found.solution)
     if not free:
         return replace(found, point=point), covariance
     columns = effect_columns(found.frame, linear_values(found.design, found.solution), point, free)
     white = whiten(found.design, columns, found.solution.weights)
     answers = -found.solution.covariance @ found.solution.slopes.T @ white
-    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in free]
-    kinematic = corrected_covariance(proved.design, proved.solution)[np.ix_(places, places)]
+    numbers = [active.values[k] for active in faults.effects for k in range(len(active.values))]
     solution = replace(
         found.solution,
-        values=np.append(found.solution.values, proved.solution.values[places]),
-        covariance=_joint(found.solution.covariance, answers, proved.solution.covariance[np.ix_(places, places)]),
+        values=np.append(found.solution.values, numbers),
+        covariance=_joint(found.solution.covariance, answers, faults.covariance),
         slopes=np.column_stack([found.solution.slopes, white]),
     )
     design = found.design.beside(columns, [("effect", i, k) for i, k in free])
-    return Estimate(found.frame, point, design, solution), _joint(covariance, answers, kinematic)
+    return Estimate(found.frame, point, design, solution), _joint(covariance, answers, faults.covariance)
 
 
 def _joint(own: Array, answers: Array, given: Array) -> Array:

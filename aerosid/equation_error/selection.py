@@ -81,7 +81,8 @@ class Rules:
 
 
 RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
-"""Sudden changes that a step of one coefficient says more simply; they take the share of a product of two factors."""
+"""What a step of one coefficient, or the moment of a surface, says more simply; they take the share of a product of two
+factors."""
 
 
 def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
@@ -91,7 +92,7 @@ def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float
         factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
         weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
     for label in RARE:
-        weights.setdefault(label, factor_odds)
+        weights[label] = factor_odds
     total = sum(weights.values())
     return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
 
@@ -238,9 +239,15 @@ TIMINGS = (
 
 ONE_DISTANCE = (
     frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
+    frozenset({("sensor_position", "V"), ("sensor_position", "a_x")}),
     frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
 )
-"""Kinematics show how far each vane is from its accelerometer, and not where either is."""
+"""Kinematics show how far each vane, and the pitot tube, is from its accelerometer, and not where either is."""
+
+
+def at_one_distance(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether kinematics tell the places of two sensors by their distance alone."""
+    return any({(one.kind, one.where), (other.kind, other.where)} <= distance for distance in ONE_DISTANCE)
 
 
 def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:

@@ -7,7 +7,7 @@ constants of an aircraft that is nearly symmetric.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from aerosid.effects import frozen
@@ -54,10 +54,20 @@ class CoefficientsBeside:
 
 
 def chosen_with_coefficients(
-    selected: Selected, asked: Sequence[Hypothesis], rules: Rules, beside: CoefficientsBeside
+    selected: Selected,
+    asked: Sequence[Hypothesis],
+    rules: Rules,
+    beside: CoefficientsBeside,
+    alike: Callable[[Hypothesis, Hypothesis], bool] = lambda _chosen, _other: True,
 ) -> Selected:
-    """The faults, each changed for one that does about the same to the kinematics where the coefficients say so."""
+    """The faults, each changed for one that does about the same to the kinematics where the coefficients say so.
+
+    `alike`: which other may stand in a chosen one's place at all.
+    """
     for each in selected.chosen:
+        open_ = [hypothesis for hypothesis in asked if alike(each.hypothesis, hypothesis)]
+        if not open_:
+            continue
         settings, bare = selected.estimate.frame.settings, bare_of(selected, each)
         brought = selected.estimate.gain_over(bare)
         # Both leave about the same: each is judged by the noise that it leaves itself.
@@ -65,7 +75,7 @@ def chosen_with_coefficients(
             beside.log_likelihood(selected.estimate) + selected.estimate.log_likelihood - rules.price(each.hypothesis)
         )
         best: tuple[float, Estimate, Hypothesis] | None = None
-        for found, hypothesis in _in_its_place(bare, selected, each, asked):
+        for found, hypothesis in _in_its_place(bare, selected, each, open_):
             if found.gain_over(bare) < settings.choice_share * brought:
                 continue
             more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - held

@@ -12,6 +12,10 @@ def _drifts() -> Mapping[str, float]:
     return {"theta": 1e-4, "phi": 2e-4, "psi": 2e-4, "alpha": 3e-4, "beta": 3e-4, "V": 0.01, "h": 0.5}
 
 
+def _least_noise() -> Mapping[str, float]:
+    return {"a_z": 0.02, "theta": 3e-4}
+
+
 def _asymmetry() -> Mapping[str, float]:
     return {"C_Y": 0.005, "C_l": 0.001, "C_n": 0.002}
 
@@ -58,6 +62,11 @@ class EquationErrorSettings:
     blend : float
         Time, s, over which the difference between measured and integrated alpha and V is smoothed for the regressors:
         faster, the inertial path is the better; slower, the sensors are.
+    wind_memory : float
+        Time, s, over which airspeed and vane less their paths are smoothed to give the velocities that the paths are
+        integrated from: faster, their difference is gusts, which move no aircraft; slower, it is what zeros of sensors
+        integrate to. Some scale lengths of light turbulence at a glider's airspeed; found on flight 57 of
+        tests/equation_error/test_false_alarms.py.
     drifts : mapping of str to float
         Standard deviation of the drift of each kinematic equation from recording to recording, unit/s: rates of gyros
         (0.006 deg/s), of the wind and of vertical air.
@@ -71,6 +80,14 @@ class EquationErrorSettings:
     height_bend : float
         Standard deviation of the constant vertical acceleration, m/s^2, that accelerometers' zeros leave in the height:
         the drift of alpha over a usual airspeed.
+    least_noise : mapping of str to float
+        Standard deviation, SI, that the slow noise of a sensor has at least, whatever its samples' differences show:
+        recordings that were smoothed show none. Two thousandths of g, and a fiftieth of a degree.
+    noise_memory : float
+        Time, s, over which the noise of accelerometers and attitude is remembered: times its variance it is the density
+        with which the integrated height goes astray. Chosen: about the scale of vibration and of a filter of 1 Hz.
+    wander_modes : int
+        Cosines of the record's length that hold it: beyond, its own noise is more.
     shortlist : int
         Candidates a round that are fitted with the colour estimated anew; the score with a given colour ranks them.
     fitted : int
@@ -110,6 +127,9 @@ class EquationErrorSettings:
         Deviations from zero that it must have, 1: vane noise answers nothing.
     followed : float
         Share, 1, of a heading about its line that the integrated rates must explain for it to be that of this motion.
+    support : float
+        Standard deviations, 1, by which kinematics must show an instrument late for coefficients to be asked of it, and
+        gain in ln L that this is: one in forty by chance, of those that the coefficients would name anyway. Chosen.
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
@@ -153,11 +173,15 @@ class EquationErrorSettings:
     band_share: float = 0.25
     coarsest: float = 0.04
     blend: float = 1.0
+    wind_memory: float = 10.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     asymmetry: Mapping[str, float] = field(default_factory=_asymmetry)
     separation_range: float = 0.105
     factor_odds: float = 0.3
     height_bend: float = 0.02
+    least_noise: Mapping[str, float] = field(default_factory=_least_noise)
+    noise_memory: float = 0.3
+    wander_modes: int = 8
     shortlist: int = 8
     fitted: int = 3
     most: int = 12
@@ -171,6 +195,7 @@ class EquationErrorSettings:
     gust_answer: float = 3.0
     gust_certain: float = 6.0
     followed: float = 0.5
+    support: float = 2.0
     doubt: float = 1.0
     least_rise: float = 0.002
     calm: float = 0.1

@@ -12,6 +12,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.decision import decide
+from aerosid.equation_error.joint_timing import TwoWitnesses
 from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.shared_damping import USUAL, SharedDamping
 from aerosid.errors import AircraftError
@@ -222,11 +223,28 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         settings.attribution,
         question.declared,
     )
-    notes = (told_of_damping(decision.damping),) if decision.damping is not None else ()
+    notes = tuple(told_of_timing(each) for each in decision.timings)
+    if decision.damping is not None:
+        notes = (*notes, told_of_damping(decision.damping))
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
         found = estimated_in_calm_air(found, decision, search)
     found = with_equivalent_causes(found, question.aircraft, question.manoeuvres)
     return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
+
+
+def told_of_timing(seen: TwoWitnesses) -> str:
+    """What kinematics alone say of an instrument's lateness beside what forces and moments make of it."""
+
+    def words(active: ActiveEffect, error: float) -> str:
+        kind = active.effect.kind.removeprefix("sensor_")
+        return f"a {kind} of {number(active.values[0])} +- {number(error)} s"
+
+    alone, joint = words(seen.alone, seen.alone_std_error), words(seen.joint, seen.joint_std_error)
+    return (
+        f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, as in "
+        "the completed model has. Where the declared structure lacks something that looks late, such as a lift that "
+        "follows alpha slowly, the first is the better."
+    )
 
 
 def told_of_damping(damping: SharedDamping) -> str:

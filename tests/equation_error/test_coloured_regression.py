@@ -7,7 +7,8 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from aerosid.equation_error.coloured_regression import colour_of, fit_colour
-from aerosid.equation_error.design import Design, Weights, log_likelihood, solve
+from aerosid.equation_error.design import Design, Weights, log_likelihood, regress, solve
+from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
 
@@ -101,3 +102,39 @@ def test_no_pole_of_a_bounded_colour_remembers_longer() -> None:
     assert np.max(np.abs(np.roots(found.weights))) <= np.exp(-0.1) + 1e-9
     free = fit_colour([walk], [1.0], 4, np.inf)
     assert np.max(np.abs(np.roots(free.weights))) > 0.97
+
+
+def two_records_with_jumps(seed: int) -> tuple[Design, Array]:
+    """One equation of two recordings whose residuals, coloured alike, jump by twelve innovations; (R,) one jump."""
+    generator = np.random.default_rng(seed)
+    samples, moment = 240, 80
+    jump = np.repeat([0.0, 1.0], [moment, samples - moment])
+    noise = [lfilter([1.0], [1.0, -0.6], generator.standard_normal(samples)) for _ in range(2)]
+    target = np.concatenate([12.0 * jump + each for each in noise])
+    bounds = np.array([0, samples, 2 * samples])
+    ones = np.kron(np.eye(2), np.ones((samples, 1)))
+    design = Design(
+        ((0, "C_X"), (1, "C_X")),
+        (("C_X", 0.1), ("C_X", 0.1)),
+        bounds,
+        target,
+        ones,
+        (("one", 0), ("one", 1)),
+        np.zeros(2),
+        np.zeros(2),
+        (None, None),
+    )
+    return design, np.concatenate([jump, np.zeros(samples)])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_jump_of_one_record_gains_though_the_other_keeps_its_own(seed: int) -> None:
+    """The colour of both becomes no less likely than before: at that colour the gain is the score's."""
+    design, jump = two_records_with_jumps(seed)
+    settings = EquationErrorSettings()
+    base = regress(design, settings)
+    wide = design.beside(jump[:, None], [("trial", 0)])
+    at_given_colour = solve(wide, base.weights).log_likelihood - base.log_likelihood
+    gain = regress(wide, settings, base.weights, rounds=2).log_likelihood - base.log_likelihood
+    assert at_given_colour > 20.0
+    assert gain >= at_given_colour

@@ -34,7 +34,7 @@ def test_paths_and_coefficients_are_those_of_an_independent_rigid_body(aircraft:
     log = replace(flight.log(), positions=PLACES)
     model, manoeuvre = questioned(aircraft, log)
     (recording,) = read_recordings([manoeuvre], [], SETTINGS)
-    motion = reconstruct(recording, (), recording.channels, SETTINGS.blend)
+    motion = reconstruct(recording, (), recording.channels, SETTINGS)
     paths = predicted_records(recording, (), motion)
     assert set(paths) == set(equations_of(aircraft.axes).kinematic)
     for name, path in paths.items():

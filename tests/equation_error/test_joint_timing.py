@@ -1,0 +1,71 @@
+"""Timings of instruments from kinematics and coefficients together, on planted flights in gusts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from equations_decided import decided, proved
+from scipy.signal import lfilter
+
+from aerosid.equation_error.decision import decide
+from aerosid.equation_error.joint_timing import kinematic_timing
+from aerosid.logs.flight_log import FlightLog
+from benchmarks.planted_aircraft import Body
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 7000
+"""Of tests; published tables and trials begin elsewhere."""
+
+
+@pytest.mark.parametrize(("body", "late"), [(BODIES[0], 0.12), (BODIES[4], 0.05)], ids=["single", "business jet"])
+def test_forces_say_by_how_much_a_vane_is_late_better_than_gusts_let_kinematics(body: Body, late: float) -> None:
+    logs = [flown(name, body, SEEDS + n, air=0.6, wrong=Wrong(delay={"alpha": late})) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    faults = proved(aircraft, logs[:1], logs[1:])
+    alone = float(np.sqrt(kinematic_timing(faults.selected.estimate).covariance[0, 0]))
+    (row,) = decide(faults, aircraft.coefficients).findings
+    assert (row.hypothesis.kind, row.witness) == ("sensor_delay", "kinematics")
+    assert abs(row.value - late) < 4.0 * row.std_error
+    assert row.std_error < 0.5 * alone
+
+
+def test_a_lag_is_told_from_a_delay_by_the_forces() -> None:
+    body = BODIES[5]
+    logs = [flown(name, body, SEEDS + 20 + n, air=0.3) for n, name in enumerate("ab")]
+    slow = [with_lagging_vane(log, 0.2) for log in logs]
+    found = decided(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 20)), slow[:1], slow[1:])
+    row = found.findings[0]
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_lag", "alpha")
+    assert abs(row.value - 0.2) < 4.0 * row.std_error
+
+
+def with_lagging_vane(log: FlightLog, constant: float) -> FlightLog:
+    """The log with its vane behind a first-order lag, bilinear."""
+    a = 0.5 * float(log.time[1] - log.time[0]) / constant
+    alpha = log["alpha"]
+    late = alpha[0] + lfilter([a / (1 + a), a / (1 + a)], [1.0, -(1 - a) / (1 + a)], alpha - alpha[0])
+    return replace(log, channels={**log.channels, "alpha": late})
+
+
+def test_a_vane_that_kinematics_hardly_show_late_in_gusts_is_named_where_forces_agree() -> None:
+    body = BODIES[1]
+    logs = [
+        flown(name, body, SEEDS + 40 + n, air=0.6, wrong=Wrong(delay={"alpha": 0.12})) for n, name in enumerate("ab")
+    ]
+    found = decided(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 40)), logs[:1], logs[1:])
+    (row,) = found.findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_delay", "alpha")
+    assert abs(row.value - 0.12) < 4.0 * row.std_error
+
+
+def test_a_pitot_tube_below_the_centre_of_gravity_is_told_from_an_accelerometer_above_it() -> None:
+    body = BODIES[2]
+    logs = [flown(name, body, SEEDS + 60 + n, air=0.0) for n, name in enumerate("ab")]
+    low = [replace(log, channels={**log.channels, "V": log["V"] + 1.5 * log["q"]}) for log in logs]
+    found = decided(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 60)), low[:1], low[1:])
+    (row,) = found.findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_position", "V")
+    assert abs(row.value - 1.5) < 4.0 * row.std_error
+    assert ("sensor_position", "a_x") in {
+        (other.hypothesis.kind, other.hypothesis.where) for other in found.alternatives
+    }
