@@ -132,11 +132,16 @@ def reconstruct(
     offsets = accelerometer_offsets(recording, effects, rates)
     forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
     alpha, beta = alpha_vane, beta_vane
-    plane = speed * np.cos(beta)
-    u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+    plane, u, w, v = _velocities(speed, alpha, beta)
     alpha_dot = np.zeros_like(q)
     along_path = "u" in integrated and "a_x" in forces and "a_z" in forces
+    turned_aside = "v" in integrated and "a_y" in forces
+    side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * np.cos(theta) * np.sin(phi)
     if along_path:
+        if turned_aside:
+            # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
+            aside = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
+            v = speed * np.sin(_blended(beta_vane, aside, settings.wind_memory / interval))
         forcing = (
             forces["a_x"] - GRAVITY * np.sin(theta) + r * v,
             forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
@@ -145,21 +150,14 @@ def reconstruct(
         path["V"] = path_speed / np.cos(beta)
         alpha = _blended(alpha, path["alpha"], blend / interval)
         speed = _blended(speed, path["V"], blend / interval)
-        plane = speed * np.cos(beta)
-        u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+        plane, u, w, v = _velocities(speed, alpha, beta)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
-        a_x = derivative(u, interval) + GRAVITY * np.sin(theta) + q * w - r * v
-        a_z = derivative(w, interval) - GRAVITY * np.cos(theta) * np.cos(phi) - q * u + p * v
-        forces["a_x"], forces["a_z"] = forces.get("a_x", a_x), forces.get("a_z", a_z)
-    if "v" in integrated and "a_y" in forces:
-        v_dot = forces["a_y"] + GRAVITY * np.cos(theta) * np.sin(phi) - r * u + p * w
-        # Beyond a right angle there is no sideslip that a faulty sensor could have read.
-        aside = _aligned(running_integral(v_dot, interval), v) / speed
-        path["beta"] = np.arcsin(np.clip(aside, -WIDEST, WIDEST))
+        forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
+    if turned_aside:
+        path["beta"] = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
         beta = _blended(beta, path["beta"], blend / interval)
-        plane = speed * np.cos(beta)
-        u, w, v = plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+        plane, u, w, v = _velocities(speed, alpha, beta)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
@@ -172,6 +170,33 @@ def reconstruct(
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
     return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts)
+
+
+def _velocities(speed: Array, alpha: Array, beta: Array) -> tuple[Array, Array, Array, Array]:
+    """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each."""
+    plane = speed * np.cos(beta)
+    return plane, plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+
+
+def _sideslip_path(
+    side: Array, rates: Rates, plane: tuple[Array, Array], vane: Array, speed: Array, interval: float
+) -> Array:
+    """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`; `side` holds gravity."""
+    u, w = plane
+    path = running_integral(side - rates.r * u + rates.p * w, interval)
+    # Beyond a right angle there is no sideslip that a faulty sensor could have read.
+    return np.arcsin(np.clip(_aligned(path, speed * np.sin(vane)) / speed, -WIDEST, WIDEST))
+
+
+def _forces_of(
+    u: Array, w: Array, v: Array, rates: Rates, attitude: tuple[Array, Array], interval: float
+) -> dict[str, Array]:
+    """Specific forces along x and z, m/s^2, that the measured velocities ask for."""
+    theta, phi = attitude
+    return {
+        "a_x": derivative(u, interval) + GRAVITY * np.sin(theta) + rates.q * w - rates.r * v,
+        "a_z": derivative(w, interval) - GRAVITY * np.cos(theta) * np.cos(phi) - rates.q * u + rates.p * v,
+    }
 
 
 PATH_ROUNDS = 3

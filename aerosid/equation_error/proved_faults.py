@@ -13,7 +13,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.equation_error.alternatives import replaced
 from aerosid.equation_error.candidates import bounded, of_sensors, position_hypotheses, told_apart, within_reach
-from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, VANE_OF
 from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, linear_values
@@ -84,6 +84,26 @@ def askable(hypothesis: Hypothesis) -> bool:
     return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
 
 
+def beyond_the_wind(found: Estimate, hypothesis: Hypothesis) -> bool:
+    """Whether the last zero of a vane is further off than the mean that gusts may have over a record.
+
+    By the deviation of the mean of a first-order autoregression with the residual's size and memory.
+    """
+    vanes = set(VANE_OF.values())
+    if hypothesis.kind != "sensor_bias" or hypothesis.where not in vanes:
+        return True
+    spread = 0.0
+    for s, (_, channel) in enumerate(found.design.segments):
+        if channel == hypothesis.where:
+            left = found.solution.residuals[found.design.rows(s)]
+            left = left - left.mean()
+            memory = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+            inflated = (1.0 + memory) / max(1.0 - memory, 1e-6)
+            spread = max(spread, float(np.std(left)) * np.sqrt(min(inflated / left.size, 1.0)))
+    (value, *_) = found.point.effects[-1].values
+    return abs(value) > found.frame.settings.deviations * spread
+
+
 def prove_faults(
     model: AerodynamicModel,
     free: Sequence[Entry],
@@ -148,7 +168,9 @@ def _searched(
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
-        return agreed and (model.axes is LONGITUDINAL or beside.admit(estimated, hypothesis))
+        if model.axes is LONGITUDINAL:
+            return agreed
+        return agreed and beyond_the_wind(estimated, hypothesis) and beside.admit(estimated, hypothesis)
 
     found = forward(none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=admitted, told=told)
     found = replaced(found, sensors, rules, admitted)
