@@ -14,6 +14,9 @@ from aerosid.cli.main import main
 from aerosid.logs.flight_log import FlightLog
 
 FLIGHT = Problem(duration=8.0).fly(3)
+STAGE = re.compile(r"aerosid: \d+ of \d+, ")
+"""How a line of progress begins."""
+
 VERBS = (("close-loop", "--method", "iebmee"), ("replay", "--speed", "0"))
 
 
@@ -34,7 +37,7 @@ def with_channels(**changes: np.ndarray) -> FlightLog:
 
 
 def is_one_sentence(told: str) -> bool:
-    lines = [line for line in told.strip().splitlines() if line]
+    lines = [line for line in told.strip().splitlines() if line and not STAGE.match(line)]
     return "Traceback" not in told and sum(line.startswith("aerosid: ") for line in lines) == 1
 
 
