@@ -84,6 +84,8 @@ def joint_timing(
         return begun
     kinematic = kinematic_timing(proved).covariance
     known = kinematic[np.ix_(late, late)]
+    if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < len(late):
+        return begun  # kinematics hold one timing by another: there is no prior to join
     prior = np.linalg.inv(known)
     follow = kinematic[:, late] @ prior
     mean = _values(proved.point.effects)
