@@ -22,7 +22,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
 from aerosid.loop.settings import LoopSettings, Method, Progress
-from aerosid.notation import number
+from aerosid.notation import number, with_deviation
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.calm_air import estimated_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
@@ -237,12 +237,12 @@ def told_of_timing(seen: TwoWitnesses) -> str:
 
     def words(active: ActiveEffect, error: float) -> str:
         kind = active.effect.kind.removeprefix("sensor_")
-        return f"a {kind} of {number(active.values[0])} +- {number(error)} s"
+        return f"a {kind} of {with_deviation(active.values[0], error)} s"
 
     alone, joint = words(seen.alone, seen.alone_std_error), words(seen.joint, seen.joint_std_error)
     return (
-        f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, as in "
-        "the completed model has. Where the declared structure lacks something that looks late, such as a lift that "
+        f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, which the "
+        "completed model has. Where the declared structure lacks something that looks late, such as a lift that "
         "follows alpha slowly, the first is the better."
     )
 

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from aerosid.effects import ActiveEffect
+from aerosid.effects.sensor import sensor_delay, sensor_lag
+from aerosid.equation_error.joint_timing import TwoWitnesses
 from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.methods import told_of_timing
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -44,3 +48,12 @@ def test_its_derivatives_are_those_of_the_regression(moved: ClosedLoop) -> None:
         deviation = rows[term].std_error
         assert deviation is not None
         assert abs(rows[term].value - body.terms["C_m", term]) < 4.0 * deviation
+
+
+def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
+    slow, late = (
+        ActiveEffect(made("alpha"), (value,), "") for made, value in ((sensor_lag, 0.1379), (sensor_delay, 0.2147))
+    )
+    said = told_of_timing(TwoWitnesses("alpha", late, 0.0223, slow, 0.0099))
+    assert "kinematics alone show a delay of 0.215 ± 0.022 s" in said
+    assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model has." in said
