@@ -39,7 +39,7 @@ from benchmarks.planted_flights import (
     simulated,
 )
 from benchmarks.plants import KINDS, Plant, in_catalogue
-from benchmarks.wide_detection import HIGHEST, closed, matches, measured
+from benchmarks.wide_detection import HIGHEST, closed, matches, numbers_of, print_kinds, sized
 
 Array = NDArray[np.float64]
 
@@ -114,9 +114,7 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--keep", default="")
     arguments = parser.parse_args()
-    numbers = [int(n) for n in arguments.only.split(",") if n] or range(
-        arguments.first, arguments.first + arguments.flights
-    )
+    numbers = numbers_of(arguments)
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)
     errors: list[tuple[float, float]] = []
@@ -150,8 +148,7 @@ def main() -> None:
                 flush=True,
             )
     print(f"{len(numbers)} pairs: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))  # noqa: T201
-    for kind, row in sorted(by_kind.items()):
-        print(f"  {kind:28} " + ", ".join(f"{k} {v}" for k, v in row.most_common()))  # noqa: T201
+    print_kinds(by_kind)
     share, t = np.abs(np.array(errors)).T
     print(  # noqa: T201
         f"{t.size} derivatives: median {100 * np.median(share):.2f} % off, {100 * np.mean(t <= 2):.0f} % within 2 and "
@@ -171,16 +168,7 @@ def written(folder: Path, seed: Sequence[int], n: int) -> tuple[Circumstances, l
     time = at.interval * np.arange(int(at.duration / at.interval) + 1)
     unit = float(np.clip(1.0 / at.body.short_period * np.pi, 0.5, 2.0))
     inputs = [_manoeuvres(name, time, unit, generator) for name in at.shapes]
-    amplitudes = []
-    for values in inputs:
-        size = 0.02
-        for _ in range(3):
-            motion, _, _ = simulated(at.body, at, size * values, time, (), seed)
-            alpha = motion.outputs["alpha"]
-            size = float(np.clip(size * at.excursion / max(np.abs(alpha - alpha[0]).max(), 1e-6), 0.002, 0.3))
-        amplitudes.append(size)
-    motion, trimmed, thrust = simulated(at.body, at, amplitudes[0] * inputs[0], time, (), seed)
-    scale = measured(at, motion.outputs, amplitudes[0], time, thrust)
+    amplitudes, scale = sized(at, inputs, time, seed)
     number = 0 if n % 10 == 9 else 1 if n % 2 == 0 else int(generator.integers(2, 5))
     kinds = generator.permutation([k for k in range(KINDS) if k != GUST_KIND])[:number]
     plants = [in_catalogue(int(k), scale, generator) for k in kinds]

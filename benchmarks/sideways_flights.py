@@ -93,7 +93,7 @@ def flown(name: str, body: SideBody, seed: int, *, gust: float, interval: float,
     generator = np.random.default_rng(seed)
     time = interval * np.arange(int(seconds / interval))
     aileron, rudder = (_steps(time, size, generator) for size in (0.08, 0.06))
-    wind = _wind(gust, time, body.airspeed, generator)
+    wind = first_order_wind(gust, time, body.airspeed, generator, 180.0)
     alpha = float(generator.uniform(0.01, 0.06))
     rows, inputs = _simulated(body, time, aileron, rudder, wind, alpha)
     seen = {"V": np.full(time.size, body.airspeed), "alpha": np.full(time.size, alpha), **rows, **inputs}
@@ -119,8 +119,10 @@ def _steps(time: Array, size: float, generator: np.random.Generator) -> Array:
     return out
 
 
-def _wind(sigma: float, time: Array, airspeed: float, generator: np.random.Generator, length: float = 180.0) -> Array:
-    """A first-order Gauss-Markov wind at the samples, m/s."""
+def first_order_wind(
+    sigma: float, time: Array, airspeed: float, generator: np.random.Generator, length: float
+) -> Array:
+    """A first-order Gauss-Markov wind of a scale length, m, at the samples, m/s."""
     kept = math.exp(-airspeed * float(time[1] - time[0]) / length)
     shocks = sigma * math.sqrt(1.0 - kept**2) * generator.standard_normal(time.size)
     shocks[0] = sigma * generator.standard_normal()

@@ -21,6 +21,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.planted_aircraft import declared_derivatives
+from benchmarks.sideways_flights import first_order_wind
 from benchmarks.sideways_plants import SidePlant
 
 Array = NDArray[np.float64]
@@ -171,7 +172,10 @@ def flown(name: str, at: Circumstances, plant: SidePlant, seed: int) -> FlightLo
     }
     asked["delta_e"] += elevator
     swung = 1.0 + (0.4 * np.sin(0.7 * time + generator.uniform(0.0, 6.0)) if plant.thrust_moves else 0.0)
-    given = {"thrust": thrust * swung * np.ones(time.size), "side_wind": _wind(at.gust, time, body.airspeed, generator)}
+    given = {
+        "thrust": thrust * swung * np.ones(time.size),
+        "side_wind": first_order_wind(at.gust, time, body.airspeed, generator, 160.0),
+    }
     given |= {channel: history(time, generator) for channel, history in plant.channels.items()}
     seen, recorded = _simulated(body, plant, time, asked, given, (alpha, elevator))
     shown = {**seen, **recorded, **{channel: given[channel] for channel in plant.channels}}
@@ -197,14 +201,6 @@ def _steps(time: Array, size: float, width: float, generator: np.random.Generato
             at += length
         at += float(generator.uniform(1.5, 4.5))
     return out
-
-
-def _wind(sigma: float, time: Array, airspeed: float, generator: np.random.Generator, length: float = 160.0) -> Array:
-    """A first-order Gauss-Markov wind at the samples, m/s."""
-    kept = math.exp(-airspeed * float(time[1] - time[0]) / length)
-    shocks = sigma * math.sqrt(1.0 - kept**2) * generator.standard_normal(time.size)
-    shocks[0] = sigma * generator.standard_normal()
-    return np.asarray(lfilter([1.0], [1.0, -kept], shocks))
 
 
 def _simulated(

@@ -57,9 +57,7 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--keep", default="")
     arguments = parser.parse_args()
-    numbers = [int(n) for n in arguments.only.split(",") if n] or range(
-        arguments.first, arguments.first + arguments.flights
-    )
+    numbers = numbers_of(arguments)
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)
     with tempfile.TemporaryDirectory() as scratch:
@@ -89,8 +87,7 @@ def main() -> None:
                 flush=True,
             )
     print(f"{len(numbers)} flights: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))  # noqa: T201
-    for kind, row in sorted(by_kind.items()):
-        print(f"  {kind:28} " + ", ".join(f"{k} {v}" for k, v in row.most_common()))  # noqa: T201
+    print_kinds(by_kind)
     sys.stdout.flush()
 
 
@@ -101,16 +98,7 @@ def written(folder: Path, plant: str, seed: Sequence[int], n: int) -> tuple[Circ
     time = at.interval * np.arange(int(at.duration / at.interval) + 1)
     unit = float(np.clip(1.0 / at.body.short_period * np.pi, 0.5, 2.5))
     inputs = [shape(name, time, unit, generator) for name in at.shapes]
-    amplitudes = []
-    for values in inputs:
-        size = 0.02
-        for _ in range(3):
-            motion, _, _ = simulated(at.body, at, size * values, time, (), seed)
-            alpha = motion.outputs["alpha"]
-            size = float(np.clip(size * at.excursion / max(np.abs(alpha - alpha[0]).max(), 1e-6), 0.002, 0.3))
-        amplitudes.append(size)
-    motion, trimmed, thrust = simulated(at.body, at, amplitudes[0] * inputs[0], time, (), seed)
-    scale = measured(at, motion.outputs, amplitudes[0], time, thrust)
+    amplitudes, scale = sized(at, inputs, time, seed)
     plants: list[Plant] = []
     if plant == "one":
         plants = [in_catalogue(n, scale, generator)]
@@ -142,6 +130,34 @@ def written(folder: Path, plant: str, seed: Sequence[int], n: int) -> tuple[Circ
     }
     (folder / "key.json").write_text(json.dumps(key))
     return at, plants
+
+
+def sized(
+    at: Circumstances, inputs: Sequence[np.ndarray], time: np.ndarray, seed: Sequence[int]
+) -> tuple[list[float], Scale]:
+    """How large each input is flown for the excursion of alpha that is wanted, rad, and what the first measures."""
+    amplitudes = []
+    for values in inputs:
+        size = 0.02
+        for _ in range(3):
+            motion, _, _ = simulated(at.body, at, size * values, time, (), seed)
+            alpha = motion.outputs["alpha"]
+            size = float(np.clip(size * at.excursion / max(np.abs(alpha - alpha[0]).max(), 1e-6), 0.002, 0.3))
+        amplitudes.append(size)
+    motion, _, thrust = simulated(at.body, at, amplitudes[0] * inputs[0], time, (), seed)
+    return amplitudes, measured(at, motion.outputs, amplitudes[0], time, thrust)
+
+
+def numbers_of(arguments: argparse.Namespace) -> Sequence[int]:
+    """The flights of a call: those of --only, or --flights of them from --first on."""
+    only = [int(n) for n in arguments.only.split(",") if n]
+    return only or range(arguments.first, arguments.first + arguments.flights)
+
+
+def print_kinds(by_kind: Mapping[str, Counter[str]]) -> None:
+    """A line for each kind that was planted."""
+    for kind, row in sorted(by_kind.items()):
+        print(f"  {kind:28} " + ", ".join(f"{k} {v}" for k, v in row.most_common()))  # noqa: T201
 
 
 def measured(

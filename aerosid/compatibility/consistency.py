@@ -56,9 +56,7 @@ def check_kinematics(
         return opposed
     pieces = [manoeuvre for recording in recordings for manoeuvre in manoeuvres_of(recording)]
     manoeuvres = [piece for piece in pieces if float(np.ptp(piece.flight.time)) >= settings.shortest] or pieces
-    noise = {
-        name: float(np.mean([r.noise[name] for r in recordings if name in r.noise])) for name in _outputs(manoeuvres)
-    }
+    noise = {name: _mean_noise(recordings, name) for name in _outputs(manoeuvres)}
     sensors = tuple(Hypothesis(offer.kind, offer.where, effects=offer.effects) for offer in sensor_offers(noise))
     model = AerodynamicModel((), np.zeros(0), manoeuvres[0].columns, NO_AIRCRAFT, LONGITUDINAL)
     equations = EquationErrorSettings(false_alarm=settings.false_alarm)
