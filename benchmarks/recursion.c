@@ -14,7 +14,7 @@ enum {
     H = 2 * N,          /* the Hamiltonian */
     CONSTANT = 2,       /* forcing columns: g0 and g1 - g0 */
     K = 2 * CONSTANT,   /* and their ramps; that of g0 only fills rows to whole vector registers */
-    FIXED = 12,         /* alpha, q_hat, V_hat, alpha_dot_hat, C_T, mach; lateral ones, which are inputs here */
+    FIXED = 15,         /* alpha, q_hat, V_hat, alpha_dot_hat, C_T, mach; lateral ones, which are inputs here */
     MOST_SLOTS = 64
 };
 

@@ -100,6 +100,28 @@ LIFT_AND_DRAG = from_derivatives(
     ],
 )
 
+POLAR = declaring(LIFT_AND_DRAG, {("C_D", "C_L^2"): 0.05})
+"""Drag by a polar, C_D = C_D0 + C_D_alpha alpha + k C_L^2."""
+
+POLAR_EXPANDED = declaring(
+    LIFT_AND_DRAG,
+    {
+        ("C_D", "1"): 0.030 + 0.05 * 0.12**2,
+        ("C_D", "alpha"): 0.12 + 0.05 * 2 * 0.12 * 5.6,
+        ("C_D", "q_hat"): 0.05 * 2 * 0.12 * 4.3,
+        ("C_D", "delta_e"): 0.05 * 2 * 0.12 * 0.40,
+        ("C_D", "alpha^2"): 0.05 * 5.6**2,
+        ("C_D", "q_hat^2"): 0.05 * 4.3**2,
+        ("C_D", "delta_e^2"): 0.05 * 0.40**2,
+        ("C_D", "alpha*q_hat"): 0.05 * 2 * 5.6 * 4.3,
+        ("C_D", "alpha*delta_e"): 0.05 * 2 * 5.6 * 0.40,
+        ("C_D", "q_hat*delta_e"): 0.05 * 2 * 4.3 * 0.40,
+    },
+)
+"""The same drag without a polar: C_L is multiplied out."""
+
+BODY_POLAR = declaring(LIGHT, {("C_X", "C_Z^2"): -0.04, ("C_m", "theta"): 0.01})
+"""The same in body axes, with a moment of attitude."""
 
 LEVELS = ((0.9, 1.0), (0.9, -1.0), (0.9, 0.45), (0.9, -0.45), (0.6, 0.67), (0.6, -0.67))
 """Durations [s] and sizes of steps."""

@@ -6,7 +6,7 @@ import difflib
 import hashlib
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +24,7 @@ from aerosid.effects import KINDS
 from aerosid.effects.inertia import INERTIA
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
-from aerosid.flight_model.terms import VARIABLES, Term, parse_term
+from aerosid.flight_model.terms import VARIABLES, Term, check_lift, parse_term
 from aerosid.nomenclature import CHANNELS
 
 if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
@@ -266,6 +266,7 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
     for coefficient in wanted:
         entries = given[coefficient]
         texts = _distinct_terms(path, f"derivatives.{coefficient}", list(entries))
+        _check_lift(path, f"derivatives.{coefficient}", coefficient, texts.values(), wanted)
         derivatives += [
             Derivative(
                 coefficient, term, entries[text].value, entries[text].sigma, entries[text].fixed, entries[text].shown
@@ -293,6 +294,15 @@ def _distinct_terms(path: str, key: str, texts: Sequence[str]) -> dict[str, Term
         terms[text] = term
         spelling[term] = text
     return terms
+
+
+def _check_lift(path: str, key: str, coefficient: str, terms: Iterable[Term], coefficients: Sequence[str]) -> None:
+    """Refuse terms in a lift that the file does not declare, or that lift would depend on."""
+    for term in terms:
+        try:
+            check_lift(coefficient, term, coefficients)
+        except AircraftError as error:
+            raise AircraftError(f"{path}: {key}: {error}") from None
 
 
 def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
@@ -333,6 +343,7 @@ def _read_candidates(
                 f"{', '.join(coefficients)}; state the candidates for one of these"
             )
         terms = _distinct_terms(path, f"candidates.{coefficient}", texts).values()
+        _check_lift(path, f"candidates.{coefficient}", coefficient, terms, coefficients)
         kept = tuple(term for term in terms if (coefficient, term) not in declared)
         if kept:
             candidates[coefficient] = kept

@@ -8,12 +8,13 @@
 each as its sensor would read it: the model's side is moved to the sensor and goes through the sensor's faults, so that
 a fault's likelihood is that of the channel as measured. A case has those of the coefficients that it models. C_L and
 C_D act as C_X = C_L sin alpha - C_D cos alpha, C_Z = -C_L cos alpha - C_D sin alpha. Klein & Morelli, Aircraft System
-Identification, section 5.1 (equation error).
+Identification, section 5.1 (equation error). Where a term holds lift, as a drag polar does, that is the
+lift of the model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +31,7 @@ from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import ACCELERATIONS
 from aerosid.flight_model.constants import GRAVITY, Constants
-from aerosid.flight_model.terms import Term
+from aerosid.flight_model.terms import LIFT, Term
 
 Array = NDArray[np.float64]
 
@@ -54,6 +55,7 @@ def term_variables(model: AerodynamicModel, motion: Motion, inputs: Array) -> di
         "p": rates.p,
         "r": rates.r,
         "phi": motion.phi,
+        "theta": motion.theta,
         "V_hat": motion.V / constants.airspeed_of_V_hat - 1.0,
         "alpha_dot_hat": motion.alpha_dot * constants.mean_chord / (2.0 * rate_speed),
         "C_T": thrust / _force(model, motion, columns),
@@ -113,6 +115,8 @@ class CoefficientEquations:
                 inputs = self._with_state_effect(active, model, replace_inputs(flight, inputs))
         columns = dict(zip(model.columns, inputs.T, strict=True))
         self.variables = term_variables(model, motion, inputs)
+        held_in_terms = {name for _, term in (*free, *model.entries) for name in term.variables}
+        self._fill_lift(model, held_in_terms)
         self._sine, self._cosine = np.sin(motion.alpha), np.cos(motion.alpha)
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
@@ -131,11 +135,12 @@ class CoefficientEquations:
                 self._in_units[name] = self._mass / reference
         thrust = _thrust(model, columns)
         thrusting = self._thrusting(thrust, constants)
-        uses_alpha_dot = any("alpha_dot_hat" in term.variables for _, term in (*free, *model.entries))
+        uses_alpha_dot = "alpha_dot_hat" in held_in_terms
         centre = _centre(model, columns)
         forces = self._modelled(model, thrusting) if uses_alpha_dot or centre.is_moved else {}
         if uses_alpha_dot:
             self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces)
+            self._fill_lift(model, held_in_terms)
         known = self._known_forces(thrusting) | self._known_moments(thrust, declared, motion.rates)
         if centre.is_moved:
             for name, moment in _levers(forces, centre).items():
@@ -187,6 +192,15 @@ class CoefficientEquations:
         """What is measured beyond an acceleration, in units of the coefficient."""
         left = self._measured(name) - self._read(name, series[:, None])[:, 0]
         return np.asarray(left * self._in_units[name])
+
+    def _fill_lift(self, model: AerodynamicModel, held_in_terms: Set[str]) -> None:
+        """Lift as the model gives it, where a term holds it: as measured it would hold the gusts that drag answers."""
+        for lift in LIFT:
+            if lift in held_in_terms:
+                self.variables[lift] = np.zeros_like(self._motion.alpha)
+                for entry, value in zip(model.entries, model.values, strict=True):
+                    if entry[0] == lift and value != 0.0:
+                        self.variables[lift] = self.variables[lift] + value * self._series(entry)
 
     def _series(self, entry: Entry) -> Array:
         series = term_series(entry[1], self.variables)

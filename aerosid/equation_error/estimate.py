@@ -16,6 +16,7 @@ from aerosid.equation_error.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.terms import LIFT
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,12 @@ STEPS = 8
 
 HALVINGS = 4
 """Numerical: times that a step is shortened, to 0.4 of itself, before the search ends where it is."""
+
+REPETITIONS = 6
+"""Numerical: times at most that a regression is repeated with the lift that it gave itself."""
+
+SETTLED = 1e-4
+"""Numerical: change of every term's value, as a share of it, below which that ends."""
 
 CLOSE = 0.05
 """Numerical: change of ln L in a step that decides nothing any more."""
@@ -128,9 +135,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     weights : Weights, optional
         What the residuals are like to begin with.
     """
-    design = design_of(frame.segments(point), frame.settings)
-    solution = regress(design, frame.settings, weights)
-    point = _with_terms(point, design, solution.values)
+    point, design, solution = _regressed(frame, point, weights)
     free = [(i, k) for i, active in enumerate(point.effects) for k in range(len(active.values))]
     if not free:
         return Estimate(frame, point, design, solution)
@@ -154,6 +159,27 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     # The likelihood of the point itself, not of the linear step beyond it.
     full = replace(full, log_likelihood=solution.log_likelihood, residuals=solution.residuals)
     return Estimate(frame, point, wide, full)
+
+
+def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
+    """The regression of the terms, repeated where columns are made of the terms' values: lift in a drag polar.
+
+    Lift's own numbers come from lift and hardly from drag, so that a few rounds are enough.
+    """
+    design = design_of(frame.segments(point), frame.settings)
+    solution = regress(design, frame.settings, weights)
+    moved = _with_terms(point, design, solution.values)
+    if not any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries)):
+        return moved, design, solution
+    for _ in range(REPETITIONS):
+        before = moved.model.values
+        design = design_of(frame.segments(moved), frame.settings)
+        solution = regress(design, frame.settings, solution.weights)
+        moved = _with_terms(moved, design, solution.values)
+        change = np.abs(moved.model.values - before)
+        if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
+            break
+    return moved, design, solution
 
 
 def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:

@@ -16,7 +16,7 @@ from aerosid.flight_model.layout import Layout, input_places, state_places
 
 
 class Motion(NamedTuple):
-    """Velocity [m/s] and rates [rad/s] in body axes, sine and cosine of bank and pitch."""
+    """Velocity [m/s] and rates [rad/s] in body axes, bank and pitch [rad] with sine and cosine."""
 
     u: float
     v: float
@@ -25,6 +25,7 @@ class Motion(NamedTuple):
     q: float
     r: float
     phi: float
+    theta: float
     sin_phi: float
     cos_phi: float
     sin_theta: float
@@ -107,7 +108,7 @@ def air_at(x: NDArray[np.float64], u: NDArray[np.float64], layout: Layout) -> tu
     if phi != 0.0:
         sin_phi, cos_phi = np.sin(phi), np.cos(phi)
     theta = x[at.theta] if len(there.theta) > 0 else u[column.theta]
-    motion = Motion(forward, aside, down, p, q, r, phi, sin_phi, cos_phi, np.sin(theta), np.cos(theta))
+    motion = Motion(forward, aside, down, p, q, r, phi, theta, sin_phi, cos_phi, np.sin(theta), np.cos(theta))
     return motion, Air(speed, plane, alpha, beta, sin_alpha, cos_alpha, cos_beta, tan_beta)
 
 

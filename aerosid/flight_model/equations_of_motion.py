@@ -184,7 +184,8 @@ def _slopes_by_state(
         turned = Forces(along, 0.0, down, 0.0, 0.0, 0.0)
         accelerate(turned, centre, reference.mass, inertia, layout, work.column, 0)
     for i in range(at.moving):
-        by_speed, by_alpha, by_beta, by_p, by_q, by_r, by_phi, aerodynamic = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        by_speed, by_alpha, by_beta, by_p, by_q, by_r, by_phi, by_theta = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        aerodynamic = 0.0
         for k in range(loads.total):
             share = reach[i, k]
             if len(there.u) > 0:
@@ -201,6 +202,8 @@ def _slopes_by_state(
                 by_r += share * by_air[5, k]
             if len(there.phi) > 0:
                 by_phi += share * by_air[6, k]
+            if len(there.theta) > 0:
+                by_theta += share * by_air[7, k]
         for k in range(at.total):
             f_x[i, k] = work.inertial_x[i, k]
         if len(there.u) > 0:
@@ -223,6 +226,8 @@ def _slopes_by_state(
             f_x[i, at.r] += by_r
         if len(there.phi) > 0:
             f_x[i, at.phi] += by_phi
+        if len(there.theta) > 0:
+            f_x[i, at.theta] += by_theta
 
 
 @njit_inline
@@ -336,9 +341,15 @@ def _add_column(place: int, constants: Constants, work: Workspace) -> None:
 
 @njit_inline
 def _slopes_by_term(table: TermTable, constants: Constants, work: Workspace) -> None:
-    """Write `work.rates_p`: each term's value through `reach`."""
-    moving = state_places(constants.layout).moving
+    """Write `work.rates_p`: each term's value through `reach`, of a term of lift also through what lift moves."""
+    moving, count = state_places(constants.layout).moving, load_places(constants.layout).total
     for t in range(table.coefficient.shape[0]):
         k, value = table.coefficient[t], work.values[table.value[t]]
         for i in range(moving):
             work.rates_p[i, t] = work.reach[i, k] * value
+        if k == table.lift_row:
+            for row in range(count):
+                moved = work.slopes[table.lift_slot, row] * value
+                if moved != 0.0:
+                    for i in range(moving):
+                        work.rates_p[i, t] += work.reach[i, row] * moved

@@ -13,13 +13,13 @@ from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.layout import Layout, input_places, load_places, state_places
 from aerosid.flight_model.terms import VARIABLE_COUNT, VARIABLES, TermTable, fill_values, pass_slopes
 
-ALPHA, Q_HAT, V_HAT, ALPHA_DOT_HAT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R = range(VARIABLE_COUNT)
+ALPHA, Q_HAT, V_HAT, ALPHA_DOT_HAT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R, THETA, C_L, C_Z = range(VARIABLE_COUNT)
 """Slots of `VARIABLES`."""
 
 THRUST = VARIABLE_COUNT + 1
 """Slot of the thrust input among the values."""
 
-if VARIABLES.index("r") != R:
+if VARIABLES.index("r") != R or VARIABLES.index("C_Z") != C_Z:
     raise ImportError("the slots of the variables are not those of aerosid.flight_model.terms.VARIABLES")
 
 
@@ -117,6 +117,8 @@ def fill_variables(
         values[P] = motion.p
     if len(there.r) > 0:
         values[R] = motion.r
+    if len(there.theta) > 0:
+        values[THETA] = motion.theta
     for j in range(u.shape[0]):
         values[VARIABLE_COUNT + j] = u[j]
     values[THRUST] = reference.thrust
@@ -138,7 +140,14 @@ def sum_terms(
     while acting > 0 and parameters[acting - 1] == 0.0:
         acting -= 1  # candidates: only their derivative is wanted
     products = table.reach[acting - 1] if acting > 0 else 0
-    fill_values(table, table.left.shape[0] if differentiate else products, values)
+    wanted = table.left.shape[0] if differentiate else products
+    fill_values(table, wanted, values)
+    if table.lift_row >= 0:  # a polar: lift first, from terms that do not hold it
+        values[table.lift_slot] = 0.0
+        for t in range(acting):
+            if table.coefficient[t] == table.lift_row and parameters[t] != 0.0:
+                values[table.lift_slot] += parameters[t] * values[table.value[t]]
+        fill_values(table, wanted, values)
     for row in range(count):
         coefficients[row] = 0.0
     for t in range(acting):
@@ -151,6 +160,12 @@ def sum_terms(
         for t in range(acting):
             slopes[table.value[t], table.coefficient[t]] += parameters[t]
         pass_slopes(table, products, values, slopes)
+        if table.lift_row >= 0:  # through lift, which does not depend on itself
+            for slot in range(values.shape[0] - table.left.shape[0] - table.shaped_variable.shape[0] - 1):
+                by_lift = slopes[slot, table.lift_row]
+                if by_lift != 0.0:
+                    for row in range(count):
+                        slopes[slot, row] += slopes[table.lift_slot, row] * by_lift
 
 
 @njit_inline
@@ -186,7 +201,7 @@ def fold_slopes(
     slopes: NDArray[np.float64],
     by_air: NDArray[np.float64],
 ) -> None:
-    """Write how the coefficients move with airspeed, alpha, beta, p, q, r, phi, the rows of `by_air` (7, K).
+    """Write how the coefficients move with airspeed, alpha, beta, p, q, r, phi, theta, the rows of `by_air` (8, K).
 
     Only those rows are written that a state of the case moves; airspeed is followed through V_hat, C_T, mach and the
     nondimensional rates.
@@ -219,6 +234,8 @@ def fold_slopes(
             by_air[5, k] = slopes[R_HAT, k] * reference.half_span + slopes[R, k]
         if len(there.phi) > 0:
             by_air[6, k] = slopes[PHI, k]
+        if len(there.theta) > 0:
+            by_air[7, k] = slopes[THETA, k]
 
 
 @njit_inline

@@ -35,16 +35,22 @@ VARIABLES = (
     "phi",
     "p",
     "r",
+    "theta",
+    "C_L",
+    "C_Z",
 )
 """Slots of the kernel's array of variables that the flight model computes; the input columns follow them.
 
 Where a case measures one of them it is an input column, and terms take it from there.
 """
 
+LIFT = ("C_L", "C_Z")
+"""Variables that are a coefficient themselves, the sum of its own terms: a drag polar is C_D `C_L^2`."""
+
 VARIABLE_COUNT = len(VARIABLES)
 
 SHAPES: tuple[Shape, ...] = ("plain", "abs", "pos")
-_PRINTED_FIRST = ("alpha", "q_hat", "delta_e", "V_hat", "alpha_dot_hat", "C_T", "mach", "beta", "delta_f")
+_PRINTED_FIRST = ("alpha", "q_hat", "delta_e", "V_hat", "alpha_dot_hat", "C_T", "mach", "beta", "delta_f", "C_L", "C_Z")
 _LONGEST_TEXT = 200
 _HIGHEST_POWER = 9
 _TOKEN = re.compile(
@@ -55,7 +61,7 @@ _TOKEN = re.compile(
 
 # Channels that the flight model answers with, or that say nothing about forces: driving a simulation with them would
 # feed the measurement back into what it is compared with.
-_DRIVING = {"rho", "thrust", "mass", "phi", "p", "r", "beta", "alpha", "mach"}
+_DRIVING = {"rho", "thrust", "mass", "phi", "theta", "p", "r", "beta", "alpha", "mach"}
 _ANSWERS = frozenset(name for name in CHANNELS if name not in _DRIVING and not name.startswith("delta_"))
 _INSTEAD = {
     "V": "write V_hat, which is V/U0 - 1",

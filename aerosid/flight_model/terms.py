@@ -15,19 +15,22 @@ from numpy.typing import NDArray
 from aerosid.compiled import njit_inline
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import LONGITUDINAL, Axes, input_columns_of, loads_of
-from aerosid.flight_model.term_grammar import SHAPES, VARIABLE_COUNT, VARIABLES, Factor, Term, parse_term
+from aerosid.flight_model.term_grammar import LIFT, SHAPES, VARIABLE_COUNT, VARIABLES, Factor, Term, parse_term
 
 __all__ = [
     "COEFFICIENTS",
     "INPUT_COLUMNS",
+    "LIFT",
     "VARIABLES",
     "VARIABLE_COUNT",
     "Factor",
     "Term",
     "TermTable",
     "build_table",
+    "check_lift",
     "fill_values",
     "input_columns",
+    "lift_first",
     "parse_term",
     "pass_slopes",
     "value_count",
@@ -70,6 +73,8 @@ class TermTable(NamedTuple):
         Slots of what is multiplied.
     uses_alpha_dot : int
         1 where a term depends on alpha_dot_hat, which makes the equations implicit; else 0.
+    lift_row, lift_slot : int
+        Where a term holds C_L or C_Z: that coefficient's row, and its slot among the variables; else -1 and 0.
     """
 
     coefficient: NDArray[np.int64]
@@ -86,6 +91,8 @@ class TermTable(NamedTuple):
     left: NDArray[np.int64]
     right: NDArray[np.int64]
     uses_alpha_dot: int
+    lift_row: int
+    lift_slot: int
 
 
 def input_columns(terms: Iterable[Term], axes: Axes = LONGITUDINAL) -> tuple[str, ...]:
@@ -116,7 +123,8 @@ def build_table(
     Raises
     ------
     AircraftError
-        Where a coefficient is unknown or a term names a channel that no column holds.
+        Where a coefficient is unknown, a term names a channel that no column holds, or a coefficient depends on one
+        that is not there or on itself.
     """
     slots = {name: slot for slot, name in enumerate((*VARIABLES, *input_columns))}
     first = [0]
@@ -129,8 +137,10 @@ def build_table(
                 f"term '{term}' of {coefficient} needs the channel {name}, which the log does not hold; "
                 "map that channel or remove the term"
             )
+        check_lift(coefficient, term, coefficients)
         factors.extend(term.factors)
         first.append(len(factors))
+    lift = _lift_held(factors)
     variable = [slots[factor.variable] for factor in factors]
     shape = [SHAPES.index(factor.shape) for factor in factors]
     shaped = dict.fromkeys((v, k, f.offset) for v, k, f in zip(variable, shape, factors, strict=True) if k)
@@ -169,7 +179,45 @@ def build_table(
         left=_whole(pair[0] for pair in products),
         right=_whole(pair[1] for pair in products),
         uses_alpha_dot=int(slots["alpha_dot_hat"] in variable),
+        lift_row=coefficients.index(lift) if lift else -1,
+        lift_slot=slots[lift] if lift else 0,
     )
+
+
+def _lift_held(factors: Iterable[Factor]) -> str:
+    """The lift coefficient that factors name; empty where none does."""
+    lifts = sorted({factor.variable for factor in factors} & set(LIFT))
+    if len(lifts) > 1:
+        raise AircraftError(
+            "terms hold both C_L and C_Z; lift stands in them as the aircraft file has it, C_L or C_Z; write all in one"
+        )
+    return lifts[0] if lifts else ""
+
+
+def lift_first(coefficients: Iterable[str]) -> tuple[str, ...]:
+    """The coefficients, lift before the others, whose terms may hold it."""
+    return tuple(sorted(coefficients, key=lambda name: name not in LIFT))
+
+
+def check_lift(coefficient: str, term: Term, coefficients: Sequence[str]) -> None:
+    """Refuse a coefficient in a term of its own, or one that the model does not have.
+
+    Raises
+    ------
+    AircraftError
+        With what may stand there.
+    """
+    for name in sorted(term.variables & set(LIFT)):
+        if name not in coefficients:
+            raise AircraftError(
+                f"term '{term}' of {coefficient} holds {name}, which this model does not have; its coefficients are "
+                f"{', '.join(coefficients)}"
+            )
+        if name == coefficient or coefficient in LIFT:
+            raise AircraftError(
+                f"term '{term}' of {coefficient} holds {name}: it may stand in terms of the other coefficients, as in "
+                'C_D "C_L^2" or C_X "C_Z^2"; write it in alpha'
+            )
 
 
 def _whole(numbers: Iterable[int]) -> NDArray[np.int64]:

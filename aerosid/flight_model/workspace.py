@@ -19,7 +19,7 @@ from aerosid.flight_model.layout import (
 )
 from aerosid.flight_model.terms import TermTable, value_count
 
-AIR_DIRECTIONS = ("V", "alpha", "beta", "p", "q", "r", "phi")
+AIR_DIRECTIONS = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
 """What the coefficients are differentiated by before the states: rows of `Workspace.by_air`."""
 
 
@@ -29,7 +29,7 @@ class Workspace(NamedTuple):
     Shapes, with n states, m outputs and K coefficients of the case, E extra inputs (those past the leading columns)
     and T terms: `rates` (n), `rates_x` (n, n), `rates_u` (n, E), `rates_p` (n, T), `outputs` (m), `outputs_x` (m, n),
     `outputs_u` (m, E), `outputs_p` (m, T). `values` as `TermTable` orders them, the variables first; `coefficients`
-    (K); `slopes` (values, K) of the coefficients with respect to the variables, `by_air` (7, K) with respect to
+    (K); `slopes` (values, K) of the coefficients with respect to the variables, `by_air` (8, K) with respect to
     `AIR_DIRECTIONS`; `reach` (n, K) the rates that a unit of each coefficient makes; `inertial_x` (n, n) the part of
     `rates_x` that no force or moment makes; `column` (n, 3) and `implicit` (n) room to work.
     """

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import COEFFICIENTS, Axes, input_columns_of
-from aerosid.flight_model.terms import Term
+from aerosid.flight_model.terms import LIFT, Term, lift_first
 
 FloatArray = NDArray[np.float64]
 
@@ -226,8 +226,11 @@ def _coefficients(
 ) -> dict[str, FloatArray | float]:
     """The coefficients (K,) of body axes, lift and drag turned into them; zero where they are not modelled."""
     total: dict[str, FloatArray | float] = dict.fromkeys(COEFFICIENTS, 0.0)
-    for (coefficient, term), value in zip(model.entries, values, strict=True):
-        total[coefficient] = total[coefficient] + value * _term(term, variables)
+    for wanted in lift_first(total):
+        known = {**variables, **{name: total[name] for name in LIFT}}
+        for (coefficient, term), value in zip(model.entries, values, strict=True):
+            if coefficient == wanted:
+                total[coefficient] = total[coefficient] + value * _term(term, known)
     sin, cos = np.sin(alpha), np.cos(alpha)
     total["C_X"] = total["C_X"] + total["C_L"] * sin - total["C_D"] * cos
     total["C_Z"] = total["C_Z"] - total["C_L"] * cos - total["C_D"] * sin

@@ -38,15 +38,25 @@ PITCHING = {
     ("C_X", "1"): -0.05, ("C_X", "alpha^2"): 3.6, ("C_Z", "alpha"): -5.7, ("C_Z", "q_hat"): -4.3,
     ("C_Z", "V_hat*delta_e"): -0.6, ("C_m", "alpha"): -0.7, ("C_m", "q_hat"): -16.3, ("C_m", "delta_e"): -1.9,
     ("C_m", "C_T"): 0.02, ("C_X", "mach^2"): -0.3, ("C_L", "alpha"): 0.4, ("C_D", "alpha^2*V_hat"): 0.7,
+    ("C_m", "theta"): 0.03, ("C_Z", "theta*alpha"): -0.4,
 }  # fmt: skip
 LATERAL_TERMS = {
     ("C_Y", "beta"): -0.9, ("C_Y", "r_hat"): 0.6, ("C_Y", "delta_r"): 0.36, ("C_l", "beta"): -0.13,
     ("C_l", "p_hat"): -0.55, ("C_l", "r_hat*alpha"): 1.9, ("C_l", "delta_a"): -0.23, ("C_n", "beta"): 0.08,
     ("C_n", "p_hat"): -0.06, ("C_n", "r_hat"): -0.2, ("C_n", "delta_r"): -0.15, ("C_n", "beta^3"): 0.6,
-    ("C_n", "p*phi"): 0.01,
+    ("C_n", "p*phi"): 0.01, ("C_l", "theta*phi"): 0.02,
 }  # fmt: skip
 CROSSED = {("C_m", "beta^2"): -0.3, ("C_Z", "p_hat*beta"): 0.8, ("C_l", "alpha*delta_e"): 0.2, ("C_n", "C_T*beta"): 0.4}
 APPARENT = {("C_Z", "alpha_dot_hat"): -1.5, ("C_m", "alpha_dot_hat"): -5.0, ("C_L", "alpha*alpha_dot_hat"): 0.7}
+
+POLARS = {
+    "lift and drag": {
+        ("C_D", "C_L^2"): 0.06, ("C_D", "C_L*V_hat"): 0.4, ("C_m", "C_L*alpha"): -0.3, ("C_L", "delta_e"): 0.4,
+        ("C_L", "V_hat*q_hat"): 3.0,
+    },
+    "body axes": {("C_X", "C_Z^2"): -0.05, ("C_m", "C_Z*V_hat"): 0.2, ("C_X", "C_Z*delta_e"): 0.1},
+}  # fmt: skip
+"""Terms that hold lift."""
 
 
 def terms_of(axes: Axes, implicit: bool = False) -> dict[tuple[str, str], float]:
@@ -141,6 +151,20 @@ def test_values_and_slopes_are_those_of_the_rigid_body(axes: Axes, implicit: boo
         agree(np.vstack([work.rates_p, work.outputs_p]), by_term, 1e-11)
         extra = case.columns[case.leading :]
         places = [place for place, name in enumerate(extra) if "gust" not in name or name in gusts]
+        agree(np.vstack([work.rates_u, work.outputs_u])[:, places], by_input[:, places], 1e-11)
+
+
+@pytest.mark.parametrize("polar", POLARS)
+@pytest.mark.parametrize(("axes", "implicit"), [(LONGITUDINAL, False), (LONGITUDINAL, True), (SIX, False), (SIX, True)])
+def test_values_and_slopes_with_a_drag_polar(axes: Axes, implicit: bool, polar: str) -> None:
+    for seed in range(4):
+        case = Case(axes, terms_of(axes, implicit) | POLARS[polar], seed, rate_airspeed=None)
+        work = case.kernel()
+        by_state, by_input, by_term = case.jacobians()
+        agree(np.concatenate([work.rates, work.outputs]), np.real(case.oracle()), 1e-12)
+        agree(np.vstack([work.rates_x, work.outputs_x]), by_state, 1e-11)
+        agree(np.vstack([work.rates_p, work.outputs_p]), by_term, 1e-11)
+        places = [n for n, name in enumerate(case.columns[case.leading :]) if "gust" not in name]
         agree(np.vstack([work.rates_u, work.outputs_u])[:, places], by_input[:, places], 1e-11)
 
 

@@ -196,7 +196,7 @@ def test_table_refuses_what_no_column_holds() -> None:
         "V*alpha",
         "q",
         "u",
-        "theta",
+        "psi",
         "h",
         "q_bar",
         "a_z^2",

@@ -54,6 +54,11 @@ def state_rates(x: Sequence[float], inputs: Mapping[str, float], terms: Terms, f
     raise AssertionError("the fixed point of alpha_dot_hat was not reached")
 
 
+def lift_first(terms: Terms) -> list[tuple[tuple[str, str], float]]:
+    """The terms, those of lift before all that may hold it."""
+    return sorted(terms.items(), key=lambda item: item[0][0] not in ("C_L", "C_Z"))
+
+
 def _rates_at(
     x: Sequence[float], inputs: Mapping[str, float], terms: Terms, frame: Airframe, alpha_dot_hat: float
 ) -> tuple[Array, float]:
@@ -74,8 +79,8 @@ def _rates_at(
         "mach": speed / given["speed_of_sound"],
     }
     total = dict.fromkeys(("C_X", "C_Z", "C_m", "C_L", "C_D"), 0.0)
-    for (coefficient, text), value in terms.items():
-        total[coefficient] += value * term_by_tree(text, variables)
+    for (coefficient, text), value in lift_first(terms):
+        total[coefficient] += value * term_by_tree(text, variables | {"C_L": total["C_L"], "C_Z": total["C_Z"]})
     lift, drag = total["C_L"], total["C_D"]
     c_x = total["C_X"] + lift * math.sin(alpha) - drag * math.cos(alpha)
     c_z = total["C_Z"] - lift * math.cos(alpha) - drag * math.sin(alpha)

@@ -73,6 +73,11 @@ class Answer:
     outputs: dict[str, complex]
 
 
+def lift_first(terms: Terms) -> list[tuple[tuple[str, str], complex]]:
+    """The terms, those of lift before all that may hold it."""
+    return sorted(terms.items(), key=lambda item: item[0][0] not in ("C_L", "C_Z"))
+
+
 def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: Terms, body: Body) -> Answer:
     """The equations of motion and the sensors; inputs are channels, `gust`, `side_gust`, `thrust_change`, `cg_x` ..."""
     z = motion(states, x, inputs)
@@ -100,8 +105,8 @@ def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: 
     gravity = rotation(z).T @ np.array([0.0, 0.0, GRAVITY])
     for _ in range(60):
         c = dict.fromkeys(("C_X", "C_Y", "C_Z", "C_l", "C_m", "C_n", "C_L", "C_D"), 0.0)
-        for (coefficient, text), value in terms.items():
-            c[coefficient] += value * term_by_tree(text, variables)
+        for (coefficient, text), value in lift_first(terms):
+            c[coefficient] += value * term_by_tree(text, variables | {"C_L": c["C_L"], "C_Z": c["C_Z"]})
         turn = np.array([[np.sin(alpha), -np.cos(alpha)], [-np.cos(alpha), -np.sin(alpha)]])
         wind_x, wind_z = turn @ np.array([c["C_L"], c["C_D"]])
         total = force * np.array([c["C_X"] + wind_x, c["C_Y"], c["C_Z"] + wind_z])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from oracles.daveml import DAVEML, check_structure, evaluate, failed_checks
 from oracles.terms import term_by_tree
-from problems import LIFT_AND_DRAG, LIGHT, declaring
+from problems import BODY_POLAR, LIFT_AND_DRAG, LIGHT, POLAR, declaring
 
 from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
 from aerosid.aircraft.reading import aircraft_from_text
@@ -46,6 +46,8 @@ AIRCRAFT = {
     "rich": RICH,
     "no U0": replace(RICH, airspeed=None),
     "lift and drag": LIFT_AND_DRAG,
+    "polar": POLAR,
+    "polar in body axes": BODY_POLAR,
     "empty coefficient": replace(LIGHT, derivatives=tuple(d for d in LIGHT.derivatives if d.coefficient != "C_X")),
 }
 OPTIONS = ExportOptions(date="2024-02-29")
@@ -74,8 +76,8 @@ def oracle_coefficients(aircraft: Aircraft, given: dict[str, float], reference: 
         "C_T": given["thrust"] / (pressure * aircraft.wing_area),
     }
     sums = dict.fromkeys(aircraft.coefficients, 0.0)
-    for entry in aircraft.derivatives:
-        sums[entry.coefficient] += entry.value * term_by_tree(str(entry.term), variables)
+    for entry in sorted(aircraft.derivatives, key=lambda entry: entry.coefficient not in ("C_L", "C_Z")):
+        sums[entry.coefficient] += entry.value * term_by_tree(str(entry.term), variables | sums)
     return sums
 
 
@@ -91,7 +93,7 @@ def test_daveml_has_the_published_structure_and_passes_its_own_check_cases(name:
 def test_daveml_computes_the_terms_that_the_file_declares(name: str) -> None:
     aircraft, generator = AIRCRAFT[name], np.random.default_rng(3)
     root = daveml(aircraft)
-    names = ("alpha", "q", "alpha_dot", "delta_e", "mach", "ice")
+    names = ("alpha", "q", "alpha_dot", "theta", "delta_e", "mach", "ice")
     for _ in range(20):
         given = dict(zip(names, generator.uniform(-0.2, 0.2, len(names)).tolist(), strict=True))
         given |= {"V": 60.0 + 80.0 * generator.random(), "rho": 0.5 + generator.random(), "thrust": 4000.0}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from oracles.terms import term_by_tree
-from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, declaring
+from problems import BODY_POLAR, BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, POLAR, POLAR_EXPANDED, declaring
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
@@ -53,7 +53,11 @@ def in_jsbsim() -> None:
     pytest.importorskip("jsbsim", reason="only JSBSim can say what it makes of the XML")
 
 
-@pytest.mark.parametrize("aircraft", [RICH, LIFT_AND_DRAG, replace(RICH, airspeed=None)], ids=["rich", "C_L", "no U0"])
+@pytest.mark.parametrize(
+    "aircraft",
+    [RICH, LIFT_AND_DRAG, replace(RICH, airspeed=None), POLAR, BODY_POLAR],
+    ids=["rich", "C_L", "no U0", "polar", "polar in body axes"],
+)
 def test_jsbsim_computes_the_terms_that_the_file_declares(aircraft: Aircraft) -> None:
     in_jsbsim()
     from jsbsim_cases import exported, freeze
@@ -67,6 +71,7 @@ def test_jsbsim_computes_the_terms_that_the_file_declares(aircraft: Aircraft) ->
         rate = aircraft.mean_chord / 2.0 / (aircraft.airspeed or speed)
         variables = further | {
             "alpha": alpha,
+            "theta": seen["theta"],
             "q_hat": state["q"] * rate,
             "alpha_dot_hat": seen["alpha_dot"] * rate,
             "delta_e": state["delta_e"],
@@ -76,8 +81,8 @@ def test_jsbsim_computes_the_terms_that_the_file_declares(aircraft: Aircraft) ->
             "C_T": state["thrust"] / (0.5 * 0.9077 * speed**2 * aircraft.wing_area),
         }
         total = dict.fromkeys(("C_X", "C_Z", "C_m", "C_L", "C_D"), 0.0)
-        for entry in aircraft.derivatives:
-            total[entry.coefficient] += entry.value * term_by_tree(str(entry.term), variables)
+        for entry in sorted(aircraft.derivatives, key=lambda entry: entry.coefficient not in ("C_L", "C_Z")):
+            total[entry.coefficient] += entry.value * term_by_tree(str(entry.term), variables | total)
         expected = [
             total["C_X"] + total["C_L"] * math.sin(alpha) - total["C_D"] * math.cos(alpha),
             total["C_Z"] - total["C_L"] * math.cos(alpha) - total["C_D"] * math.sin(alpha),
@@ -100,6 +105,19 @@ def test_exported_equations_fly_as_those_written_by_hand(moved: tuple[float, flo
         spread = np.ptp(by_hand[channel])
         assert spread > 0.0
         assert np.abs(ours[channel] - by_hand[channel]).max() < 1e-9 * spread, channel
+
+
+def test_an_exported_polar_flies_as_the_same_drag_written_in_alpha() -> None:
+    in_jsbsim()
+    from jsbsim_cases import exported, fly
+
+    time = 0.002 * np.arange(3001)
+    deviation = 0.06 * ((time > 1.0) & (time <= 2.0)) - 0.06 * ((time > 2.0) & (time <= 3.0))
+    polar, expanded = (fly(exported(aircraft), deviation) for aircraft in (POLAR, POLAR_EXPANDED))
+    for channel in ("u", "w", "q", "theta", "force_x", "force_z"):
+        spread = np.ptp(expanded[channel])
+        assert spread > 0.0
+        assert np.abs(polar[channel] - expanded[channel]).max() < 1e-9 * spread, channel
 
 
 def test_outside_the_tested_range_alpha_is_held_but_the_axes_turn() -> None:

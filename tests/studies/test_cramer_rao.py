@@ -54,9 +54,9 @@ def test_many_flights_at_once_are_the_solutions_of_the_equations() -> None:
     """Lift and drag, alpha_dot_hat, lateral motion, sensors off the centre of gravity: against scipy's integrator."""
     rng = np.random.default_rng(3)
     model, manoeuvre, start = true_flight(14, 0.1)
-    model = model.extended([entry(*pair) for pair in (("C_L", "alpha"), ("C_D", "alpha^2"), ("C_m", "alpha_dot_hat"))])
+    model = model.extended([entry(*pair) for pair in (("C_L", "alpha"), ("C_D", "C_L^2"), ("C_m", "alpha_dot_hat"))])
     values = np.stack([model.values, model.values * 1.02], axis=1)
-    values[-3:] = [[0.3, 0.25], [0.4, 0.5], [-6.0, -5.0]]
+    values[-3:] = [[0.3, 0.25], [2.4, 2.5], [-6.0, -5.0]]
     flight = manoeuvre.flight
     inputs = flight.inputs.copy()
     inputs[:, 4:8] = 0.05 * rng.standard_normal((flight.time.size, 4))

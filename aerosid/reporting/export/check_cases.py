@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from aerosid.aircraft import Aircraft
-from aerosid.flight_model.terms import Factor
+from aerosid.flight_model.terms import LIFT, Factor
 
 _NOMINAL = {"alpha": 0.05, "V": 70.0, "rho": 1.0, "thrust": 2000.0, "mass": 2000.0, "mach": 0.3}
 _MOVED = {"alpha": 0.11, "V": 84.0, "rho": 0.8, "thrust": 5000.0, "mass": 1800.0, "mach": 0.42}
@@ -89,9 +89,10 @@ def coefficients(
     if alpha_range is not None and "alpha" in variables:
         variables["alpha"] = min(max(variables["alpha"], alpha_range[0]), alpha_range[1])
     sums = dict.fromkeys(aircraft.coefficients, 0.0)
-    for entry in aircraft.derivatives:
+    for entry in sorted(aircraft.derivatives, key=lambda entry: entry.coefficient not in LIFT):
+        known = {**variables, **{name: sums[name] for name in LIFT if name in sums}}
         sums[entry.coefficient] += entry.value * math.prod(
-            _power(factor, variables[factor.variable]) for factor in entry.term.factors
+            _power(factor, known[factor.variable]) for factor in entry.term.factors
         )
     if "C_L" in sums:
         sine, cosine = math.sin(inputs["alpha"]), math.cos(inputs["alpha"])

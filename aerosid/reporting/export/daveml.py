@@ -20,6 +20,7 @@ from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError, UsageError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX
+from aerosid.flight_model.terms import LIFT, lift_first
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.export.check_cases import CheckCase, check_cases
 from aerosid.reporting.export.mathml import apply, identifier, maths, number, term_maths
@@ -130,7 +131,7 @@ def _check(aircraft: Aircraft, options: ExportOptions) -> None:
             f"--alpha-range runs from {math.degrees(low):g} to {math.degrees(high):g} deg; give the lower end first."
         )
     names = {name for entry in aircraft.derivatives for name in entry.term.variables}
-    if clash := sorted(names & _RESERVED):
+    if clash := sorted(names & _RESERVED - set(LIFT)):
         raise AircraftError(
             f"{aircraft.path}: a term names the channel {clash[0]}, which is another quantity in the exported file; "
             "rename the channel."
@@ -198,7 +199,7 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
         definitions.append(tested)
     names = _derivative_names(aircraft)
     definitions += [_derivative(aircraft, place, name) for place, name in enumerate(names)]
-    for coefficient in aircraft.coefficients:
+    for coefficient in lift_first(aircraft.coefficients):
         addends = [
             term_maths(names[place], entry.term, {"alpha": "alpha_tested"} if limited else {})
             for place, entry in enumerate(aircraft.derivatives)
@@ -213,7 +214,7 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
 def required_inputs(aircraft: Aircraft) -> tuple[str, ...]:
     """The channels that the model takes, in glossary order, others after them."""
     used = {name for entry in aircraft.derivatives for name in entry.term.variables}
-    wanted = {name for name in used if name not in (*_RATES, "V_hat", "C_T")}
+    wanted = {name for name in used if name not in (*_RATES, "V_hat", "C_T", *LIFT)}
     if "C_L" in aircraft.coefficients:
         wanted.add("alpha")
     wanted |= {rate for name, (rate, _) in _RATES.items() if name in used}

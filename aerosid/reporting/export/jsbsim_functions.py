@@ -22,6 +22,7 @@ CHANNEL_PROPERTIES: Mapping[str, tuple[str, float]] = MappingProxyType(
         "p": ("velocities/p-aero-rad_sec", 1.0),
         "r": ("velocities/r-aero-rad_sec", 1.0),
         "phi": ("attitude/phi-rad", 1.0),
+        "theta": ("attitude/theta-rad", 1.0),
         "rho": ("atmosphere/rho-slugs_ft3", SLUG / FOOT**3),
         "thrust": ("forces/fbx-prop-lbs", POUND_FORCE),
         "mass": ("inertia/mass-slugs", SLUG),

@@ -16,6 +16,7 @@ from typing import Any, cast
 from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import AircraftError
+from aerosid.flight_model.terms import LIFT, lift_first
 from aerosid.reporting.export.jsbsim_functions import (
     References,
     call,
@@ -110,9 +111,9 @@ def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSe
     for effect in aircraft.effects:
         if of_the_recording(effect):
             section.append(_comment(f"{effect.kind} {effect.where} belongs to a recording and is left out"))
-    for name in sorted({name for entry in aircraft.derivatives for name in entry.term.variables}):
+    for name in sorted({name for entry in aircraft.derivatives for name in entry.term.variables} - set(LIFT)):
         section.append(function(_PREFIX + name, _variable(aircraft, settings, name)))
-    section.extend(_coefficient(aircraft, coefficient) for coefficient in aircraft.coefficients)
+    section.extend(_coefficient(aircraft, coefficient) for coefficient in lift_first(aircraft.coefficients))
     if "C_L" in aircraft.coefficients:
         section.extend(_from_lift_and_drag())
     _append_axes(section, aircraft, settings)

@@ -6,14 +6,15 @@ import math
 from collections.abc import Mapping
 
 from aerosid.aircraft import Aircraft
-from aerosid.flight_model.terms import Factor, Term
+from aerosid.flight_model.terms import LIFT, Factor, Term
 
 
 def coefficients_at(aircraft: Aircraft, point: Mapping[str, float]) -> dict[str, float]:
     """C_X, C_Z and C_m where the variables of terms have the values of `point`; those not named are zero."""
     total = dict.fromkeys(("C_X", "C_Z", "C_m", "C_L", "C_D"), 0.0)
-    for entry in aircraft.derivatives:
-        total[entry.coefficient] += entry.value * term_at(entry.term, point)
+    for entry in sorted(aircraft.derivatives, key=lambda entry: entry.coefficient not in LIFT):
+        known = {**point, **{name: total[name] for name in LIFT}}
+        total[entry.coefficient] += entry.value * term_at(entry.term, known)
     alpha = point.get("alpha", 0.0)
     lift, drag = total["C_L"], total["C_D"]
     return {
