@@ -9,6 +9,7 @@ from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.alternatives import replaced
+from aerosid.equation_error.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.candidates import joined
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.evidence import left_out, weakest
@@ -23,7 +24,7 @@ from aerosid.equation_error.selection import (
     without,
 )
 from aerosid.equation_error.starts import may_separate, of_controls, sudden_hypotheses
-from aerosid.equation_error.votes import beside_gusts, refused, shares_of, unconfirmed
+from aerosid.equation_error.votes import Predicted, beside_gusts, refused, shares_of, unconfirmed
 
 Labels = tuple[tuple[str, str, str], ...]
 """Names of hypotheses."""
@@ -146,22 +147,33 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
 
 
 def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estimate) -> Chosen | None:
-    """The chosen one of least gain with which an unseen coefficient is predicted worse than without it."""
+    """The chosen one of least gain with which an unseen coefficient, or an unseen block, is predicted worse."""
     if not selected.chosen:
         return None
-    settings, whole = completed.frame.settings, selected.estimate.frame
-    after = beside_gusts(whole, completed)
+    settings = completed.frame.settings
+    predicted, doubt = _jury(selected, completed)
+    after = predicted(completed)
     for each in sorted(selected.chosen, key=lambda each: each.gain):
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        before = beside_gusts(whole, bare)
-        if refused(whole, before, after, settings.doubt, settings.least_rise):
+        before = predicted(bare)
+        if refused(before, after, doubt, settings.least_rise):
             if _comes_again(search, selected, each.hypothesis):
                 continue
             return each
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
-        if any(unconfirmed(whole, before, after, coefficient) for coefficient in sideways):
+        if any(unconfirmed(before, after, coefficient) for coefficient in sideways):
             return each
     return None
+
+
+def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate], Predicted], float]:
+    """What an estimate leaves of unseen recordings, or of blocks of the fitted ones where all are; and the doubt."""
+    settings, whole = completed.frame.settings, selected.estimate.frame
+    if all(recording.fitted for recording in whole.recordings):
+        blocks = blocks_of(completed)
+        doubt = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
+        return lambda found: over_blocks(found, blocks), doubt
+    return lambda found: beside_gusts(whole, found), settings.doubt
 
 
 def _comes_again(search: CoefficientSearch, selected: Selected, hypothesis: Hypothesis) -> bool:

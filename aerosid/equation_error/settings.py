@@ -133,6 +133,14 @@ class EquationErrorSettings:
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.
+    blocks : int
+        Parts at most into which a single recording is cut where no other is left unseen; each is predicted from the
+        rest. Four: each estimate then keeps three quarters of the motion.
+    block_length : float
+        Length, s, that a part has at least: twice the memory of the colour.
+    block_doubt : float
+        As `doubt`, of a part of a single recording. Two: there are up to twelve coefficients of parts, where
+        `doubt` judges three of a recording.
     calm : float
         Share of the sideslip, 1, that its vane may show beyond the inertial path for the air to be calm: an
         output-error estimate then gives the numbers of the structure that the equations decided. Chosen: a tenth.
@@ -198,6 +206,9 @@ class EquationErrorSettings:
     support: float = 2.0
     doubt: float = 1.0
     least_rise: float = 0.002
+    blocks: int = 4
+    block_length: float = 6.0
+    block_doubt: float = 2.0
     calm: float = 0.1
     closed: float = 1.5
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)

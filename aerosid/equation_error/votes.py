@@ -48,7 +48,7 @@ class LeftOver:
 
 
 Predicted = Mapping[tuple[int, str], LeftOver]
-"""By recording and coefficient."""
+"""By recording, or block of one, and coefficient."""
 
 
 def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> Predicted:
@@ -70,13 +70,17 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> Predicted
         rows = design.rows(s)
         target, slopes = design.target[rows], design.columns[rows][:, terms]
         constant = design.columns[rows][:, own]
-        constant = np.column_stack([np.ones(target.size), constant[:, np.any(constant != 0.0, axis=0)]])
-        basis = np.linalg.svd(constant, full_matrices=False)[0][:, : np.linalg.matrix_rank(constant)]
-        left = target - slopes @ found.solution.values[rows_of]
-        left, slopes = left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
+        left, slopes = beside_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
         uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
         result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
     return result
+
+
+def beside_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
+    """A residual (n,) and columns (n, K) beside a constant and what is a recording's `own` (n, C), fitted there."""
+    own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
+    basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
+    return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
 
 
 def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
@@ -99,11 +103,12 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
 
 
 def beside_gusts(frame: Frame, found: Estimate) -> Predicted:
-    """What an estimate's numbers leave, and what gusts do, which is as good as noise, taken off."""
-    return left_over(frame, found, gusts=False)
+    """What an estimate's numbers leave of unseen recordings; what gusts do, which is as good as noise, taken off."""
+    every = left_over(frame, found, gusts=False)
+    return {key: each for key, each in every.items() if not frame.recordings[key[0]].fitted}
 
 
-def refused(frame: Frame, before: Predicted, after: Predicted, doubt: float, least: float) -> bool:
+def refused(before: Predicted, after: Predicted, doubt: float, least: float) -> bool:
     """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
 
     Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
@@ -113,8 +118,6 @@ def refused(frame: Frame, before: Predicted, after: Predicted, doubt: float, lea
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
     for (place, equation), each in after.items():
-        if frame.recordings[place].fitted:
-            continue
         change = each.left**2 - before[place, equation].left ** 2
         rise, power = float(change.mean()), float(np.mean(each.measured**2))
         beyond = rise - each.uncertain
@@ -125,12 +128,10 @@ def refused(frame: Frame, before: Predicted, after: Predicted, doubt: float, lea
     return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
-def unconfirmed(frame: Frame, before: Predicted, after: Predicted, coefficient: str) -> bool:
+def unconfirmed(before: Predicted, after: Predicted, coefficient: str) -> bool:
     """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
     falls = [
-        float(np.mean(before[key].left ** 2 - each.left**2))
-        for key, each in after.items()
-        if key[1] == coefficient and not frame.recordings[key[0]].fitted
+        float(np.mean(before[key].left ** 2 - each.left**2)) for key, each in after.items() if key[1] == coefficient
     ]
     return bool(falls) and max(falls) <= 0.0
 

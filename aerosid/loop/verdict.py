@@ -94,10 +94,14 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     return f"{sentence} {told_of_reduction(errors)}".strip()
 
 
-def told_of_refuted(refuted: Sequence[tuple[str, str, str]]) -> list[str]:
-    """One sentence for each effect (kind, where, term) that the validation flights refuted."""
+def told_of_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
+    """One sentence for each effect (kind, where, term) that the unseen refuted.
+
+    `by_blocks`: parts of the identification flights, each predicted from the rest, in place of validation flights.
+    """
+    unseen = "parts of them from the rest" if by_blocks else "the validation flights"
     return [
-        f"{_begun(*label)} would explain the identification flights better, and predicts the validation flights worse: "
+        f"{_begun(*label)} would explain the identification flights better, and predicts {unseen} worse: "
         "it is not what is missing, and is not named."
         for label in refuted
     ]
@@ -118,7 +122,7 @@ def _place(kind: str, where: str) -> str:
 
 
 def told_of_decisions(found: Attribution) -> tuple[str, ...]:
-    """What the validation flights decided, a few words each; empty where they changed nothing."""
+    """What the unseen flights, or parts, decided, a few words each; empty where they changed nothing."""
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     return (*confirmed, *(f"refuted {named(label)}" for label in found.refuted))
 

@@ -5,7 +5,7 @@ import pytest
 from equations_decided import decided
 from scipy.stats import binom
 
-from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 pytestmark = pytest.mark.slow
 
@@ -39,3 +39,25 @@ def test_few_flights_with_nothing_missing_are_named_and_their_bounds_hold() -> N
     assert named <= binom.ppf(0.999, FLIGHTS, DESIGNED)
     assert np.mean(np.array(off) < 2.0) > 0.90
     assert np.mean(np.array(off) < 3.0) > 0.98
+
+
+def test_few_single_flights_with_nothing_missing_are_named_and_what_is_planted_stays_found() -> None:
+    """With one flight alone its blocks vote on coefficients; kinematics have one witness, and may err in 3 of 100."""
+    named, found, extra = 0, 0, 0
+    planted = Wrong(terms={("C_m", "alpha^2"): -2.5})
+    for n in range(FLIGHTS):
+        generator = np.random.default_rng([SEEDS, 1, n])
+        body = BODIES[n % len(BODIES)]
+        air, interval = float(generator.choice([0.0, 0.3, 0.6, 1.0])), float(generator.choice([0.02, 0.04, 0.1]))
+        seconds = float(generator.uniform(20.0, 40.0))
+        aircraft, seed = aircraft_of(body, 0.08, generator), SEEDS + 20_000 + 2 * n
+        clean = decided(aircraft, [flown("one", body, seed, air=air, interval=interval, seconds=seconds)], [])
+        named += bool(clean.findings)
+        bent = flown("one", body, seed + 1, air=air, interval=interval, seconds=seconds, wrong=planted)
+        labels = {row.hypothesis.label for row in decided(aircraft, [bent], []).findings}
+        found += ("aero_term", "C_m", "alpha^2") in labels
+        extra += len(labels - {("aero_term", "C_m", "alpha^2")})
+    assert named <= binom.ppf(0.999, FLIGHTS, 0.03)
+    # Measured: 51 of 60; airliners in 20 s of gusts do not show it. Without the vote as many.
+    assert found >= 45
+    assert extra <= binom.ppf(0.999, FLIGHTS, 0.03)

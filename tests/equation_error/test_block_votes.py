@@ -1,0 +1,126 @@
+"""The vote of a single recording's own blocks: deletion against regressions made anew, blocks, and what it costs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from equations_decided import decided
+from numpy.testing import assert_allclose
+
+from aerosid.equation_error.block_votes import Block, blocks_of, over_blocks
+from aerosid.equation_error.estimate import Estimate
+from aerosid.equation_error.votes import LeftOver, refused
+from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
+
+SEEDS = 6_000_000
+BENT = Wrong(terms={("C_m", "alpha^2"): -2.5})
+
+
+def estimated(flights: int = 1, seconds: float = 24.0, seed: int = 1, air: float = 0.6) -> Estimate:
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(seed))
+    logs = [flown(f"f{n}", body, SEEDS + 10 * seed + n, air=air, seconds=seconds) for n in range(flights)]
+    return decided(aircraft, logs, []).before
+
+
+def regressed_without(found: Estimate, block: Block) -> np.ndarray:
+    """The numbers from all whitened rows but those made of the block, by ordinary least squares anew."""
+    design, keep = found.design, np.ones(found.design.target.size, dtype=bool)
+    for s, (place, _) in enumerate(design.segments):
+        if place == block.recording:
+            start = design.rows(s).start
+            keep[start + block.first : min(start + block.stop + 4, design.rows(s).stop)] = False
+    slopes = found.solution.slopes
+    y = found.solution.whitened + slopes @ found.solution.values
+    prior = design.precisions > 0.0
+    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior]])
+    return np.linalg.lstsq(rows, np.append(y[keep], np.zeros(prior.sum())), rcond=None)[0]
+
+
+def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
+    found = estimated()
+    design, blocks = found.design, blocks_of(found)
+    assert len(blocks) > 1
+    predicted = over_blocks(found, blocks)
+    assert set(predicted) == {(n, name) for n in range(len(blocks)) for name in ("C_X", "C_Z", "C_m")}
+    for (number, equation), each in predicted.items():
+        block = blocks[number]
+        start = design.rows(design.segments.index((0, equation))).start
+        rows = slice(start + block.first, start + block.stop)
+        left = design.target[rows] - design.columns[rows] @ regressed_without(found, block)
+        free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "gust")]
+        own = np.column_stack([np.ones(left.size), design.columns[rows][:, free]])
+        left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
+        assert_allclose(each.left, left, atol=1e-7 * float(np.std(design.target[rows])) + 1e-12)
+
+
+def test_blocks_are_contiguous_long_enough_and_share_the_motion() -> None:
+    found = estimated(seconds=40.0)
+    settings = found.frame.settings
+    blocks = blocks_of(found)
+    design = found.design
+    interval = found.frame.recordings[0].interval * found.frame.recordings[0].band.step
+    assert [b.first for b in blocks[1:]] == [b.stop for b in blocks[:-1]]
+    assert blocks[0].first == 0
+    assert all((b.stop - b.first) * interval >= settings.block_length for b in blocks)
+    for equation in ("C_Z", "C_m"):
+        values = design.target[design.rows(design.segments.index((0, equation)))]
+        squares = (values - values.mean()) ** 2
+        shares = [squares[b.first : b.stop].sum() / squares.sum() for b in blocks]
+        assert min(shares) > 0.3 / len(blocks)
+
+
+def test_a_record_too_short_for_two_blocks_has_none_and_of_several_records_each_is_one() -> None:
+    found = estimated()
+    short = replace(found.frame.settings, block_length=20.0)
+    assert blocks_of(replace(found, frame=replace(found.frame, settings=short))) == ()
+    assert over_blocks(found, ()) == {}
+    blocks = blocks_of(estimated(flights=3, air=0.0))
+    assert [b.recording for b in blocks] == [0, 1, 2]
+    assert all(b.first == 0 for b in blocks)
+
+
+def left(seed: int, size: float) -> LeftOver:
+    generator = np.random.default_rng(seed)
+    return LeftOver(generator.standard_normal(200), size * generator.standard_normal(200), 0.0)
+
+
+def test_a_block_that_is_predicted_worse_refuses_unless_another_coefficient_gains_more() -> None:
+    same = {(0, "C_Z"): left(1, 0.1), (1, "C_Z"): left(2, 0.1)}
+    worse = same | {(1, "C_Z"): left(3, 0.3)}
+    assert refused(same, worse, 2.0, 0.002)
+    assert not refused(worse, same, 2.0, 0.002)
+    assert not refused(same, same, 2.0, 0.002)
+    gaining = {(1, "C_m"): left(4, 0.9)}, {(1, "C_m"): left(5, 0.1)}
+    assert not refused(same | gaining[0], worse | gaining[1], 2.0, 0.002)
+
+
+def test_what_the_left_out_block_cannot_bear_is_not_named() -> None:
+    """Two flights with moments of opposite sign: the whole is better with the term, neither predicts the other."""
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(1))
+    logs = [
+        flown(f"f{n}", body, SEEDS + n, air=0.0, wrong=Wrong(terms={("C_m", "alpha*delta_e"): size}), seconds=24.0)
+        for n, size in enumerate((12.0, -3.0))
+    ]
+    found = decided(aircraft, logs, [])
+    assert ("C_m", "alpha*delta_e") not in {row.hypothesis.label[1:] for row in found.findings}
+
+
+@pytest.mark.parametrize("n", range(3))
+def test_one_flight_alone_shows_what_is_planted(n: int) -> None:
+    body = BODIES[(0, 2, 4)[n]]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(n))
+    log = flown("one", body, SEEDS + 100 + n, air=0.3, wrong=BENT, seconds=30.0)
+    (row,) = decided(aircraft, [log], []).findings
+    assert row.hypothesis.label == ("aero_term", "C_m", "alpha^2")
+    assert abs(row.value + 2.5) < 4.0 * row.std_error
+
+
+def test_one_flight_alone_with_nothing_missing_is_given_nothing() -> None:
+    body = BODIES[1]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(5))
+    log = flown("one", body, SEEDS + 200, air=0.6, wrong=NOTHING, seconds=30.0)
+    assert decided(aircraft, [log], []).findings == ()
