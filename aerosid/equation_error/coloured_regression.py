@@ -8,11 +8,10 @@ first p samples' covariance for s = 1. Kay, Modern Spectral Estimation, chapters
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import toeplitz
 
 Array = NDArray[np.float64]
 
@@ -31,6 +30,16 @@ class Colour:
 
     weights: Array
     start: Array
+    _bases: list[tuple[Array, Array]] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def whitened_basis(self, columns: Array) -> Array:
+        """Orthonormal columns (N, K) that span some columns after whitening; made once for each array."""
+        for known, basis in self._bases:
+            if known is columns:
+                return basis
+        basis = np.asarray(np.linalg.qr(self.whitened(columns))[0])
+        self._bases.append((columns, basis))
+        return basis
 
     def whitened(self, values: Array) -> Array:
         """Each column of (N, K) whitened, to innovations of the residuals' size."""
@@ -50,24 +59,24 @@ class Colour:
 
 
 def colour_of(weights: Array) -> Colour:
-    """The colour of a stationary autoregression with these weights."""
-    order = weights.size - 1
-    if order == 0:
-        return Colour(weights, np.zeros((0, 0)))
-    factor = np.linalg.cholesky(toeplitz(_autocovariance(weights)))
-    return Colour(weights, np.tril(np.linalg.inv(factor)))
+    """The colour of a stationary autoregression with these weights.
 
-
-def _autocovariance(weights: Array) -> Array:
-    """Autocovariance at lags 0 to p - 1 of an autoregression with unit innovations (Yule and Walker's equations)."""
+    Notes
+    -----
+    Step down of Levinson's recursion: order k - 1 follows from order k with its reflection coefficient r = a_k[k],
+    a_(k-1)[j] = (a_k[j] - r a_k[k - j])/(1 - r^2), its error's variance is that of order k over 1 - r^2. Sample n < p,
+    less its prediction from those before it, has the variance of order n: the rows of the inverse Cholesky factor.
+    """
     order = weights.size - 1
-    matrix = np.zeros((order + 1, order + 1))
-    for k in range(order + 1):
-        for j in range(order + 1):
-            matrix[k, abs(k - j)] += weights[j]
-    right = np.zeros(order + 1)
-    right[0] = 1.0
-    return np.asarray(np.linalg.solve(matrix, right)[:order])
+    start = np.zeros((order, order))
+    lower, variance = weights, 1.0
+    for k in range(order, 0, -1):
+        reflection = float(lower[k])
+        left = 1.0 - reflection * reflection
+        lower = (lower[:k] - reflection * lower[k:0:-1]) / left
+        variance /= left
+        start[k - 1, :k] = lower[::-1] / np.sqrt(variance)
+    return Colour(weights, start)
 
 
 def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, longest: float) -> Colour:
@@ -105,12 +114,20 @@ def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, l
 
 def _shortened(weights: Array, longest: float) -> Array:
     """The weights with poles of longer memory drawn in to that memory."""
-    if weights.size < 2:
+    limit = min(float(np.exp(-1.0 / longest)), 0.999)
+    if weights.size < 2 or _is_stable(weights / limit ** np.arange(weights.size)):
         return weights
     poles = np.roots(weights)
     radius = np.abs(poles)
-    limit = min(float(np.exp(-1.0 / longest)), 0.999)
-    if (radius <= limit).all():
-        return weights
     poles = np.where(radius > limit, poles * (limit / np.maximum(radius, 1e-12)), poles)
     return np.asarray(np.real(np.poly(poles)))
+
+
+def _is_stable(weights: Array) -> bool:
+    """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion)."""
+    for k in range(weights.size - 1, 0, -1):
+        reflection = float(weights[k])
+        if abs(reflection) >= 1.0:
+            return False
+        weights = (weights[:k] - reflection * weights[k:0:-1]) / (1.0 - reflection * reflection)
+    return True

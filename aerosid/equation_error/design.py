@@ -223,7 +223,7 @@ def _excess(
     for s in members:
         instruments = design.instruments[s]
         if instruments is not None:
-            basis = _whitened_basis(colour, instruments)
+            basis = colour.whitened_basis(instruments)
             power += float(np.sum((basis.T @ white[s]) ** 2)) / sizes[s] ** 2
             free += freedom(design, s)
     if free == 0:
@@ -236,10 +236,6 @@ def freedom(design: Design, segment: int) -> int:
     """Directions in which a segment is compared, less those of its constant and its drifts."""
     instruments = design.instruments[segment]
     return 0 if instruments is None else max(instruments.shape[1] - TRENDS, 0)
-
-
-def _whitened_basis(colour: Colour, instruments: Array) -> Array:
-    return np.asarray(np.linalg.qr(colour.whitened(instruments))[0])
 
 
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
@@ -306,7 +302,7 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
 def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
     """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
     return [
-        None if instruments is None else _whitened_basis(weights.colours[group], instruments)
+        None if instruments is None else weights.colours[group].whitened_basis(instruments)
         for group, instruments in zip(design.groups, design.instruments, strict=True)
     ]
 

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.recording import Recording
@@ -27,6 +26,7 @@ from aerosid.equation_error.running_integral import derivative, running_integral
 from aerosid.equation_error.sensors import as_read, bias, position
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.constants import GRAVITY
+from aerosid.signals.gaussian_filter import gaussian_filtered
 
 Array = NDArray[np.float64]
 
@@ -334,4 +334,4 @@ def _blended(measured: Array, path: Array, samples: float) -> Array:
     difference = measured - path
     centred = np.arange(path.size) - 0.5 * (path.size - 1)
     line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
-    return np.asarray(path + line + gaussian_filter1d(difference - line, samples, mode="nearest"))
+    return np.asarray(path + line + gaussian_filtered(difference - line, samples))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,13 @@ Unknown = tuple[object, ...]
 KEPT = 24
 """Numerical: motions of each recording that are kept; a Gauss-Newton step over ten sensors' numbers asks for as
 many."""
+
+KEPT_PATHS = 512
+"""Numerical: points of which the kinematic equations of each recording are kept, in the band and so small; a search
+asks some again with one fault more and one less."""
+
+_Sensors = tuple[object, ...]
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True)
@@ -114,15 +122,17 @@ class Equations:
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
         self._left_out = [unfollowed(recording, settings) for recording in recordings]
         self._wandering: dict[int, Array] = {}
-        self._kept: list[dict[tuple[object, ...], tuple[Motion, list[Segment]]]] = [{} for _ in recordings]
+        self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]
+        self._paths: list[dict[_Sensors, list[Segment]]] = [{} for _ in recordings]
 
     def at(self, point: Point) -> list[Segment]:
         """The equations of all recordings; coefficients on those that are fitted alone."""
         segments = []
         for n, recording in enumerate(self._recordings):
-            motion, kinematic = self._motion(n, recording, point.effects)
-            segments.extend(kinematic)
+            if self._kinematic:
+                segments.extend(self._path(n, recording, point.effects))
             if self._coefficient and self._fitted[n]:
+                motion = self._motion(n, recording, point.effects)
                 rows = recording.time[recording.band.rows(recording.time.size)]
                 segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
         return segments
@@ -133,7 +143,7 @@ class Equations:
         for n, recording in enumerate(self._recordings):
             if not self._fitted[n]:
                 continue
-            motion, _ = self._motion(n, recording, point.effects)
+            motion = self._motion(n, recording, point.effects)
             equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
             left = equations.left(
                 {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
@@ -153,30 +163,50 @@ class Equations:
             self._wandering[n] = height_wander(recording, time, self._settings)
         return self._wandering[n]
 
-    def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> tuple[Motion, list[Segment]]:
-        key = tuple(
-            (active.name, getattr(active.effect, "axes", ""), active.numbers, active.log)
-            for active in effects
-            if isinstance(active.effect, OutputEffect | PositionEffect)
-        )
-        kept = self._kept[n]
-        if key not in kept:
-            if len(kept) >= KEPT:
-                del kept[next(iter(kept))]
-            motion = reconstruct(recording, effects, corrected(recording, effects), self._settings)
+    def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> Motion:
+        """The motion that a recording's sensors show without their faults."""
+
+        def made() -> Motion:
+            return reconstruct(recording, effects, corrected(recording, effects), self._settings)
+
+        return _kept(self._motions[n], _sensors(effects), KEPT, made)
+
+    def _path(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> list[Segment]:
+        """The kinematic equations of a recording."""
+
+        def made() -> list[Segment]:
+            motion = self._motion(n, recording, effects)
+            rows = recording.time[recording.band.rows(recording.time.size)]
+            time = rows - 0.5 * (rows[0] + rows[-1])
             segments = []
-            if self._kinematic:
-                rows = recording.time[recording.band.rows(recording.time.size)]
-                time = rows - 0.5 * (rows[0] + rows[-1])
-                for name, values in predicted_records(recording, effects, motion).items():
-                    if name in self._left_out[n]:
-                        continue
-                    target = recording.band(recording.channels[name] - values)
-                    floor = _floor(recording, name)
-                    wander = self._wander(n, recording, rows) if name == HEIGHT else None
-                    segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))
-            kept[key] = motion, segments
-        return kept[key]
+            for name, values in predicted_records(recording, effects, motion).items():
+                if name in self._left_out[n]:
+                    continue
+                target = recording.band(recording.channels[name] - values)
+                wander = self._wander(n, recording, rows) if name == HEIGHT else None
+                floor = _floor(recording, name)
+                segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))
+            return segments
+
+        return _kept(self._paths[n], _sensors(effects), KEPT_PATHS, made)
+
+
+def _sensors(effects: Sequence[ActiveEffect]) -> _Sensors:
+    """What of the effects changes what the sensors show of the motion."""
+    return tuple(
+        (active.name, getattr(active.effect, "axes", ""), active.numbers, active.log)
+        for active in effects
+        if isinstance(active.effect, OutputEffect | PositionEffect)
+    )
+
+
+def _kept(known: dict[_Sensors, _Made], key: _Sensors, most: int, made: Callable[[], _Made]) -> _Made:
+    """What was made for a key; what was not asked for the longest makes room."""
+    found = known.pop(key) if key in known else made()
+    known[key] = found
+    if len(known) > most:
+        del known[next(iter(known))]
+    return found
 
 
 HEIGHT = "h"

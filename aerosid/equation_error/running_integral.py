@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.linalg.lapack import dgtsv
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,22 @@ def running_integral(values: Array, interval: float) -> Array:
 
 
 def derivative(values: Array, interval: float) -> Array:
-    """The derivative at each sample, (N,), of the cubic spline through all of them, unit/s."""
+    """The derivative at each sample, (N,), of the cubic spline through all of them, unit/s.
+
+    Notes
+    -----
+    Second derivatives that agree at the knots, s[n-1] + 4 s[n] + s[n+1] = 3 (y[n+1] - y[n-1])/h, and third ones that
+    agree at the second and the last but one: s[0] + 2 s[1] = (5 d[0] + d[1])/2 with d[n] = (y[n+1] - y[n])/h, and the
+    mirror image (de Boor, A Practical Guide to Splines, chapter IV, "not a knot").
+    """
     if values.size < FEWEST:
         return np.asarray(np.gradient(values, interval))
-    return np.asarray(CubicSpline(interval * np.arange(values.size), values)(interval * np.arange(values.size), 1))
+    slopes = np.diff(values) / interval
+    lower, diagonal, upper = np.ones(values.size - 1), np.full(values.size, 4.0), np.ones(values.size - 1)
+    diagonal[0] = diagonal[-1] = 1.0
+    upper[0] = lower[-1] = 2.0
+    right = np.empty(values.size)
+    right[1:-1] = 3.0 * (slopes[1:] + slopes[:-1])
+    right[0] = 0.5 * (5.0 * slopes[0] + slopes[1])
+    right[-1] = 0.5 * (5.0 * slopes[-1] + slopes[-2])
+    return np.asarray(dgtsv(lower, diagonal, upper, right)[3])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect, frozen
 from aerosid.effects.sudden import is_sudden
@@ -39,7 +37,7 @@ def declared_effects(
     for number, effect in enumerate(aircraft.effects, start=1):
         key = f"{aircraft.path}: effects[{number}] ({effect.kind})"
         numbers = _numbers(effect, key)
-        interval = float(np.median(np.diff(manoeuvres[0].flight.time)))
+        interval = manoeuvres[0].interval
         made = KINDS[effect.kind].made(effect.where, numbers, interval)
         _require(tuple(parameter.name for parameter in made.parameters), numbers, key)
         if isinstance(made, OutputEffect) and made.where not in outputs:

@@ -40,20 +40,18 @@ def acting_flight(
     acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
     if acting:
         inputs, variance = inputs.copy(), variance.copy()
-        interval = float(np.median(np.diff(flight.time)))
         for active in acting:
             effect = active.effect
             assert isinstance(effect, InputEffect)
             place = model.columns.index(effect.where_acts)
             inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
-            factor, remembered = effect.noise(active.values, interval)
+            factor, remembered = effect.noise(active.values, manoeuvre.interval)
             variance[place - leading] *= factor
             memory[place - leading] = max(memory[place - leading], remembered)
     for active in effects:
         if isinstance(active.effect, NoiseEffect):
             variance = variance.copy()
-            interval = float(np.median(np.diff(flight.time)))
-            numbers = active.effect.noise(active.values, interval, manoeuvre.mean_airspeed)
+            numbers = active.effect.noise(active.values, manoeuvre.interval, manoeuvre.mean_airspeed)
             for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
                 place = model.columns.index(column)
                 variance[place - leading], memory[place - leading] = spread, remembered
@@ -127,4 +125,4 @@ def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> 
     ]
     if not acting:
         return no_sensor_states(len(manoeuvre.axes.outputs))
-    return sensor_states(acting, float(np.median(np.diff(manoeuvre.flight.time))), len(manoeuvre.axes.outputs))
+    return sensor_states(acting, manoeuvre.interval, len(manoeuvre.axes.outputs))

@@ -79,7 +79,17 @@ class Manoeuvre:
         """The inputs past the leading ones, (N, E), SI."""
         return self.flight.inputs[:, len(input_columns_of(self.axes)) :]
 
-    @property
+    @cached_property
+    def interval(self) -> float:
+        """Median interval between samples, s."""
+        return float(np.median(np.diff(self.flight.time)))
+
+    @cached_property
+    def first_state(self) -> NDArray[np.float64]:
+        """A first guess of the initial state (n,), from the first samples."""
+        return initial_state(self.flight, self.axes)
+
+    @cached_property
     def mean_airspeed(self) -> float:
         """Mean of the measured airspeed, m/s."""
         if "V" in self.axes.outputs:

@@ -20,7 +20,7 @@ from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.likelihood_point import Point
-from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 
@@ -245,7 +245,7 @@ def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSetti
     variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
     states = start.states
     if states is None:
-        states = tuple(initial_state(manoeuvre.flight, manoeuvre.axes) for manoeuvre in likelihood.manoeuvres)
+        states = tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
     point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
         point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)

@@ -13,6 +13,7 @@ from aerosid.effects.sudden import at_moment, is_sudden, moment
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model, recorded
 from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.motion_loop import self_consistent
@@ -161,21 +162,19 @@ def _placed(
     """The effects of a log with sudden changes where they fit it best, or without them."""
     time = manoeuvre.flight.time
     shifts = [moment(active) - time[0] for active in jumps]
-    interval = float(np.median(np.diff(time)))
     span = float(np.ptp(time))
-
-    state: NDArray[np.float64] | None = None
+    likelihood = Likelihood(completed.model, (manoeuvre,), (), filtering=False)
+    state = respond(completed.model, manoeuvre, completed.variance, effects=own).states[0]
+    state = state if np.isfinite(state).all() else manoeuvre.first_state
 
     def misfit(start: float | None) -> float:
-        placed = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
-        # Neighbouring moments hardly move the initial state: each search of it begins at the last one.
+        at = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
+        # Neighbouring moments hardly move the initial state: each step begins at the last one.
         nonlocal state
-        response = respond(completed.model, manoeuvre, completed.variance, effects=(*own, *placed), state=state)
-        rms, state = response.rms, response.states[0]
-        weights = np.sqrt(completed.variance)
-        ratios = [np.inf if value is None else value / weights[manoeuvre.row(name)] for name, value in rms.items()]
-        return float(np.sum(np.square(ratios)))
+        squares, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
+        return squares
 
+    interval = manoeuvre.interval
     grid: list[float | None] = [
         None,
         *np.clip(shifts, 0.0, span).tolist(),
@@ -187,3 +186,27 @@ def _placed(
     for reach in (span / 20.0, span / 200.0):
         best = min((best + reach * np.linspace(-1.0, 1.0, 9)).tolist(), key=misfit)
     return (*own, *(at_moment(active, time[0] + best, manoeuvre.name, interval) for active in jumps))
+
+
+def _from_likeliest_state(
+    likelihood: Likelihood,
+    effects: Sequence[ActiveEffect],
+    variance: NDArray[np.float64],
+    state: NDArray[np.float64],
+) -> tuple[float, NDArray[np.float64]]:
+    """Squared errors over their variances of a flight from its likeliest initial state, and that state (n,).
+
+    One Gauss-Newton step from a `state` near it: to first order in the initial state, in which a flight is nearly
+    linear. Infinite where the simulation from there leaves its range.
+    """
+    point = likelihood.evaluate(likelihood.model.values, [state], [frozen(active) for active in effects], variance)
+    if point is None:
+        return np.inf, state
+    moved = likelihood.active(())
+    pull = point.gradients.sum(axis=0)
+    scale = np.sqrt(np.diag(point.information))
+    moved &= scale > 0.0
+    scaled = point.information[np.ix_(moved, moved)] / np.outer(scale[moved], scale[moved])
+    step = np.zeros_like(state)
+    step[moved] = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) @ (pull[moved] / scale[moved]) / scale[moved]
+    return point.cost - float(pull @ step), state + step

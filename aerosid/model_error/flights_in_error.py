@@ -65,7 +65,7 @@ class FlightsInError:
     @cached_property
     def intervals(self) -> tuple[float, ...]:
         """Usual sampling interval of each flight, s."""
-        return tuple(float(np.median(np.diff(m.flight.time))) for m in self.manoeuvres)
+        return tuple(m.interval for m in self.manoeuvres)
 
     def begun(self, start: SweptModel) -> tuple[SweptModel, list[FlownError]]:
         """The start as it flies: with the d(t) given, else with that of the forward estimate, else with none."""

@@ -129,7 +129,7 @@ def smooth_forces(
         )
         for part in flights
     ]
-    intervals = [float(np.median(np.diff(manoeuvre.flight.time))) for manoeuvre in manoeuvres]
+    intervals = [manoeuvre.interval for manoeuvre in manoeuvres]
     if numbers is None:
         numbers = _likeliest(flights, asked, intervals, offsets, tuple(coefficients), refinement.variance)
     covariance = np.nan_to_num(refinement.covariance, posinf=0.0)

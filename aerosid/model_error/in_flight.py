@@ -153,7 +153,7 @@ def _low_passed(
     history: AircraftErrorHistory, manoeuvre: Manoeuvre, settings: InFlightSettings
 ) -> AircraftErrorHistory:
     """The history through the causal low-pass, all columns alike; as it is where the sampling is too slow for it."""
-    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    interval = manoeuvre.interval
     if settings.cut_off_hz * interval >= 0.4:
         return history
     sections = signal.butter(2, settings.cut_off_hz, fs=1.0 / interval, output="sos")

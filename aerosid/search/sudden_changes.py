@@ -60,7 +60,7 @@ def at_outliers(
                 squares[held] += current.fit.white_target[part] ** 2
                 count += held
         excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
-        interval = float(np.median(np.diff(log.flight.time)))
+        interval = log.interval
         reach = max(1, round(settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid / interval))
         kinds = {
             h.kind: h
@@ -79,7 +79,7 @@ def at_outliers(
 def moving(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
     """A sudden change whose moment is estimated too, near `time` s."""
     log = next(m for m in manoeuvres if m.name == active.log)
-    return at_moment(active, time, active.log, float(np.median(np.diff(log.flight.time))))
+    return at_moment(active, time, active.log, log.interval)
 
 
 def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:

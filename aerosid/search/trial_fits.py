@@ -96,7 +96,7 @@ def start_with(search: StructureSearch, current: Refinement, score: Score) -> St
 def moving(search: StructureSearch, active: ActiveEffect, time: float) -> ActiveEffect:
     """A jump whose moment is estimated too, near `time` s."""
     manoeuvre = next(m for m in search.manoeuvres if m.name == active.log)
-    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    interval = manoeuvre.interval
     return at_moment(active, time, active.log, interval)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from aerosid.equation_error.running_integral import derivative, running_integral
 
@@ -32,3 +33,11 @@ def test_derivative_and_integral_undo_each_other_in_the_band() -> None:
     signal = np.sin(2.0 * np.pi * 1.5 * time)
     back = derivative(running_integral(signal, 0.04), 0.04)
     assert back[5:-5] == pytest.approx(signal[5:-5], abs=3e-3)
+
+
+@given(st.integers(4, 60), st.integers(0, 20), st.floats(0.01, 2.0))
+def test_the_derivative_is_that_of_the_interpolating_cubic_spline(samples: int, seed: int, interval: float) -> None:
+    values = np.random.default_rng(seed).normal(size=samples)
+    time = interval * np.arange(samples)
+    expected = CubicSpline(time, values, bc_type="not-a-knot")(time, 1)
+    np.testing.assert_allclose(derivative(values, interval), expected, atol=1e-9 / interval)

@@ -166,7 +166,7 @@ class InputSearch:
         self.starts = {id(rival.estimate): self._start(rival.estimate) for rival in self.rivals}
         span = float(np.ptp(self.record.flight.time))
         self.span = float(np.clip(span, settings.shortest, settings.longest))
-        interval = float(np.median(np.diff(self.record.flight.time)))
+        interval = self.record.interval
         self.time = self._grid(max(interval, self.span / settings.samples))
         self.fine = self._grid(max(interval, 0.01))
         outputs = self.simulated(self.chosen, planned_manoeuvre(self.record, self.steady, self.time[:2], {}))

@@ -101,7 +101,7 @@ class Truth:
 
 def planted_effects(planted: tuple[Planted, ...], manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
     """Those planted effects that are no term, for one flight."""
-    interval = float(np.median(np.diff(manoeuvre.flight.time)))
+    interval = manoeuvre.interval
     return tuple(effect.active(interval, manoeuvre.name) for effect in planted if effect.entry is None)
 
 
