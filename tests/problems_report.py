@@ -14,6 +14,7 @@ from aerosid.loop.linear_analysis import LinearRow, ModeRow, StepRow
 from aerosid.loop.mode_levels import Level
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
@@ -216,6 +217,21 @@ def linear_rows() -> tuple[LinearRow, ...]:
     return tuple(rows)
 
 
+def prediction_rows(simulated: Simulated) -> tuple[PredictionRow, ...]:
+    """What the models explain of each channel, ever less the further ahead; the declared one diverges in open loop."""
+    rows = []
+    for channel in simulated.measured:
+        for n, (horizon, seconds) in enumerate(((ONE_STEP, 0.03), (AHEAD, 5.0), (OPEN_LOOP, 12.0))):
+            r2 = {
+                "declared": None if horizon == OPEN_LOOP else 0.97 - 0.2 * n,
+                "before": 0.98 - 0.1 * n,
+                "after": 0.995,
+            }
+            theil = {name: None if value is None else 0.5 * (1.0 - value) for name, value in r2.items()}
+            rows.append(PredictionRow(simulated.log.name, simulated.role, channel, horizon, seconds, 0.99, r2, theil))
+    return tuple(rows)
+
+
 def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, validated: bool = True) -> ClosedLoop:
     """A whole result."""
     aircraft = load_aircraft("light_transport")
@@ -263,6 +279,7 @@ def closed_loop(*, samples: int = 470, verdict: Verdict = Verdict.EXPLAINED, val
         ),
         fit=tuple(row for response_ in responses for row in fit_rows(response_)),
         innovations=(InnovationRow(first.log.name, "alpha", 1.02, (1.0, 0.05, -0.02), 0.41),),
+        predictions=tuple(row for response_ in responses for row in prediction_rows(response_)),
         correlation=CorrelationMatrix(("C_m alpha", "C_m q_hat"), ((1.0, -0.6), (-0.6, 1.0))),
         linear=linear_rows(),
         notes=("The air density is the aircraft file's, 0.9077 kg/m^3.",),

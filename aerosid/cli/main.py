@@ -253,7 +253,7 @@ def close_loop_command(
     )
     made = provenance(context.obj or (), settings, analyst, remarks)
     from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_next_flight, print_summary, write_report
+    from aerosid.reporting import print_next_flight, print_predictions, print_summary, write_report
     from aerosid.reporting.result_json import result_text
 
     output = console()
@@ -266,6 +266,7 @@ def close_loop_command(
         roled.hold_out,
         made,
     )
+    print_predictions(result, output)
     print_next_flight(result, output)
     files = write_report(result, directory, interactive=not static)
     written("close-loop", files, lambda: result_text(result))

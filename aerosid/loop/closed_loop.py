@@ -27,6 +27,7 @@ from aerosid.loop.linear_analysis import LinearRow, analyse_models, requirement_
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.open_loop_errors import compare
+from aerosid.loop.predictions import prediction_rows
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
@@ -203,6 +204,9 @@ def _completed(
     rows = known.rows(pictures.chain if pictures else None)
     linear, unlinearised = _linear(known, aircraft, requirement, settings)
 
+    flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
+    predictions = prediction_rows(identified.declared, completed, flown, result.simulated)
+
     progress("designing the next flight")
     ahead = None
     if settings.next_flight:
@@ -219,6 +223,7 @@ def _completed(
         linear=linear,
         next_flight=ahead,
         regressors=pictures.regressors if pictures else (),
+        predictions=predictions,
     )
 
 

@@ -19,6 +19,7 @@ from aerosid.loop.linear_analysis import LinearRow
 from aerosid.loop.model_error_pictures import PrefilterNote
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.predictions import PredictionRow
 from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.roles import ROLES
 from aerosid.loop.second_opinion import SecondOpinion
@@ -76,6 +77,8 @@ class ClosedLoop:
     """Whether the model error d(t) alone says the same; None where it was not asked, or decided itself."""
     decided_by: Method = "likelihood"
     """The method whose answer it is: of the default, that which the air and the recorder allow."""
+    predictions: tuple[PredictionRow, ...] = ()
+    """What of each channel the models explain one step and five seconds ahead, and in open loop."""
     provenance: Provenance = NOBODY
     """Day, settings that are not the usual ones, command line, analyst."""
     settings: LoopSettings = USUAL

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from aerosid.reporting.console import print_next_flight, print_summary
+    from aerosid.reporting.console import print_next_flight, print_predictions, print_summary
     from aerosid.reporting.page import report_html
     from aerosid.reporting.result_json import result_file
     from aerosid.reporting.result_schema import ResultFile
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "ResultFile": "result_schema",
     "print_next_flight": "console",
+    "print_predictions": "console",
     "print_summary": "console",
     "report_html": "page",
     "result_file": "result_json",
@@ -26,7 +27,15 @@ _HOMES = {
 }
 """Where each name is defined. A process that flies JSBSim needs the export's units and none of these."""
 
-__all__ = ["ResultFile", "print_next_flight", "print_summary", "report_html", "result_file", "write_report"]
+__all__ = [
+    "ResultFile",
+    "print_next_flight",
+    "print_predictions",
+    "print_summary",
+    "report_html",
+    "result_file",
+    "write_report",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -11,6 +11,7 @@ from rich.text import Text
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.verdict import Verdict
@@ -56,6 +57,12 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_errors(log, label_of(role, result), rows))
 
 
+def print_predictions(result: ClosedLoop, console: Console) -> None:
+    """Prints what of the motion of the first flight that was not fitted, or of the first, is explained ahead."""
+    for log, role in list(dict.fromkeys((row.log, row.role) for row in reversed(result.predictions)))[:1]:
+        console.print(_predictions(log, label_of(role, result), [row for row in result.predictions if row.log == log]))
+
+
 def print_next_flight(result: ClosedLoop, console: Console) -> None:
     """Prints what to fly next, where something is left to decide."""
     if result.next_flight is not None:
@@ -89,6 +96,17 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             said,
         )
         table.add_row(*(Text(in_words(cell)) for cell in cells))
+    return table
+
+
+def _predictions(log: str, role: str, rows: Sequence[PredictionRow]) -> Table:
+    title = f"Share of the motion of {log} ({in_words(role)}) that the re-estimated and the completed model explain"
+    table = _table(title, ("",), ("one step ahead", "five seconds ahead", "open loop"))
+    for channel in dict.fromkeys(row.channel for row in rows):
+        at = {row.horizon: row.r2 for row in rows if row.channel == channel}
+        pairs = [(at[horizon]["before"], at[horizon]["after"]) for horizon in (ONE_STEP, AHEAD, OPEN_LOOP)]
+        cells = (channel, *(" -> ".join(number(value, 3) for value in pair) for pair in pairs))
+        table.add_row(*map(Text, cells))
     return table
 
 

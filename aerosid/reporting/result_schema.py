@@ -265,6 +265,19 @@ class FitEntry(Row):
     whiteness: Number
 
 
+class PredictionEntry(Row):
+    """What of one channel of one log the models explain over a horizon."""
+
+    log: Text
+    role: LogRole
+    channel: Text
+    horizon: Literal["one_step", "five_seconds", "open_loop"]
+    seconds: Number
+    predicted: Number
+    r2: dict[Text, Number]
+    theil: dict[Text, Number]
+
+
 class InnovationEntry(Row):
     """The whitened residuals of one channel of an identification log."""
 
@@ -327,6 +340,7 @@ class ResultFile(Row):
     screening: tuple[ScreeningEntry, ...] = ()
     fit: tuple[FitEntry, ...] = ()
     innovations: tuple[InnovationEntry, ...] = ()
+    predictions: tuple[PredictionEntry, ...] = ()
     correlation: CorrelationEntry | None = None
     notes: tuple[Text, ...] = ()
     linear: tuple[LinearEntry, ...] = ()
