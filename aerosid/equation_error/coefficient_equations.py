@@ -6,10 +6,11 @@
     I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q = q_bar S b C_n
 
 each as its sensor would read it: the model's side is moved to the sensor and goes through the sensor's faults, so that
-a fault's likelihood is that of the channel as measured. A case has those of the coefficients that it models. C_L and
-C_D act as C_X = C_L sin alpha - C_D cos alpha, C_Z = -C_L cos alpha - C_D sin alpha. Klein & Morelli, Aircraft System
-Identification, section 5.1 (equation error). Where a term holds lift, as a drag polar does, that is the
-lift of the model.
+a fault's likelihood is that of the channel as measured. Where inputs run linearly between samples, the derivative of a
+sampled rate shows less of them than of the motion: they enter the moments as it shows them. A case has those of the
+coefficients that it models. C_L and C_D act as C_X = C_L sin alpha - C_D cos alpha, C_Z = -C_L cos alpha - C_D sin
+alpha. Klein & Morelli, Aircraft System Identification, section 5.1 (equation error). Where a term holds lift,
+as a drag polar does, that is the lift of the model.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ from aerosid.flight_model.terms import LIFT, Term
 
 Array = NDArray[np.float64]
 
+
+OF_THRUST = ("C_T", "thrust")
+"""Variables that are computed from the thrust, an input."""
 
 TOUCHED = {"C_L": ("C_X", "C_Z"), "C_D": ("C_X", "C_Z")}
 """The body-axis equations that a coefficient of the wind axes touches; every other touches its own."""
@@ -115,6 +119,7 @@ class CoefficientEquations:
                 inputs = self._with_state_effect(active, model, replace_inputs(flight, inputs))
         columns = dict(zip(model.columns, inputs.T, strict=True))
         self.variables = term_variables(model, motion, inputs)
+        self._of_inputs = {*model.columns, *OF_THRUST} - set(recording.manoeuvre.axes.measured)
         held_in_terms = {name for _, term in (*free, *model.entries) for name in term.variables}
         self._fill_lift(model, held_in_terms)
         self._sine, self._cosine = np.sin(motion.alpha), np.cos(motion.alpha)
@@ -204,6 +209,8 @@ class CoefficientEquations:
 
     def _series(self, entry: Entry) -> Array:
         series = term_series(entry[1], self.variables)
+        if entry[0] in _INERTIA and not self._of_inputs.isdisjoint(entry[1].variables):
+            series = self._recording.in_rates(series)
         return series + self._slopes[entry] if entry in self._slopes else series
 
     def _body_axes(self, coefficient: str, series: Array) -> dict[str, Array]:
@@ -292,6 +299,7 @@ class CoefficientEquations:
         """Angular accelerations that no free term makes: thrust and the coupling of a turning body's axes."""
         c = constants
         p, q, r = rates.p, rates.q, rates.r
+        thrust = self._recording.in_rates(thrust)
         made = {
             "C_l": c.I_xz * (rates.r_dot + p * q) - (c.I_zz - c.I_yy) * q * r,
             "C_m": thrust * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r),

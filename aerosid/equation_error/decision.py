@@ -18,6 +18,7 @@ from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest_of
 from aerosid.equation_error.gusts import Turbulence, share_of_gusts, turbulence_of
+from aerosid.equation_error.input_interpolation import likelier_inputs
 from aerosid.equation_error.joint_timing import (
     JointTiming,
     TwoWitnesses,
@@ -107,12 +108,13 @@ def decide(
     settings = frame.settings
     sensors = [h for h in asked if of_sensors(h)]
     others = [h for h in asked if not of_sensors(h)]
-    fitted = Frame(frame.recordings, COEFFICIENT, settings)
-    whole = replace(fitted, all_fitted=True)
+    whole = Frame(frame.recordings, COEFFICIENT, settings, all_fitted=True)
     held = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
     declared = estimate(whole, held)
     proved, late = likeliest_kinds(proved, declared, sensors, told)
-    declared = estimate(whole, held_at(held, proved.estimate.point.effects))
+    declared = likelier_inputs(estimate(whole, held_at(held, proved.estimate.point.effects)))
+    whole = declared.frame
+    fitted = replace(whole, all_fitted=False)
     rules = rules_for(asked, declared.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
 
     supported = {each.hypothesis.label: each for each in supported_timings(proved, sensors)}
@@ -126,7 +128,7 @@ def decide(
     kept = outcome.kept
     while True:
         point = kept.estimate.point
-        lone = estimate(fitted, point, weights_on(kept.estimate, fitted, point))
+        lone = likelier_inputs(estimate(fitted, point, weights_on(kept.estimate, fitted, point)))
         completed, covariance = with_proved_faults(outcome.timing, lone)
         findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
         # What the faults' own uncertainty could have made does not stand either.
@@ -140,6 +142,8 @@ def decide(
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in others if hypothesis.label not in outcome.refuted]
+    fitted = lone.frame
+    whole = replace(fitted, all_fitted=True)
     before = estimate(fitted, start)
     return EquationErrorDecision(
         findings=findings,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, VANE_OF
+from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
 from aerosid.equation_error.height_wander import height_wander
 from aerosid.equation_error.instruments import instruments_of
@@ -21,6 +21,7 @@ from aerosid.equation_error.sensors import corrected
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
+from aerosid.flight_model.axes import ACCELERATIONS
 
 Array = NDArray[np.float64]
 
@@ -149,12 +150,9 @@ class Equations:
                 {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
             )
             names = _ordered(equations)
-            vanes = {vane: place for place, vane in enumerate(motion.gusts, len(names))}
-            banded = recording.band(np.column_stack([*(left[name] for name in names), *motion.gusts.values()]))
-            parts.extend(
-                banded[:, i] - values.get(("gust", name), 0.0) * banded[:, vanes[VANE_OF[name]]]
-                for i, name in enumerate(names)
-            )
+            gusts = [values.get(("gust", name), 0.0) * _gust(name, recording, motion) for name in names]
+            banded = recording.band(np.column_stack([left[name] - g for name, g in zip(names, gusts, strict=True)]))
+            parts.extend(banded.T)
         return np.concatenate(parts)
 
     def _wander(self, n: int, recording: Recording, time: Array) -> Array:
@@ -221,7 +219,6 @@ def value_of(entry: Entry, recording: int) -> Unknown:
 def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
     """The coefficient equations of one recording in the band, with the columns of the free terms."""
     equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-    beyond = {vane: recording.band(gust) for vane, gust in motion.gusts.items() if gust.any()}
     touching = {name: equations.columns(name, point.free) for name in _ordered(equations)}
     banded = recording.band(
         np.column_stack([part for name, (_, slopes) in touching.items() for part in (equations.target(name), slopes)])
@@ -230,9 +227,16 @@ def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, ti
     for name, (entries, _) in touching.items():
         target, *slopes = banded[:, place : place + 1 + len(entries)].T
         columns = dict(zip(entries, slopes, strict=True))
-        segments.append(Segment(n, name, target, columns, time, 0.0, gust=beyond.get(VANE_OF[name])))
+        gust = recording.band(_gust(name, recording, motion)) if motion.gusts[VANE_OF[name]].any() else None
+        segments.append(Segment(n, name, target, columns, time, 0.0, gust=gust))
         place += 1 + len(entries)
     return segments
+
+
+def _gust(name: str, recording: Recording, motion: Motion) -> Array:
+    """What the vane of an equation's plane shows beyond the path, (N,), as the equation's sensor shows it."""
+    gust = motion.gusts[VANE_OF[name]]
+    return gust if MEASURED_BY[name] in ACCELERATIONS else recording.in_rates(gust)
 
 
 def _ordered(equations: CoefficientEquations) -> list[str]:

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from aerosid.equation_error.band import Band, band_end, band_up_to
 from aerosid.equation_error.channels import equations_of
-from aerosid.equation_error.running_integral import derivative
+from aerosid.equation_error.running_integral import derivative, linear_in_derivative
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.axes import input_columns_of
@@ -42,6 +42,11 @@ class Recording:
         Smallest step of each channel, SI; 0 where none is seen.
     band : Band
         That of all recordings compared together.
+    refined : bool
+        Whether samples were put between its own, its inputs along splines.
+    linear_inputs : bool
+        Whether its inputs run along straight lines between samples, as in a simulation, and not smoothly, as behind a
+        recorder's filter.
     """
 
     manoeuvre: Manoeuvre
@@ -50,6 +55,8 @@ class Recording:
     channels: Mapping[str, Array]
     resolution: Mapping[str, float]
     band: Band
+    refined: bool = False
+    linear_inputs: bool = False
 
     @cached_property
     def _rates(self) -> dict[str, Array]:
@@ -59,6 +66,10 @@ class Recording:
     def rate_of(self, channel: str) -> Array:
         """Derivative of a measured angular rate, rad/s^2, (N,)."""
         return self._rates[channel]
+
+    def in_rates(self, values: Array) -> Array:
+        """Inputs or gusts (N, ...) as far as the derivatives of rates show them."""
+        return linear_in_derivative(values) if self.linear_inputs else values
 
     def held(self, name: str) -> Array:
         """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
@@ -134,6 +145,7 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
         # The rounding of a sample is in all that lie beside it.
         resolution={name: step * np.sqrt(factor) for name, step in recording.resolution.items()},
         band=band_up_to(end, interval),
+        refined=True,
     )
 
 

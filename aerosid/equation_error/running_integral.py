@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgtsv
+from scipy.ndimage import convolve1d
 
 Array = NDArray[np.float64]
 
@@ -57,3 +58,31 @@ def derivative(values: Array, interval: float) -> Array:
     right[0] = 0.5 * (5.0 * slopes[0] + slopes[1])
     right[-1] = 0.5 * (5.0 * slopes[-1] + slopes[-2])
     return np.asarray(dgtsv(lower, diagonal, upper, right)[3])
+
+
+def linear_in_derivative(values: Array) -> Array:
+    """What `derivative` shows of an integral whose integrand runs linearly between samples, (N, ...).
+
+    Parameters
+    ----------
+    values : ndarray, shape (N, ...)
+        Samples of the integrand at a constant interval.
+
+    Notes
+    -----
+    The spline's slopes s at the samples of p obey  s[k-1] + 4 s[k] + s[k+1] = 3 (p[k+1] - p[k-1])/h  (de Boor, A
+    Practical Guide to Splines, chapter IV). With p' = f smooth, Simpson's rule makes the right-hand side
+    f[k-1] + 4 f[k] + f[k+1], and the slope is f itself. Where f is linear between samples, as a recorded control is
+    held to be, the trapezoidal rule is exact and makes it 3/2 (f[k-1] + 2 f[k] + f[k+1]): the slopes show
+    s = (3/2) f - 3 g with g[k-1] + 4 g[k] + g[k+1] = f[k], smaller by 2 % at a twelfth of the sampling frequency and by
+    25 % at a quarter of it. Ends are continued by their values.
+    """
+    return np.asarray(convolve1d(values, _LINEAR, axis=0, mode="nearest"))
+
+
+_POLE = np.sqrt(3.0) - 2.0
+"""Of the spline's recursion."""
+
+_LINEAR = -3.0 * _POLE ** np.abs(np.arange(-10, 11)) / (2.0 * np.sqrt(3.0))
+_LINEAR[10] += 1.5
+"""Weights of s in f; the next is below 2e-6."""

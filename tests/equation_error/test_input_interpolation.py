@@ -1,0 +1,67 @@
+"""Inputs straight or smooth between samples: what a simulation holds, and what stood behind a recorder's filter."""
+
+from collections.abc import Callable
+
+import lateral_flights as commuter
+import numpy as np
+import pytest
+from equations_decided import questioned
+from scipy.signal import butter, lfilter
+
+from aerosid.equation_error.channels import COEFFICIENT
+from aerosid.equation_error.deviations import corrected_covariance
+from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.input_interpolation import likelier_inputs
+from aerosid.equation_error.points import Point
+from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.logs.flight_log import FlightLog
+
+INTERVAL = 0.04
+
+
+def as_simulated() -> FlightLog:
+    return commuter.Lateral(interval=INTERVAL, noise=0.1).log()
+
+
+def as_recorded() -> FlightLog:
+    """Flown in steps of 0.005 s and filtered at 6 Hz, all channels alike, before every eighth sample is kept."""
+    fine = commuter.Lateral(interval=0.005, noise=0.0, duration=11.0).log()
+    top, bottom = butter(2, 6.0, fs=200.0)
+    generator = np.random.default_rng(2)
+    channels = {}
+    for name, values in fine.channels.items():
+        seen = (values[0] + lfilter(top, bottom, values - values[0]))[::8]
+        channels[name] = seen + 0.1 * commuter.NOISE[name] * generator.standard_normal(seen.size)
+    return FlightLog(fine.name, fine.time[::8], channels, dict(fine.units))
+
+
+def regressed(log: FlightLog) -> Estimate:
+    """The declared structure, its inputs smooth."""
+    aircraft, settings = commuter.aircraft(commuter.SIDE), EquationErrorSettings()
+    model, manoeuvre = questioned(aircraft, log)
+    frame = Frame(read_recordings([manoeuvre], [], settings), COEFFICIENT, settings)
+    return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
+
+
+def furthest_roll_derivative(found: Estimate) -> float:
+    """Largest distance of a derivative of C_l from the truth, deviations."""
+    deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
+    far = 0.0
+    for unknown, value, deviation in zip(found.design.unknowns, found.solution.values, deviations, strict=True):
+        if unknown[0] == "term" and unknown[1][0] == "C_l":  # type: ignore[index]
+            truth = commuter.SIDE["C_l", str(unknown[1][1])]  # type: ignore[index]
+            far = max(far, abs(value - truth) / deviation)
+    return far
+
+
+@pytest.mark.parametrize(("flown", "straight"), [(as_simulated, True), (as_recorded, False)])
+def test_the_likelier_course_is_the_one_that_was_flown(flown: Callable[[], FlightLog], straight: bool) -> None:
+    smooth = regressed(flown())
+    chosen = likelier_inputs(smooth)
+    assert [recording.linear_inputs for recording in chosen.frame.recordings] == [straight]
+    assert furthest_roll_derivative(chosen) < 3.0
+
+
+def test_controls_taken_for_smooth_pull_the_derivatives_of_roll_away() -> None:
+    assert furthest_roll_derivative(regressed(as_simulated())) > 4.0
