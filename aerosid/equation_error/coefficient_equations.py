@@ -16,13 +16,14 @@ as a drag polar does, that is the lift of the model.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.centre_of_gravity import Centre, centre_of, levers
 from aerosid.equation_error.channels import MEASURED_BY
 from aerosid.equation_error.kinematic_equations import Motion, Rates, accelerometer_offsets, lever_accelerations
 from aerosid.equation_error.recording import Recording
@@ -81,20 +82,6 @@ def term_series(term: Term, variables: Mapping[str, Array]) -> Array:
     return values
 
 
-@dataclass(frozen=True)
-class Centre:
-    """How far the centre of gravity lies ahead of, right of and below the declared one, m, (N,) each."""
-
-    ahead: Array
-    right: Array
-    below: Array
-
-    @property
-    def is_moved(self) -> bool:
-        """Whether it lies elsewhere at any time."""
-        return bool(self.ahead.any() or self.right.any() or self.below.any())
-
-
 class CoefficientEquations:
     """The equations of one recording at one point of the search, before they are brought into the band.
 
@@ -126,29 +113,18 @@ class CoefficientEquations:
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
         constants = model.constants
-        # Residuals are weighed by airspeed as measured and inertia as declared: others would make them look small.
-        reference = self._force * (recording.channels.get("V", motion.V) / motion.V) ** 2
-        self._force_per_unit: dict[str, Array] = {}
-        self._in_units: dict[str, Array] = {}
-        for name in recording.manoeuvre.axes.coefficients:
-            if name in _INERTIA:
-                length = getattr(constants, _LENGTH[name])
-                self._force_per_unit[name] = self._force * length / getattr(constants, _INERTIA[name])
-                self._in_units[name] = getattr(declared, _INERTIA[name]) / (reference * length)
-            else:
-                self._force_per_unit[name] = self._force / self._mass
-                self._in_units[name] = self._mass / reference
+        self._weigh(declared, constants)
         thrust = _thrust(model, columns)
         thrusting = self._thrusting(thrust, constants)
         uses_alpha_dot = "alpha_dot_hat" in held_in_terms
-        centre = _centre(model, columns)
+        centre = centre_of(model, columns)
         forces = self._modelled(model, thrusting) if uses_alpha_dot or centre.is_moved else {}
         if uses_alpha_dot:
             self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces)
             self._fill_lift(model, held_in_terms)
         known = self._known_forces(thrusting) | self._known_moments(thrust, declared, motion.rates)
         if centre.is_moved:
-            for name, moment in _levers(forces, centre).items():
+            for name, moment in levers(forces, centre).items():
                 known[name] = known[name] + self._mass * moment / getattr(constants, _INERTIA[name])
         for name, series in self._arms(model, centre, known).items():
             known[name] = known[name] + series
@@ -162,6 +138,22 @@ class CoefficientEquations:
                 for name, series in self._accelerations(entry).items():
                     known[name] = known[name] + value * series
         self._known = known
+
+    def _weigh(self, declared: Constants, constants: Constants) -> None:
+        """Accelerations that one unit of each coefficient makes, and the unit of its equation."""
+        recording, speed = self._recording, self._motion.V
+        # Residuals are weighed by airspeed as measured and inertia as declared: others would make them look small.
+        reference = self._force * (recording.channels.get("V", speed) / speed) ** 2
+        self._force_per_unit: dict[str, Array] = {}
+        self._in_units: dict[str, Array] = {}
+        for name in recording.manoeuvre.axes.coefficients:
+            if name in _INERTIA:
+                length = getattr(constants, _LENGTH[name])
+                self._force_per_unit[name] = self._force * length / getattr(constants, _INERTIA[name])
+                self._in_units[name] = getattr(declared, _INERTIA[name]) / (reference * length)
+            else:
+                self._force_per_unit[name] = self._force / self._mass
+                self._in_units[name] = self._mass / reference
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -385,23 +377,3 @@ def _thrust(model: AerodynamicModel, columns: Mapping[str, Array]) -> Array:
     if place < 0:
         return columns["thrust"]
     return np.asarray(columns["thrust"] + columns[model.extra_columns[place]])
-
-
-def _centre(model: AerodynamicModel, columns: Mapping[str, Array]) -> Centre:
-    """Where the centre of gravity lies."""
-    zero = np.zeros_like(columns["rho"])
-    places = (model.constants.cg_x, model.constants.cg_y, model.constants.cg_z)
-    return Centre(*(zero if place < 0 else columns[model.extra_columns[place]] for place in places))
-
-
-def _levers(forces: Mapping[str, Array], centre: Centre) -> dict[str, Array]:
-    """Moment over mass that modelled forces make about a centre of gravity elsewhere, m^2/s^2, (N,) each."""
-    x, y, z = (forces.get(name) for name in ("C_X", "C_Y", "C_Z"))
-    found = {}
-    if x is not None and z is not None:
-        found["C_m"] = centre.ahead * z - centre.below * x
-    if y is not None and z is not None:
-        found["C_l"] = centre.below * y - centre.right * z
-    if x is not None and y is not None:
-        found["C_n"] = centre.right * x - centre.ahead * y
-    return found

@@ -104,17 +104,15 @@ def decide(
         Hears what enters and leaves, for a journal.
     """
     start, asked, proved = faults.start, faults.asked, faults.selected
-    frame = proved.estimate.frame
-    settings = frame.settings
+    settings = proved.estimate.frame.settings
     sensors = [h for h in asked if of_sensors(h)]
     others = [h for h in asked if not of_sensors(h)]
-    whole = Frame(frame.recordings, COEFFICIENT, settings, all_fitted=True)
+    whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
     held = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
     declared = estimate(whole, held)
     proved, late = likeliest_kinds(proved, declared, sensors, told)
     declared = likelier_inputs(estimate(whole, held_at(held, proved.estimate.point.effects)))
-    whole = declared.frame
-    fitted = replace(whole, all_fitted=False)
+    fitted = replace(declared.frame, all_fitted=False)
     rules = rules_for(asked, declared.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
 
     supported = {each.hypothesis.label: each for each in supported_timings(proved, sensors)}
@@ -142,9 +140,7 @@ def decide(
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in others if hypothesis.label not in outcome.refuted]
-    fitted = lone.frame
-    whole = replace(fitted, all_fitted=True)
-    before = estimate(fitted, start)
+    whole, before = replace(lone.frame, all_fitted=True), estimate(lone.frame, start)
     return EquationErrorDecision(
         findings=findings,
         alternatives=(*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_)),
