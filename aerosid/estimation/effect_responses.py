@@ -29,20 +29,8 @@ def input_directions(
     time, extra = manoeuvre.flight.time, len(model.extra_columns)
     moves = []
     for active, n in parameters_of(effects, InputEffect):
-        move = np.zeros((time.size, extra))
-        if active.acts_on(manoeuvre.name):
-            sides = (
-                active.beside(n, active.effect.parameters[n].step),
-                active.beside(n, -active.effect.parameters[n].step),
-            )
-            upper, lower = (
-                acting_flight(model, manoeuvre, [side if other is active else other for other in effects])[0]
-                for side in sides
-            )
-            move = (upper.inputs - lower.inputs)[:, upper.inputs.shape[1] - extra :] / (
-                sides[0].values[n] - sides[1].values[n]
-            )
-        moves.append(move)
+        here = active.acts_on(manoeuvre.name)
+        moves.append(_acting_direction(model, manoeuvre, effects, active, n) if here else np.zeros((time.size, extra)))
     states: NDArray[np.float64] | None = None
     if any(isinstance(active.effect, StateEffect) for active in tested):
         states = simulated_states(model, flight, values, state)
@@ -62,6 +50,40 @@ def input_directions(
             move[:, model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
         moves.append(move)
     return np.stack(moves, axis=2) if moves else np.zeros((time.size, extra, 0))
+
+
+def _acting_direction(
+    model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect], active: ActiveEffect, n: int
+) -> NDArray[np.float64]:
+    """How the acting inputs move with parameter n of one of the effects that act: (N, E)."""
+    effect, extra, flight = active.effect, len(model.extra_columns), manoeuvre.flight
+    step = effect.parameters[n].step
+    sides = active.beside(n, step), active.beside(n, -step)
+    width = sides[0].values[n] - sides[1].values[n]
+    if isinstance(effect, InputEffect) and _acts_alone(effect, manoeuvre, effects):
+        # No other effect meets its columns, so that it acts on the recorded inputs and on one of them alone.
+        inputs = np.zeros((flight.time.size, len(model.columns)))
+        inputs[:, : flight.inputs.shape[1]] = flight.inputs
+        upper, lower = (transformed(effect, model, flight.time, inputs, side.values) for side in sides)
+        move = np.zeros((flight.time.size, extra))
+        move[:, model.extra_place(effect.where_acts)] = (upper - lower) / width
+        return move
+    above, below = (
+        acting_flight(model, manoeuvre, [side if other is active else other for other in effects])[0].inputs
+        for side in sides
+    )
+    return np.asarray((above - below)[:, above.shape[1] - extra :] / width)
+
+
+def _acts_alone(effect: InputEffect, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> bool:
+    """Whether of the effects on a flight no other changes a column that one sees, or is driven by what it changes."""
+    seen = {effect.where_acts, effect.driven_by} - {""}
+    others = (
+        active.effect
+        for active in effects
+        if isinstance(active.effect, InputEffect) and active.effect is not effect and active.acts_on(manoeuvre.name)
+    )
+    return not any(other.where_acts in seen or other.driven_by == effect.where_acts for other in others)
 
 
 def sense(

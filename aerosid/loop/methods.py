@@ -304,14 +304,15 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
 
 
 def by_model_error(
-    question: Question, settings: LoopSettings, progress: Progress, hypotheses: tuple[Hypothesis, ...] = ()
+    question: Question, settings: LoopSettings, progress: Progress, first: Answer | None = None
 ) -> Answer:
     """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares.
 
-    `hypotheses`: what may be missing, where it is known already.
+    `first`: another method's answer to the same question, of which the hypotheses and the motion are taken.
     """
     progress("re-estimating the declared model")
-    hypotheses = hypotheses or question.hypotheses(settings.catalogue)
+    known = first.search.hypotheses if first is not None else ()
+    hypotheses = known or question.hypotheses(settings.catalogue)
     found, selection = attribute_by_model_error(
         question.declared,
         question.manoeuvres,
@@ -322,6 +323,7 @@ def by_model_error(
         settings.chain,
         settings.model_error,
         progress,
+        first.found if first is not None else None,
     )
     search = StructureSearch(
         question.manoeuvres,

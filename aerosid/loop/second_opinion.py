@@ -24,9 +24,20 @@ QUICK = ModelErrorSearchSettings(
     rounds=4,
     trial_sweeps=1,
     kept_statistics=True,
-    jump_stride=3,
+    least_share=0.9,
+    unlike_share=0.2,
+    jump_stride=1000,
     sweeps=SweepSettings(
-        tolerance=0.2, searches=(0,), first_spread=None, first_memory=3.0, settled=0.3, shown=2.7, sweeps=5
+        sweeps=3,
+        tolerance=0.2,
+        searches=(0,),
+        first_spread=None,
+        first_memory=1.0,
+        shortest_memory=1.0,
+        longest_memory=1.0,
+        settled=1.0,
+        shown=2.7,
+        halvings=1,
     ),
 )
 """A second opinion may cost a fifth of the loop: few trial fits, the statistics of d(t) sought once a structure."""
@@ -94,7 +105,7 @@ def second_opinion(question: Question, first: Answer, settings: LoopSettings, pr
         # Where the first answer needs no moving air, its search in d(t) would only cost: d(t) takes in what is left.
         quick = replace(QUICK, gusts=bool(_disturbances(found)))
         asked = replace(settings, model_error=quick)
-        other = by_model_error(question, asked, lambda _stage: None, first.search.hypotheses).found
+        other = by_model_error(question, asked, lambda _stage: None, first).found
     except EstimationError as error:
         return SecondOpinion(False, no_second_opinion(error), role, (own,))
     others = _names(other)

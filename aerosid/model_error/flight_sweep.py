@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from aerosid.signals.factor_search import search_in_logarithms
 
 Array = NDArray[np.float64]
 
-Cost = Callable[[Sequence[float]], float]
+Cost = Callable[[tuple[float, ...]], float]
 
 
 class FlightSweeps:
@@ -79,6 +80,8 @@ class FlightSweeps:
             if search and turn in settings.searches and (turn == 0 or sweeps is None):
                 swept, rows = replace(swept, statistics=self._likeliest(swept, traced)), None
             rows = rows or whitened_rows(self.flights, swept, traced)
+            if search and turn == 0:
+                swept, rows = self._matched(swept, traced, rows)
             step, deviation = _plain_step(rows)
             size = self._size(step, deviation, swept)
             moved, _ = self._moved(swept, traced, step)
@@ -87,14 +90,41 @@ class FlightSweeps:
                 converged = True
                 break
         rows = rows or whitened_rows(self.flights, swept, traced)
-        fit = self._regressed(rows)
+        fit = self.regressed(rows)
         if polished and settings.coloured and any(taps.size > 1 for taps in fit.filters):
             # The colour of the noise gives its own weights: one more step, by those.
             moved, _ = self._moved(swept, traced, fit.coefficients)
             traced, swept, rows = self._settled(swept, moved, rows, traced)
-            fit = self._regressed(rows)
+            fit = self.regressed(rows)
         _, spread = self._moved(swept, traced, fit.coefficients) if polished else (swept, ())
         return Sweep(swept, rows, fit, fit.cost + rows.log_sum, spread, converged)
+
+    def _matched(self, swept: SweptModel, traced: list[FlownError], rows: Rows) -> tuple[SweptModel, Rows]:
+        """The structure with sensors' noise of the innovations' own size, where those are far beyond all that it says.
+
+        A recording that was smoothed afterwards differs from sample to sample by less than the sensors erred: no d(t)
+        explains that attitude and rates then disagree by thousands of their noise. A channel's noise stays a small
+        share of its motion: beyond, d(t) has to follow it.
+
+        References
+        ----------
+        Myers & Tapley (1976), IEEE Transactions on Automatic Control 21, 520-523 (covariance matching).
+        """
+        settings = self.settings
+        sizes = _mean_squares(rows, swept.statistics.variance.size)
+        if float(np.nanmean(sizes)) < settings.unlike_noise**2:
+            return swept, rows
+        spread = np.array([manoeuvre.spread for manoeuvre in self.flights.manoeuvres]).max(axis=0)
+        most = np.maximum(swept.statistics.variance, (settings.most_noise * spread) ** 2)
+        for _ in range(settings.matchings):
+            variance = np.minimum(swept.statistics.variance * np.nan_to_num(sizes, nan=1.0), most)
+            swept = replace(swept, statistics=replace(swept.statistics, variance=variance))
+            swept = replace(swept, statistics=self._likeliest(swept, traced))
+            rows = whitened_rows(self.flights, swept, traced)
+            sizes = _mean_squares(rows, variance.size)
+            if np.all(np.isnan(sizes) | ((sizes > 0.5) & ((sizes < 2.0) | (variance >= most)))):
+                break
+        return swept, rows
 
     def asked(self, sweep: Sweep, entries: Sequence[Entry], effects: Sequence[ActiveEffect]) -> Rows:
         """The rows of an estimate with the columns of candidates: terms, then effects at their present numbers."""
@@ -121,7 +151,7 @@ class FlightSweeps:
             statistics=replace(sweep.swept.statistics, spread=least, gust=None),
         )
         rows = whitened_rows(self.flights, still, self.flights.traced(still))
-        fit = self._regressed(rows)
+        fit = self.regressed(rows)
         return Sweep(still, rows, fit, fit.cost + rows.log_sum, (), sweep.converged)
 
     def _size(self, step: Array, deviation: Array, swept: SweptModel) -> float:
@@ -151,7 +181,8 @@ class FlightSweeps:
             share *= 0.5
         return traced, swept, rows
 
-    def _regressed(self, rows: Rows) -> Coloured:
+    def regressed(self, rows: Rows) -> Coloured:
+        """The regression of whitened rows on their known columns, in the colour that the settings allow."""
         colour = self.settings.colour if self.settings.coloured else replace(self.settings.colour, highest_order=0)
         return coloured_regression(rows.target, rows.known, rows.lengths, colour)
 
@@ -190,7 +221,8 @@ class FlightSweeps:
             air = (float(numbers[count + 1]), float(numbers[count + 2])) if statistics.gust is not None else None
             return replace(statistics, spread=tuple(numbers[:count]), memory=float(numbers[count]), gust=air)
 
-        def cost(numbers: Sequence[float]) -> float:
+        @cache
+        def cost(numbers: tuple[float, ...]) -> float:
             total, normal = 0.0, np.zeros(())
             for n, (flown, block) in enumerate(zip(traced, columns, strict=True)):
                 white = block.copy()
@@ -224,11 +256,12 @@ class FlightSweeps:
         return at(self._shown(cost, along(found), count))
 
     def _sought(self, start: Sequence[float], count: int) -> list[int]:
-        """Places of the numbers that the cost depends on: not on spreads that are none, nor on the memory of no d."""
+        """Places of the numbers that are sought: no spread that is none, nor a memory of no d or a given one."""
         still = [self.settings.shown > 0.0 and number <= self.settings.least_spread for number in start[:count]]
         if all(still) and len(start) == count + 1:
             return []
-        return [place for place in range(len(start)) if place >= count or not still[place]]
+        held = {count} if self.settings.shortest_memory == self.settings.longest_memory else set()
+        return [place for place in range(len(start)) if place not in held and (place >= count or not still[place])]
 
     def _shown(self, cost: Cost, numbers: Sequence[float], count: int) -> tuple[float, ...]:
         """The numbers with each of the first `count`, the spreads, at its least where the flights show no more."""
@@ -238,6 +271,18 @@ class FlightSweeps:
             if numbers[place] > least and cost(still) < cost(numbers) + self.settings.shown:
                 numbers = still
         return numbers
+
+
+def _mean_squares(rows: Rows, outputs: int) -> Array:
+    """Mean square innovation of each output, the known columns' share taken out; NaN where nothing was measured."""
+    step, _ = _plain_step(rows)
+    left = (rows.target - rows.known @ step) ** 2
+    squares, count, first = np.zeros(outputs), np.zeros(outputs), 0
+    for (_, output), length in zip(rows.channels, rows.lengths, strict=True):
+        squares[output] += float(left[first : first + length].sum())
+        count[output] += length
+        first += length
+    return np.asarray(np.divide(squares, count, out=np.full(outputs, np.nan), where=count > 0.0))
 
 
 def _plain_step(rows: Rows) -> tuple[Array, Array]:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from scipy import special
 
 from aerosid.errors import UsageError
-from aerosid.signals.noise import autocovariance
 
 Array = NDArray[np.float64]
+
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def coloured_regression(
     y, X = np.asarray(target, dtype=np.float64), np.asarray(known, dtype=np.float64)
     groups = _groups(y, X, lengths)
     filters = tuple(np.ones(1) for _ in groups)
-    variances = np.array([max(float(np.mean(y[part] ** 2)), np.finfo(float).tiny) for part in groups])
+    variances = np.array([max(float(np.mean(y[part] ** 2)), _TINY) for part in groups])
     scale = np.linalg.norm(X, axis=0)
     held = np.flatnonzero(scale > 0.0)
     solution = np.zeros(X.shape[1])
@@ -254,7 +255,7 @@ def correlated_alone(
     size = np.sqrt(squares * float(fit.white_target @ fit.white_target))
     rho = np.clip(np.divide(product, size, out=np.zeros_like(size), where=apart & (size > 0.0)), -1.0, 1.0)
     nu = max(fit.freedom - 1, 1)
-    ratio = rho * np.sqrt(nu / np.maximum(1.0 - rho**2, np.finfo(float).tiny))
+    ratio = rho * np.sqrt(nu / np.maximum(1.0 - rho**2, _TINY))
     coefficient = np.divide(product, squares, out=np.zeros_like(size), where=apart)
     deviation = np.divide(np.abs(coefficient), np.abs(ratio), out=np.full_like(size, np.inf), where=ratio != 0.0)
     count = squares.size if asked is None else asked
@@ -298,7 +299,7 @@ def correlated_together(
     else:
         solution, *_ = np.linalg.lstsq(scaled, fit.white_target, rcond=1e-8)
     explained = float(aims @ solution)
-    rest = max(float(fit.white_target @ fit.white_target) - explained, np.finfo(float).tiny)
+    rest = max(float(fit.white_target @ fit.white_target) - explained, _TINY)
     gain = explained / rest * max(fit.freedom - count, 1)
     return gain, tuple(np.asarray(solution / scale).tolist()), independence
 
@@ -310,7 +311,8 @@ def autoregression(residual: Array, settings: ColourSettings = ColourSettings())
     best, least = np.ones(1), np.inf
     if highest < 1:
         return best
-    gamma = autocovariance(residual, highest)
+    # A few lags: their sums outright are cheaper than by Fourier transform.
+    gamma = np.array([residual[: count - lag] @ residual[lag:] for lag in range(highest + 1)]) / count
     if not gamma[0] > 0.0:
         return best
     past, innovation = np.zeros(0), float(gamma[0])
@@ -318,7 +320,7 @@ def autoregression(residual: Array, settings: ColourSettings = ColourSettings())
         if order:  # Levinson's recursion
             reflection = float(gamma[order] - past @ gamma[order - 1 : 0 : -1]) / innovation
             past = np.concatenate([past - reflection * past[::-1], [reflection]])
-            innovation = max(innovation * (1.0 - reflection**2), np.finfo(float).tiny)
+            innovation = max(innovation * (1.0 - reflection**2), _TINY)
         charge = 2.0 * (order + 1) * count / max(count - order - 2, 1)
         if count * np.log(innovation) + charge < least:
             least, best = count * np.log(innovation) + charge, np.concatenate([[1.0], -past])
@@ -357,7 +359,7 @@ def _filtered(columns: Array, groups: Sequence[slice], filters: Sequence[Array],
 
 
 def _variance(rough: Array, order: int) -> float:
-    return max(float(np.mean(rough[order:] ** 2)), np.finfo(float).tiny)
+    return max(float(np.mean(rough[order:] ** 2)), _TINY)
 
 
 def _cost(residual: Array, groups: Sequence[slice], filters: Sequence[Array]) -> float:

@@ -20,6 +20,8 @@ from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.flight import simulate_outputs
+from aerosid.model_error.flight_sweep import is_seen
+from aerosid.model_error.flights_in_error import FlightsInError
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.sweep_rows import STATE_COUNT
@@ -42,6 +44,7 @@ def attribute_by_model_error(
     chain: ChainSettings,
     settings: ModelErrorSearchSettings,
     progress: Callable[[str], None] = lambda _stage: None,
+    known: Attribution | None = None,
 ) -> tuple[Attribution, Selection]:
     """What the declared model lacks, as its model error d(t) says; and the search itself.
 
@@ -61,13 +64,17 @@ def attribute_by_model_error(
         The aircraft's three.
     chain : ChainSettings
         Prefilter and weights of the forward estimate that begins the sweeps.
+    known : Attribution, optional
+        What another method made of the same flights: the motion that it follows begins the sweeps in place of the
+        forward estimate.
 
     Raises
     ------
     EstimationError
         Where the declared model with its d(t), or the completed one without, cannot be flown.
     """
-    start = swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
+    start = None if known is None else _start_along(known, declared, manoeuvres, free, given, coefficients, settings)
+    start = start or swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
     selection = select(start, manoeuvres, coefficients, hypotheses, settings, progress)
     _require_open_loop(selection.completed, manoeuvres)
     before, _ = _refinement(selection.before, manoeuvres)
@@ -92,11 +99,44 @@ def swept_start(
     variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
     acting = [replace(m, flight=acting_flight(declared, m, given)[0], columns=declared.columns) for m in manoeuvres]
     forces = forward_forces(declared, acting, coefficients, chain)
-    first = settings.sweeps
-    spread = (first.first_spread,) * len(coefficients) if first.first_spread is not None else _spread(forces, first)
-    statistics = ErrorStatistics(spread, first.first_memory, variance)
+    statistics = _statistics(forces, variance, settings.sweeps)
     states = tuple(initial_state(manoeuvre.flight) for manoeuvre in manoeuvres)
     return SweptModel(declared, tuple(free), tuple(given), states, forces, statistics)
+
+
+def _start_along(
+    known: Attribution,
+    declared: AerodynamicModel,
+    manoeuvres: Sequence[Manoeuvre],
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    coefficients: Sequence[str],
+    settings: ModelErrorSearchSettings,
+) -> SweptModel | None:
+    """The declared structure with the d(t) that keeps the motion of a completed one; None where that one cannot say it.
+
+    Along the motion the model error is what the completed model has beyond the declared one; where the sweeps end does
+    not depend on it.
+    """
+    completed, before = known.completed, known.before
+    if not all(is_seen(active) for active in completed.effects):
+        return None
+    values = declared.values.copy()
+    values[declared.indices(free)] = [before.model.value(entry) for entry in free]
+    variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
+    still = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
+    statistics = _statistics(still, variance, settings.sweeps)
+    flown = SweptModel(completed.model, completed.free, completed.effects, completed.states, still, statistics)
+    plain = SweptModel(declared.with_values(values), tuple(free), tuple(given), flown.states, still, statistics)
+    start = FlightsInError(tuple(manoeuvres), tuple(coefficients)).carried(flown, plain)
+    return replace(start, statistics=_statistics(start.forces, variance, settings.sweeps))
+
+
+def _statistics(forces: Sequence[Array], variance: Array, settings: SweepSettings) -> ErrorStatistics:
+    """Where the search of the statistics of d(t) begins."""
+    first = settings.first_spread
+    spread = (first,) * forces[0].shape[1] if first is not None else _spread(forces, settings)
+    return ErrorStatistics(spread, settings.first_memory, variance)
 
 
 def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:

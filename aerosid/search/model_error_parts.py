@@ -10,7 +10,9 @@ from scipy import special
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.disturbance import gust
+from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Part
 
@@ -86,20 +88,33 @@ def _place(sweep: Sweep, part: Part) -> int:
     return place
 
 
-def apparent_mass(sweep: Sweep, first: Manoeuvre) -> float:
+def apparent_mass(model: AerodynamicModel, first: Manoeuvre) -> float:
     """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution.
 
     `first`: a flight, for the density of the air and the mass.
     """
-    model, heave = sweep.swept.model, ("C_Z", "C_L")
-    chord = model.constants.mean_chord
-    total = 0.0
-    for (coefficient, term), value in zip(model.entries, model.values, strict=True):
-        if coefficient in heave and term.variables == {"alpha_dot_hat"}:
-            inputs = dict(zip(first.columns, first.flight.inputs.T, strict=True))
-            density, mass = float(np.median(inputs["rho"])), float(np.median(inputs["mass"]))
-            total += abs(value) * 0.25 * density * model.constants.wing_area * chord / mass
-    return total
+    return sum(
+        _apparent_mass(entry, value, model, first) for entry, value in zip(model.entries, model.values, strict=True)
+    )
+
+
+def is_believed(hypothesis: Hypothesis, step: Sequence[float], current: Sweep, first: Manoeuvre, most: float) -> bool:
+    """Whether the terms of a candidate, of these first-order numbers, leave the apparent mass below `most`."""
+    model = current.swept.model
+    further = sum(
+        _apparent_mass(entry, value, model, first) for entry, value in zip(hypothesis.entries, step, strict=False)
+    )
+    return further == 0.0 or apparent_mass(model, first) + further < most
+
+
+def _apparent_mass(entry: Entry, value: float, model: AerodynamicModel, first: Manoeuvre) -> float:
+    coefficient, term = entry
+    if coefficient not in ("C_Z", "C_L") or term.variables != {"alpha_dot_hat"}:
+        return 0.0
+    inputs = dict(zip(first.columns, first.flight.inputs.T, strict=True))
+    density, mass = float(np.median(inputs["rho"])), float(np.median(inputs["mass"]))
+    constants = model.constants
+    return float(abs(value) * 0.25 * density * constants.wing_area * constants.mean_chord / mass)
 
 
 def is_at_a_limit(parts: Sequence[Part]) -> bool:

@@ -13,10 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
-from aerosid.effects import KINDS, OutputEffect
-from aerosid.effects.aerodynamic_terms import rarity
+from aerosid.effects import OutputEffect
 from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
@@ -30,6 +28,7 @@ from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.search.model_error_parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
 from aerosid.search.model_error_screening import chords_of, screen, undisturbed_p_value
 from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.model_error_trials import first_order_trials, is_linear, shortlisted, worth
 from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump, thinned
 
 Array = NDArray[np.float64]
@@ -177,18 +176,14 @@ class _Search:
         chords = [chord for chord in self.chords if chord.of in unheld]
         chords += [replace(chord, of=chord.of + len(self.seen)) for chord in chords_of(late)]
         asked = (self.sweeps, current, (*self.seen, *late), chords, self.settings, self.asked)
-        return tuple(sorted(screen(*asked), key=lambda score: -self._worth(score)))
-
-    def _worth(self, score: Score) -> float:
-        hypothesis = score.hypothesis
-        rare = sum(rarity(term) for _, term in hypothesis.entries)
-        rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
-        return score.gain - self.settings.price * (hypothesis.parameters - 1) - rare
+        return tuple(sorted(screen(*asked), key=lambda score: -worth(score, self.settings)))
 
     def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
         """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
-        trials = [trial for score in self._shortlisted(scores) if (trial := self._tried(current, score)) is not None]
-        trials += self._in_moving_air(current)
+        trials = [
+            *self._trials(current, shortlisted(scores, current, self.manoeuvres[0], self.settings, self.asked)),
+            *self._in_moving_air(current),
+        ]
         for first in sorted(trials, key=lambda trial: trial.price):
             trial = self._with_own_statistics(current, first)
             if trial is None:
@@ -212,19 +207,36 @@ class _Search:
                 if other is not first and other.price - first.price < self.settings.reach
             ]
             whole = trial.sweep if self.settings.kept_statistics else self.sweeps.estimate(trial.sweep.swept)
-            if apparent_mass(whole, self.manoeuvres[0]) >= self.settings.apparent_mass:
+            if apparent_mass(whole.swept.model, self.manoeuvres[0]) >= self.settings.apparent_mass:
                 continue
             return whole, [other for other in others if other is not None]
         return None
 
+    def _trials(self, current: Sweep, shortlist: Sequence[Score]) -> list[_Trial]:
+        """Fits of the candidates: to first order where trials are held and that is exact, else flown."""
+        linear = [s for s in shortlist if self.settings.kept_statistics and is_linear(s.hypothesis)]
+        fits = [
+            *zip(linear, first_order_trials(self.sweeps, current, linear), strict=True),
+            *((score, sweep) for score in shortlist if score not in linear for sweep in self._flown(current, score)),
+        ]
+        return [
+            _Trial(score.hypothesis, sweep, sweep.cost + score.gain - worth(score, self.settings))
+            for score, sweep in fits
+            if apparent_mass(sweep.swept.model, self.manoeuvres[0]) < self.settings.apparent_mass
+        ]
+
     def _with_own_statistics(self, current: Sweep, trial: _Trial) -> _Trial | None:
-        """A trial as it is compared with the structure before; None where it is not significant as it stands."""
+        """A trial as it is compared with the structure before; None where it is not significant or cannot be flown."""
         if not self.settings.kept_statistics or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
             return trial
         new = self._new_parts(current, trial.sweep)
         if not new or self._p_value(trial.sweep, new) > self.settings.false_alarm:
             return None
-        sweep = self.sweeps.estimate(trial.sweep.swept, polished=False)
+        begun = self.sweeps.flights.carried(current.swept, trial.sweep.swept)
+        try:
+            sweep = self.sweeps.estimate(begun, polished=False)
+        except EstimationError:
+            return None
         return replace(trial, sweep=sweep, price=trial.price - trial.sweep.cost + sweep.cost)
 
     def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
@@ -271,30 +283,9 @@ class _Search:
         """Whether d(t) is more than rounding in some coefficient."""
         return max(current.swept.statistics.spread) > self.settings.noticed * self.settings.sweeps.least_spread
 
-    def _shortlisted(self, scores: Sequence[Score]) -> list[Score]:
-        """The best few candidates, one a label, and the best of kinds whose first-order rank says little."""
+    def _flown(self, current: Sweep, score: Score) -> list[Sweep]:
+        """The fit with one more candidate, from the best of its starts; none where it cannot be flown."""
         settings = self.settings
-        least = float(special.ndtri(0.5 * settings.false_alarm / max(self.asked, 1))) ** 2
-        listed: dict[tuple[str, str, str], Score] = {}
-        best = max((self._worth(score) for score in scores if score.hypothesis.is_plain_term), default=0.0)
-        for score in scores:
-            worth, linear = self._worth(score), settings.kept_statistics and score.hypothesis.is_plain_term
-            enough = worth > settings.least_share * least and worth >= settings.nearly_best * best * linear
-            if enough and len(listed) < settings.shortlist:
-                listed.setdefault(score.hypothesis.label, score)
-        first = max((score.gain for score in listed.values()), default=0.0)
-        kinds = {score.hypothesis.kind for score in listed.values()}
-        for score in scores:
-            kind = score.hypothesis.kind
-            unlike = kind in KINDS and not KINDS[kind].follows_its_score
-            if unlike and kind not in kinds and score.gain > max(settings.unlike_share * first, least):
-                kinds.add(kind)
-                listed.setdefault(score.hypothesis.label, score)
-        return list(listed.values())
-
-    def _tried(self, current: Sweep, score: Score) -> _Trial | None:
-        """The fit with one more candidate, from the best of its starts; None where it cannot be flown."""
-        hypothesis, settings = score.hypothesis, self.settings
         sweeps = []
         starts = self._starts(score)
         whole = not settings.kept_statistics
@@ -308,11 +299,10 @@ class _Search:
         if len(starts) > 1 and sweeps:
             best = min(sweeps, key=lambda sweep: sweep.cost)
             sweeps = [self.sweeps.estimate(best.swept, sweeps=settings.trial_sweeps)]
-        sweeps = [sweep for sweep in sweeps if apparent_mass(sweep, self.manoeuvres[0]) < self.settings.apparent_mass]
-        if not sweeps:
-            return None
-        best = min(sweeps, key=lambda sweep: sweep.cost)
-        return _Trial(hypothesis, best, best.cost + score.gain - self._worth(score))
+        sweeps = [
+            sweep for sweep in sweeps if apparent_mass(sweep.swept.model, self.manoeuvres[0]) < settings.apparent_mass
+        ]
+        return [min(sweeps, key=lambda sweep: sweep.cost)] if sweeps else []
 
     def _starts(self, score: Score) -> list[Score]:
         """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""

@@ -31,9 +31,10 @@ class ModelErrorSearchSettings:
     trial_sweeps : int
         Sweeps of a trial fit.
     kept_statistics : bool
-        Whether trial fits hold the statistics of d(t) of the structure before them, begin from the best scored start
-        alone, and a part's gain is its Wald statistic: only what then is likeliest is estimated with statistics of its
-        own. A third of the work; ranks are the same where an effect is plain.
+        Whether trials hold the statistics of d(t) of the structure before them and a part's gain is its Wald statistic:
+        only what then is likeliest is estimated with statistics of its own. Terms, zeros and scales, being linear, are
+        tried to first order, and what is not begins from its best scored start alone. Ranks are the same where an
+        effect is plain.
     nearly_best : float
         Where trials are held: share of the best plain term's first-order worth from which another plain term is tried
         too, since the ranks of what is linear are those of their fits.
