@@ -88,19 +88,21 @@ def replay_table(frame: Frame) -> Table:
 
     named = ", ".join(f"{name.coefficient} {name.term}" for name in frame.names) or "nothing yet"
     table = Table(title=Text(f"{frame.time:8.2f} s   named: {named}"), title_justify="left")
-    for heading in ("derivative", "value", "± deviation", "candidate", "partial correlation", "p"):
-        table.add_column(heading, justify="left" if heading in ("derivative", "candidate") else "right")
+    words = ("derivative", "candidate", "not named because")
+    for heading in ("derivative", "value", "± deviation", "candidate", "partial correlation", "p", words[-1]):
+        table.add_column(heading, justify="left" if heading in words else "right")
     for n in range(max(len(frame.derivatives), len(frame.candidates))):
-        left, right = ["", "", ""], ["", "", ""]
+        left, right = [""] * 3, [""] * 4
         if n < len(frame.derivatives):
             row = frame.derivatives[n]
             left = [f"{row.coefficient} {row.term}", f"{row.value:.4g}", f"{row.deviation:.2g}"]
         if n < len(frame.candidates):
             candidate = frame.candidates[n]
             right = [
-                f"{candidate.coefficient} {candidate.term}",
+                candidate.label,
                 f"{candidate.correlation:.2f}",
                 f"{candidate.p_value:.2g}",
+                candidate.reason,
             ]
         table.add_row(*(Text(cell) for cell in (*left, *right)))
     return table

@@ -74,13 +74,22 @@ class DerivativeNow:
 
 @dataclass(frozen=True)
 class CandidateNow:
-    """A candidate as it stands: partial correlation with d(t), t-ratio, p-value among all candidates and frames."""
+    """A candidate as it stands: partial correlation with d(t), t-ratio, p-value among all candidates and frames.
+
+    `reason`: why it is not named, for a person; empty where nobody asked.
+    """
 
     coefficient: str
     term: str
     correlation: float
     ratio: float
     p_value: float
+    reason: str = ""
+
+    @property
+    def label(self) -> str:
+        """As a person writes it."""
+        return f"{self.coefficient} {self.term}"
 
 
 @dataclass(frozen=True)
@@ -205,24 +214,50 @@ def _judged(
         d = history.d[k, :moving] / history.rate_per_unit[k]
         ranked = sorted(screened, key=lambda row: (row.p_value, -abs(row.correlation)))
         derivatives = _derivatives_now(model, found, entries, candidates, structure)
-        shown = tuple(ranked[: settings.shown])
+        shown = tuple(
+            replace(row, reason=_reason(row, screened, len(names), settings)) for row in ranked[: settings.shown]
+        )
         yield Frame(float(time[k]), tuple(float(v) for v in d), derivatives, shown, tuple(names))
 
 
 def _told_apart(screened: Sequence[CandidateNow], settings: InFlightSettings) -> CandidateNow | None:
     """The strongest candidate, where it is significant and no other of its coefficient does nearly as well."""
-    strongest = max(screened, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
-    if strongest is None or strongest.p_value > settings.false_alarm:
+    strongest = _strongest(screened)
+    if strongest is None or strongest.p_value > settings.false_alarm or _rival(strongest, screened, settings):
         return None
-    left = 1.0 - strongest.correlation**2
-    # As many independent samples as give this correlation its t-ratio.
-    effective = strongest.ratio**2 * left / max(strongest.correlation**2, np.finfo(float).tiny)
-    for other in screened:
-        if other is not strongest and other.coefficient == strongest.coefficient:
-            ahead = effective * np.log((1.0 - other.correlation**2) / max(left, np.finfo(float).tiny))
-            if ahead < settings.reach:
-                return None
     return strongest
+
+
+def _strongest(screened: Sequence[CandidateNow]) -> CandidateNow | None:
+    return max(screened, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
+
+
+def _rival(row: CandidateNow, screened: Sequence[CandidateNow], settings: InFlightSettings) -> CandidateNow | None:
+    """Of the other candidates of its coefficient the one that does best, where it does nearly as well or better."""
+    left = max(1.0 - row.correlation**2, np.finfo(float).tiny)
+    # As many independent samples as give this correlation its t-ratio.
+    effective = row.ratio**2 * left / max(row.correlation**2, np.finfo(float).tiny)
+    others = [other for other in screened if other is not row and other.coefficient == row.coefficient]
+    best = max(others, key=lambda other: abs(other.correlation), default=None)
+    if best is None or effective * np.log((1.0 - best.correlation**2) / left) >= settings.reach:
+        return None
+    return best
+
+
+def _reason(row: CandidateNow, screened: Sequence[CandidateNow], named: int, settings: InFlightSettings) -> str:
+    """Why a candidate is not named at this moment."""
+    if row.ratio == 0.0:
+        return "not seen apart from the terms of the model"
+    if row.p_value > settings.false_alarm:
+        return f"not significant: p is to be below {settings.false_alarm:g}"
+    if (rival := _rival(row, screened, settings)) is not None:
+        return f"not told apart from {rival.label}"
+    if named >= settings.most:
+        return f"{named} terms are named, which is the most"
+    strongest = _strongest(screened)
+    if strongest is None or strongest is row:
+        return "significant, named with the next frame if it stays so"
+    return f"behind {strongest.label}, which correlates more"
 
 
 def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:

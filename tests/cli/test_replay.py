@@ -15,7 +15,7 @@ from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
 from aerosid.cli.main import main
 from aerosid.loop.identification import replayed
-from aerosid.model_error.in_flight import Frame
+from aerosid.model_error.in_flight import Frame, InFlightSettings
 from aerosid.reporting.replay_page import frames_json, render_replay
 
 FLIGHT = Problem(undeclared=BOTH_SQUARES).fly(3)
@@ -48,6 +48,19 @@ def test_a_frame_has_seen_no_later_sample(frames: list[Frame]) -> None:
     assert len(early) > 15
     for a, b in zip(early, other, strict=False):
         np.testing.assert_allclose(a.model_error, b.model_error, rtol=0.2, atol=2e-3)
+
+
+def test_every_candidate_says_why_it_is_not_named(frames: list[Frame]) -> None:
+    limit = InFlightSettings().false_alarm
+    reasons = [(row, row.reason) for frame in frames for row in frame.candidates]
+    assert {reason.split(":")[0].split(" from ")[0] for _, reason in reasons} >= {"not significant", "not told apart"}
+    for row, reason in reasons:
+        assert (row.p_value > limit) == reason.startswith(("not significant", "not seen apart")), reason
+    told = {row.label for row, _ in reasons} | {name.split(" from ")[1] for _, name in reasons if " from C_" in name}
+    assert all(name.split()[0] in LIGHT.axes.coefficients for name in told)
+    page = render_replay(frames, "log", "aircraft", LIGHT.axes.coefficients)
+    assert "not named because" in page
+    assert frames[-1].candidates[0].reason in page
 
 
 def test_the_page_holds_every_frame_and_loads_nothing(frames: list[Frame]) -> None:

@@ -25,7 +25,7 @@
     fill("replay-derivatives", frame.derivatives.map((row) =>
       [row.coefficient, row.term, number(row.value, 4), number(row.deviation, 2)]));
     fill("replay-candidates", frame.candidates.map((row) =>
-      [row.coefficient, row.term, row.correlation.toFixed(2), Number(row.p_value).toPrecision(2)]));
+      [row.coefficient, row.term, row.correlation.toFixed(2), Number(row.p_value).toPrecision(2), row.reason]));
     const span = last.time - frames[0].time;
     const x = span > 0 ? (1000 * (frame.time - frames[0].time)) / span : 1000;
     for (const cursor of document.querySelectorAll(".replay-cursor")) {
