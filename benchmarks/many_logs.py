@@ -154,6 +154,7 @@ def batch_section(count: int = LOGS, workers: Sequence[int] = (1, 2)) -> Section
         (
             f"{found.workers}",
             f"{found.seconds:.0f}",
+            f"{times[0].seconds / found.seconds:.2f}",
             f"{found.processor:.0f}",
             f"{found.processor / found.seconds:.2f}",
             f"{count / found.processor:.2f}",
@@ -171,6 +172,7 @@ def batch_section(count: int = LOGS, workers: Sequence[int] = (1, 2)) -> Section
                 (
                     "workers",
                     "s",
+                    "times as fast",
                     "processor s",
                     "processors had",
                     "logs a processor s",

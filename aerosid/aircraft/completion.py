@@ -22,6 +22,8 @@ from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Term, parse_term
 
 _SMALLEST_SIGMA = 1e-12
+"""Numerical: an a-priori deviation of zero could not be read back."""
+
 _FOUND = "found by aerosid, not in the declared model"
 _NOT_SHOWN = "as declared: the flights do not show it"
 

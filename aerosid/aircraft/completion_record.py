@@ -10,7 +10,7 @@ from tomlkit.items import Comment, Null, Table
 from aerosid.aircraft.model import CompletionRecord
 
 _LONGEST_SOURCE = 1500
-"""Characters of the declared file's own source that are kept: a model may be completed many times."""
+"""Display: characters of the declared file's own source that are kept: a model may be completed many times."""
 
 
 def write_record(document: tomlkit.TOMLDocument, record: CompletionRecord) -> None:

@@ -14,8 +14,11 @@ from aerosid.notation import plain
 
 __all__ = ["at_own_loading", "fuel_at", "with_mass"]
 
-_LEAST_SHIFT = 1e-4  # m: a tenth of a millimetre moves nothing
-_SPREAD_TOLD = 0.01  # of I_yy, and of the mean chord: logs of one estimate that differ by more are told apart in a note
+_LEAST_SHIFT = 1e-4
+"""Numerical: m; a tenth of a millimetre moves nothing."""
+
+_SPREAD_TOLD = 0.01
+"""Display: share of I_yy, or of the mean chord, by which logs of one estimate may differ without a note."""
 
 
 def fuel_at(log: FlightLog) -> NDArray[np.float64] | None:

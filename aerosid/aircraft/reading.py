@@ -39,7 +39,10 @@ if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
     )
 
 _LARGEST_FILE = 1_000_000
-_MISSPELT = 0.66  # likeness from which a name counts as another one misspelt: alfa, thetha, but not gear
+"""Numerical: bytes; more is no aircraft file."""
+
+_MISSPELT = 0.66
+"""Display: likeness, 1, from which a name is told as another one misspelt: alfa, thetha, but not gear."""
 
 
 def load_aircraft(path: str | Path) -> Aircraft:
@@ -317,11 +320,9 @@ def _refuse_misspelt(path: str, key: str, text: str, term: Term) -> None:
     plain = {name.replace("_", "").lower(): name for name in known}
     for name in sorted(term.variables - known):
         bare = name.replace("_", "").lower()
-        near = plain.get(bare)
         # A second vane is alpha2, a tab delta_e_tab: channels of their own.
-        if near is None and name.isalpha():
-            close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT)
-            near = plain[close[0]] if close else None
+        close = difflib.get_close_matches(bare, list(plain), 1, _MISSPELT) if name.isalpha() else [bare]
+        near = plain.get(close[0]) if close else None
         if near is not None:
             raise AircraftError(
                 f'{path}: {key} holds the term "{text}", which names {name}; expected a channel or a variable of '

@@ -14,7 +14,7 @@ def warm_up_command(
     workers: WorkersOption = None,
 ) -> None:
     """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
-    from aerosid.compiled.kernel_cache import user_folder
+    from aerosid.compiled.user_folder import user_folder
     from aerosid.loop.warm_up import TASKS, prepare_kernels
 
     if workers is not None and workers < 1:

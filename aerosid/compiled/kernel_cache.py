@@ -35,9 +35,7 @@ from numba.core.caching import CompileResultCacheImpl, _Cache
 from numba.core.serialize import dumps
 
 from aerosid.compiled.kernel_digest import UnknownContentError, kernel_digest, sha256_of, signature_text
-
-FOLDER_VARIABLE = "AEROSID_CACHE_DIR"
-"""Environment variable that names the folder of compiled kernels in place of the user's cache folder."""
+from aerosid.compiled.user_folder import user_folder
 
 SHIPPED = Path(__file__).parent / "kernels"
 """Kernels that a wheel carries; absent in a checkout."""
@@ -77,17 +75,6 @@ def compilation_announced(listener: OnCompilation) -> Iterator[None]:
         yield
     finally:
         _listeners.remove(listener)
-
-
-def user_folder() -> Path:
-    """Where kernels are written: AEROSID_CACHE_DIR, or aerosid below NUMBA_CACHE_DIR, or the user's cache folder."""
-    if chosen := os.environ.get(FOLDER_VARIABLE):
-        return Path(chosen)
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen) / "aerosid"
-    from platformdirs import user_cache_path
-
-    return user_cache_path("aerosid", appauthor=False) / "kernels"
 
 
 class KernelCache(_Cache):

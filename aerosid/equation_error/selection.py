@@ -1,4 +1,4 @@
-"""Forward selection, backward elimination and replacement by Schwarz's criterion with a stated false-alarm share."""
+"""Stepwise regression by Schwarz's criterion: selection, elimination and exchange at a stated false-alarm rate."""
 
 from __future__ import annotations
 

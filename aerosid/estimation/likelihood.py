@@ -193,8 +193,6 @@ class Likelihood:
 
     def _whitened(self, trial: Trial) -> Iterator[_Block]:
         """As `stretches`, of each manoeuvre its own columns alone."""
-        # A model's own values may not be written, and kernels would compile anew for them.
-        trial = trial._replace(values=np.array(trial.values))
         if trial.values.size != self.model.values.size:
             raise ValueError(f"{trial.values.size} values were given for {self.model.values.size} terms")
         for log in range(len(self.manoeuvres)):
@@ -233,6 +231,7 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
+        values = _writable(values)
         manoeuvre, model = self.manoeuvres[log], acting_model(self.model, effects)
         flight, memory = acting_flight(model, manoeuvre, effects)
         noise = self.input_noise(flight, memory)
@@ -279,6 +278,7 @@ class Likelihood:
         else:
             flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
         samples, free = flight.time.size, self.free.size
+        values = _writable(trial.values)
         directions = no_directions(flight)
         carry = start_carry(trial.states[log], flight, free, directions)
         parameters = sum(active.slopes for active in (*trial.effects, *trial.tested))
@@ -286,7 +286,7 @@ class Likelihood:
             stop = min(begin + STRETCH, samples)
             predicted, white = (np.empty((stop - begin, self.output_count)) for _ in range(2))
             columns = np.zeros((stop - begin, self.output_count, free + self.state_count))
-            arguments = (trial.values, self.free, model.table, model.constants, trial.variance, directions)
+            arguments = (values, self.free, model.table, model.constants, trial.variance, directions)
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError
@@ -386,3 +386,8 @@ class Likelihood:
             effects.append(active.moved(step[place : place + active.slopes]) if active.slopes else active)
             place += active.slopes
         return values, states, tuple(effects)
+
+
+def _writable(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy: a model's own values may not be written, and every kernel would be compiled a second time for them."""
+    return np.array(values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from aerosid import notation
+from aerosid.compiled.user_folder import made_user_folder
 from aerosid.flight_model.terms import Factor
 from aerosid.reporting import prose, words
 from aerosid.reporting.result_json import portable
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
+    from jinja2 import BytecodeCache, Environment
 
 REPORT_TEMPLATES = Path(__file__).parent / "templates"
 
@@ -22,6 +24,20 @@ REPORT_TEMPLATES = Path(__file__).parent / "templates"
 def page_style() -> Markup:
     """The style sheet that every page carries in itself; safe, being the package's own."""
     return Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+
+
+def _compiled_templates() -> BytecodeCache | None:
+    """Compiled templates beside the compiled kernels: compiling them takes as long as filling them."""
+    from jinja2 import FileSystemBytecodeCache
+    from jinja2.bccache import Bucket
+
+    class Kept(FileSystemBytecodeCache):
+        def dump_bytecode(self, bucket: Bucket) -> None:
+            with contextlib.suppress(OSError):  # a full or read-only disk is no error
+                super().dump_bytecode(bucket)
+
+    folder = made_user_folder("templates")
+    return None if folder is None else Kept(str(folder))
 
 
 @cache
@@ -35,6 +51,7 @@ def page_environment(folder: Path) -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        bytecode_cache=_compiled_templates(),
     )
     environment.filters.update(
         number=notation.number,

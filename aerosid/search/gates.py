@@ -1,4 +1,4 @@
-"""Gates on the selected structure: critical t-ratio, unmodelled forces, validation flights, lone sensors."""
+"""Model validation of the selected structure: critical t-ratios, unmodelled forces, cross-validation, lone sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starting points of the structure search: plain, in gusts, with flow separation, among unmodelled forces."""
+"""Multi-start structure selection: plain, in gusts, with flow separation, among unmodelled forces."""
 
 from __future__ import annotations
 

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtri
 
 from aerosid.signals.noise import autocovariance
-
-LAGS = 20
-"""Lags of the whiteness test: Ljung and Box's test loses power with many, and misses slow swings with few."""
+from aerosid.signals.settings import WHITENESS
 
 
 @dataclass(frozen=True)
@@ -63,8 +61,8 @@ def explained_variance(measured: NDArray[np.float64], simulated: NDArray[np.floa
 class Whiteness:
     """How much a residual resembles itself some samples later.
 
-    `autocorrelation` at the lags 0 to LAGS; `statistic` and `p_value` of Ljung and Box's test: the chance that white
-    noise repeats itself as much.
+    `autocorrelation` at lags from 0; `statistic` and `p_value` of Ljung and Box's test: the chance that white noise
+    repeats itself as much.
     """
 
     autocorrelation: NDArray[np.float64]
@@ -81,7 +79,7 @@ def whiteness(residual: NDArray[np.float64]) -> Whiteness | None:
     white. Ljung & Box, Biometrika 65 (2), 1978.
     """
     count = int(np.isfinite(residual).sum())
-    lags = min(LAGS, count // 5)
+    lags = min(WHITENESS.lags, count // 5)
     if lags < 1:
         return None
     gamma = autocovariance(residual, lags)
@@ -90,16 +88,6 @@ def whiteness(residual: NDArray[np.float64]) -> Whiteness | None:
     rho = gamma / gamma[0]
     statistic = count * (count + 2.0) * float(np.sum(rho[1:] ** 2 / (count - np.arange(1, lags + 1))))
     return Whiteness(rho, statistic, float(chdtrc(lags, statistic)))
-
-
-LONGEST_MEMORY = 0.3
-"""s; sensor noise forgets itself sooner, a wrong model's residual follows the motion and does not."""
-
-NEIGHBOURS = 2
-"""Samples either way over which two channels are compared."""
-
-DOUBT = 1e-4
-"""Probability below which a residual is not what it was taken for."""
 
 
 def noise_memories(time: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,8 +103,8 @@ def noise_memories(time: NDArray[np.float64], residuals: NDArray[np.float64]) ->
     Returns
     -------
     NaN for a channel whose residual may be more than noise of its own: where a first-order memory, below
-    `LONGEST_MEMORY`, does not leave it white, or where it goes along with another channel's. A wrong model moves every
-    channel, and slowly.
+    the longest of the settings, does not leave it white, or where it goes along with another channel's. A wrong model
+    moves every channel, and slowly.
     """
     interval = float(np.median(np.diff(time)))
     count = residuals.shape[1]
@@ -129,8 +117,8 @@ def noise_memories(time: NDArray[np.float64], residuals: NDArray[np.float64]) ->
         memory = float(gamma[1] / gamma[0])
         left[1:, i] = residuals[1:, i] - memory * residuals[:-1, i]
         found = whiteness(left[:, i])
-        short = memory < float(np.exp(-interval / LONGEST_MEMORY))
-        if found is not None and found.p_value > DOUBT and short:
+        short = memory < float(np.exp(-interval / WHITENESS.longest_memory))
+        if found is not None and found.p_value > WHITENESS.doubt and short:
             memories[i] = memory
     return np.where(_goes_along(left), np.nan, memories)
 
@@ -142,10 +130,10 @@ def _goes_along(series: NDArray[np.float64]) -> NDArray[np.bool_]:
     values = np.where(known, series, 0.0)
     size = np.sqrt(np.sum(values**2, axis=0) / np.maximum(known.sum(axis=0), 1))
     unit = values / np.where(size > 0.0, size, 1.0)
-    pairs = max(count * (count - 1) // 2, 1) * (2 * NEIGHBOURS + 1)
-    limit = float(-ndtri(0.5 * DOUBT / pairs))
+    pairs = max(count * (count - 1) // 2, 1) * (2 * WHITENESS.neighbours + 1)
+    limit = float(-ndtri(0.5 * WHITENESS.doubt / pairs))
     along = np.zeros(count, dtype=np.bool_)
-    for shift in range(NEIGHBOURS + 1):
+    for shift in range(WHITENESS.neighbours + 1):
         later, earlier = slice(shift, None), slice(None, unit.shape[0] - shift)
         common = known[later].astype(np.float64).T @ known[earlier].astype(np.float64)
         score = np.abs(unit[later].T @ unit[earlier]) / np.sqrt(np.maximum(common, 1.0))

@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 
 # A triangular factor's diagonal below this share of its column's norm tells rounding from information no longer.
 _UNDETERMINED = 1e-13
+"""Numerical: diagonal of the triangular factor over its column, 1, up to which rounding alone makes it."""
 
 
 @dataclass(frozen=True)

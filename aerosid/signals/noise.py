@@ -13,21 +13,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.signals.settings import NOISE
+
 FloatArray = NDArray[np.float64]
 
 _ORDERS = tuple(range(1, 11))
-_TRIM = 3.0  # standard deviations; corners of the manoeuvre and spikes lie beyond
+_TRIM = NOISE.trim
 # Variance of a standard normal cut at +-_TRIM, so that trimming leaves white noise unbiased.
 _TRIMMED_VARIANCE = 1.0 - 2.0 * _TRIM * math.exp(-0.5 * _TRIM**2) / math.sqrt(2.0 * math.pi) / math.erf(
     _TRIM / math.sqrt(2.0)
 )
-_MEDIAN_TO_SIGMA = 1.482602218505602  # 1 / 0.6745, the median of |N(0, 1)|
-_UNIFORM = 0.02  # of the interval: jitter below this does not show in the weights
-_ROUNDING = 1e-12  # of the largest value: what arithmetic alone leaves in a difference
-_QUANTILE_80 = 1.2815515655446004  # 80 % of |N(0, 1)| lie below
-_FEWEST_WINDOWS = 8
-_CONFIDENCE = 2.5  # standard deviations: corners are left alone, three samples in a hundred of the rest too
-_HALF_WINDOWS = (1, 2, 4, 8, 16)  # samples; the widest passes a quarter of a hertz at 100 samples per second
+_MEDIAN_TO_SIGMA = 1.482602218505602
+"""Standard: 1 / 0.6745, the median of |N(0, 1)|."""
+
+_ROUNDING = 1e-12
+"""Numerical: share of the largest value, 1, that arithmetic alone leaves in a difference."""
+
+_QUANTILE_80 = 1.2815515655446004
+"""Standard: 80 % of |N(0, 1)| lie below."""
 
 
 def estimate_noise(time: FloatArray, values: FloatArray) -> float:
@@ -95,14 +98,14 @@ def calmed(values: FloatArray, noise: float) -> FloatArray:
     from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
 
     result = values.copy()
-    low, high = values - _CONFIDENCE * noise, values + _CONFIDENCE * noise
+    low, high = values - NOISE.clear * noise, values + NOISE.clear * noise
     open_ = np.ones(values.size, dtype=np.bool_)
-    for half in _HALF_WINDOWS:
+    for half in NOISE.half_windows:
         width = 2 * half + 1
         if width > values.size:
             break
         mean = uniform_filter1d(values, width, mode="nearest")
-        reach = _CONFIDENCE * noise / math.sqrt(width)
+        reach = NOISE.clear * noise / math.sqrt(width)
         low, high = np.maximum(low, mean - reach), np.minimum(high, mean + reach)
         open_ &= low <= high
         result = np.where(open_, mean, result)
@@ -196,7 +199,7 @@ def _scales_by_order(time: FloatArray, samples: FloatArray) -> tuple[list[float]
     scatters: list[float] = []
     for order in _ORDERS:
         differences = _unit_differences(time, samples, order, interval)
-        if differences.size < _FEWEST_WINDOWS and scales:
+        if differences.size < NOISE.fewest and scales:
             break
         scales.append(_trimmed_scale(differences))
         # Variance of the mean square of correlated differences: 2 sigma^4/N sum rho_j^2, which binomials sum up.
@@ -212,7 +215,7 @@ def _unit_differences(time: FloatArray, samples: FloatArray, order: int, interva
         return np.zeros(0)
     count = samples.size - order
     steps = np.diff(time)
-    if np.ptp(steps) <= _UNIFORM * interval:
+    if np.ptp(steps) <= NOISE.even * interval:
         differences: FloatArray = np.diff(samples, n=order) / math.sqrt(math.comb(2 * order, order))
         return differences
     differences = np.zeros(count)
@@ -226,7 +229,7 @@ def _unit_differences(time: FloatArray, samples: FloatArray, order: int, interva
         norm += weight**2
     differences /= np.sqrt(norm)
     whole = time[order:] - time[:count] < 1.5 * points * interval
-    return differences[whole] if np.count_nonzero(whole) >= max(_FEWEST_WINDOWS, count // 10) else differences
+    return differences[whole] if np.count_nonzero(whole) >= max(NOISE.fewest, count // 10) else differences
 
 
 def _trimmed_scale(differences: FloatArray) -> float:

@@ -17,13 +17,9 @@ from scipy import signal
 
 from aerosid.compiled import njit
 from aerosid.notation import number, plain
+from aerosid.signals.settings import PREFILTER
 
 FloatArray = NDArray[np.float64]
-
-_UNIFORM = 0.02  # of the interval: clock jitter that a digital filter with fixed coefficients may ignore
-_MARGIN = 1.5  # cut-off over the frequency where the signal sinks into the noise: 0.96 of it still passes there
-_WORTH = 0.9  # a filter that leaves more than this share of the noise only costs phase and ends
-_GAP_PERIODS = 0.5  # of the cut-off: across a longer gap a straight line says nothing, the record is split there
 
 
 @dataclass(frozen=True)
@@ -138,17 +134,18 @@ def choose_cut_off(
         explanations.append("not filtered: no response channel holds noise")
         return CutOff(None, per_channel, tuple(explanations))
     leading = max(counting, key=lambda name: counting[name])
-    cut_off = _MARGIN * counting[leading]
+    cut_off = PREFILTER.margin * counting[leading]
     nyquist = 0.5 / interval
     # As for a brick wall: the share of the noise's deviation that passes is the root of the share of the band.
-    if cut_off >= _WORTH**2 * nyquist:
+    if cut_off >= PREFILTER.worth**2 * nyquist:
         explanations.append(
             f"not filtered: {leading} holds signal up to {number(counting[leading])} Hz of {number(nyquist)} Hz that "
             "the sampling resolves, so that a filter would take away next to nothing but signal"
         )
         return CutOff(None, per_channel, tuple(explanations))
     explanations.append(
-        f"one cut-off for all channels: {plain(_MARGIN)} times the highest, {leading}, makes {number(cut_off)} Hz"
+        f"one cut-off for all channels: {plain(PREFILTER.margin)} times the highest, {leading}, makes "
+        f"{number(cut_off)} Hz"
     )
     return CutOff(cut_off, per_channel, tuple(explanations))
 
@@ -193,7 +190,7 @@ def apply(butterworth: Butterworth, time: FloatArray, values: FloatArray) -> Flo
             f"a cut-off of {butterworth.cut_off_hz:g} Hz cannot be had from samples every {interval:g} s: "
             f"choose one below {0.5 / interval:g} Hz or leave the filter off"
         )
-    longest = max(_GAP_PERIODS / butterworth.cut_off_hz, 2.5 * interval)
+    longest = max(PREFILTER.gap_periods / butterworth.cut_off_hz, 2.5 * interval)
     breaks = np.flatnonzero(np.diff(instants[present]) > longest) + 1
     for chosen in np.split(present, breaks):
         result[chosen] = _filter_segment(butterworth, instants[chosen], samples[chosen], interval)
@@ -252,7 +249,7 @@ def _filter_segment(butterworth: Butterworth, time: FloatArray, samples: FloatAr
     steps = np.rint(np.diff(time) / interval)
     # Against the grid and not step by step: samples that are merely left out keep the rest on its grid.
     offset = time - time[0] - interval * np.concatenate(([0.0], np.cumsum(steps)))
-    if np.min(steps) >= 1.0 and np.ptp(offset - np.linspace(0.0, offset[-1], offset.size)) <= _UNIFORM * interval:
+    if np.min(steps) >= 1.0 and np.ptp(offset - np.linspace(0.0, offset[-1], offset.size)) <= PREFILTER.even * interval:
         positions = np.concatenate(([0], np.cumsum(steps.astype(np.int64))))
         grid = np.arange(positions[-1] + 1)
         even = np.interp(grid, positions, samples)

@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from aerosid.signals.noise import autocovariance
+from aerosid.signals.settings import COLOUR
 
 FloatArray = NDArray[np.float64]
 Group = tuple[FloatArray, FloatArray, float]
 
-_MAX_ORDER = 12
-_MOST_REFLECTION = 0.995  # a noise model must not remember for longer than records last
 _ROUNDS = 12
-_CONVERGED = 1e-4  # relative change of the noise's variance
+"""Numerical: times at most that noise model and weights are estimated in turn."""
+
+_CONVERGED = 1e-4
+"""Numerical: relative change of the noise's variance, 1, that changes no weight any more."""
 
 
 @dataclass(frozen=True)
@@ -288,7 +290,7 @@ def _lagged(one: FloatArray, two: FloatArray, max_lag: int) -> FloatArray:
 
 def _order(measured: FloatArray, count: int) -> int:
     """The autoregressive order that the corrected Akaike criterion chooses, 0 for white residuals."""
-    highest = min(_MAX_ORDER, count // 20, measured.size - 1)
+    highest = min(COLOUR.highest_order, count // 20, measured.size - 1)
     if measured[0] <= 0.0:
         return 0
     criteria = []
@@ -304,8 +306,8 @@ def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], F
 
     The variance is given of every order from 0 on.
 
-    Reflections are held inside 0.995, so that the process is stationary whatever the given autocovariances are; the
-    returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
+    Reflections are held within their limit, so that the process is stationary whatever the given autocovariances are;
+    the returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
     """
     coefficients = np.zeros(order)
     consistent = np.zeros(order + 1)
@@ -318,7 +320,7 @@ def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], F
         known = coefficients[: k - 1]
         predicted = float(known @ consistent[k - 1 : 0 : -1])
         reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
-        reflection = min(max(reflection, -_MOST_REFLECTION), _MOST_REFLECTION)
+        reflection = min(max(reflection, -COLOUR.most_reflection), COLOUR.most_reflection)
         consistent[k] = predicted + reflection * innovation
         coefficients[:k] = np.append(known - reflection * known[::-1], reflection)
         innovation *= 1.0 - reflection**2

@@ -11,11 +11,9 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-FloatArray = NDArray[np.float64]
+from aerosid.signals.settings import COLOUR
 
-NEIGHBOURS = 9
-"""Frequencies over which a cross-spectrum is averaged, of a record padded to twice its length: some four and a half
-independent ones, so that a variance of one column is known to a third (Priestley 1981, section 6.2)."""
+FloatArray = NDArray[np.float64]
 
 
 def score_covariance(columns: FloatArray, residuals: FloatArray) -> tuple[FloatArray, float]:
@@ -31,7 +29,7 @@ def score_covariance(columns: FloatArray, residuals: FloatArray) -> tuple[FloatA
     Notes
     -----
     sum_f X(f)* P(f) X(f) with the transforms X of the columns and the cross-spectra P of the residuals, averaged over
-    `NEIGHBOURS` frequencies: the covariance of least-squares scores in stationary noise of any spectrum (Hannan 1970,
+    some frequencies: the covariance of least-squares scores in stationary noise of any spectrum (Hannan 1970,
     Multiple Time Series, chapter VII). Degrees of freedom as Satterthwaite (1946) of a sum of independent parts.
     """
     samples = columns.shape[0]
@@ -39,7 +37,8 @@ def score_covariance(columns: FloatArray, residuals: FloatArray) -> tuple[FloatA
     waves = scipy.fft.rfft(columns, length, axis=0)
     noise = scipy.fft.rfft(residuals, length, axis=0)
     cross = noise[:, :, None] * noise[:, None, :].conj()
-    cross = uniform_filter1d(cross.real, NEIGHBOURS, axis=0) + 1j * uniform_filter1d(cross.imag, NEIGHBOURS, axis=0)
+    real, imaginary = (uniform_filter1d(part, COLOUR.neighbours, axis=0) for part in (cross.real, cross.imag))
+    cross = real + 1j * imaginary
     # A channel that is seldom sampled has its noise where it is: products are means over what is there.
     there = np.sqrt(np.maximum(np.count_nonzero(residuals, axis=0), 1))
     cross /= there[:, None] * there
@@ -50,5 +49,5 @@ def score_covariance(columns: FloatArray, residuals: FloatArray) -> tuple[FloatA
     sizes = np.trace(parts, axis1=1, axis2=2)
     # Padding doubles the number of frequencies; each tells two numbers, and shares what it knows with its neighbours.
     total = float(sizes.sum())
-    freedom = NEIGHBOURS * total**2 / max(float(np.sum(sizes**2)), np.finfo(float).tiny) if total > 0.0 else 1.0
+    freedom = COLOUR.neighbours * total**2 / max(float(np.sum(sizes**2)), np.finfo(float).tiny) if total > 0.0 else 1.0
     return 0.5 * (whole + whole.T), max(freedom, 1.0)

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _TOLERANCE = 1e-11
+"""Numerical: residual over the right-hand side at which conjugate gradients end."""
+
 _MOST_STEPS = 2000
+"""Numerical: steps of conjugate gradients at most."""
 
 
 class StationaryNoise:

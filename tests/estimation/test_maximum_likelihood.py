@@ -17,11 +17,13 @@ from scipy.stats import chi2, norm
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest, refine, whiten
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
+from aerosid.flight_model.response import trace_stretch
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
@@ -285,3 +287,14 @@ def test_deviations_are_the_scatter_over_four_hundred_seeds(interval: float) -> 
     for i, name in enumerate(LONGITUDINAL.outputs):
         if name in NOISE:
             assert levels[i] / NOISE[name] == pytest.approx(1.0, abs=0.03), name
+
+
+def test_no_kernel_is_compiled_again_for_values_that_may_not_be_written() -> None:
+    """The largest kernel takes ten seconds; a model's own values are held against writing."""
+    model, manoeuvre = Problem(duration=2.0).prepared(Problem(duration=2.0).fly(1))
+    likelihood = Likelihood(model, (manoeuvre,), ())
+    next(likelihood.traced(0, np.array(model.values), manoeuvre.first_state, ()))
+    known = len(trace_stretch.signatures)  # type: ignore[attr-defined]
+    assert not model.values.flags.writeable
+    next(likelihood.traced(0, model.values, manoeuvre.first_state, ()))
+    assert len(trace_stretch.signatures) == known  # type: ignore[attr-defined]

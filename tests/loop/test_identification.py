@@ -28,11 +28,15 @@ from aerosid.flight_model.simulation import fly, trim
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import identify
 from aerosid.loop.result import ClosedLoop
+from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict, judge
 from aerosid.search.settings import AttributionSettings
 
 FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 100.0)
 SQUARES = Problem(undeclared=BOTH_SQUARES, duration=8.0)
+JUDGED = LoopSettings(paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False)
+"""What names and judges; nothing that is only told beside it."""
+
 OFF = {("C_m", "alpha"): -0.65, ("C_m", "1"): 0.05, ("C_Z", "alpha"): -5.4, ("C_X", "1"): -0.05}
 """Declared values that are wrong by more than the flight's own deviations: retuning must not name a term."""
 
@@ -195,7 +199,7 @@ def test_the_completed_aircraft_lacks_nothing(squares: ClosedLoop) -> None:
     held = {(d.coefficient, str(d.term)): d.value for d in completed.derivatives}
     for row in squares.derivatives:
         assert held[row.coefficient, row.term] == pytest.approx(row.value, rel=1e-6)
-    again = close_loop(squares.validation, completed)
+    again = close_loop(squares.validation, completed, settings=JUDGED)
     assert again.verdict is Verdict.NOTHING_MISSING
     assert named(again) == set()
 
@@ -224,7 +228,7 @@ PLANTED = [
 )
 def test_a_planted_term_is_named_without_a_validation_log(problem: Problem) -> None:
     problem = problem if problem.duration > 20.0 else replace(problem, duration=8.0)
-    result = close_loop([problem.fly(3)], problem.aircraft)
+    result = close_loop([problem.fly(3)], problem.aircraft, settings=JUDGED)
     assert named(result) == aero(*problem.undeclared)
     assert result.verdict is Verdict.EXPLAINED
     for effect in result.effects:
@@ -243,7 +247,7 @@ def false_alarms(seeds: range) -> int:
     declared = declaring(LIGHT, OFF)
     alarms = 0
     for seed in seeds:
-        identified = identify([problem.fly(seed)], declared)
+        identified = identify([problem.fly(seed)], declared, settings=JUDGED)
         assert identified.found is not None
         alarms += judge(identified.found, identified.manoeuvres) is not Verdict.NOTHING_MISSING
     return alarms
@@ -267,7 +271,7 @@ def test_three_hundred_flights_with_nothing_missing() -> None:
 def test_fixed_terms_are_neither_estimated_nor_named() -> None:
     problem = Problem(undeclared={("C_m", "alpha^2"): -1.7}, duration=6.0)
     aircraft = declaring(LIGHT, {("C_m", "alpha^2"): -1.7, ("C_m", "q_hat"): -16.3}, fixed=(("C_m", "alpha^2"),))
-    result = close_loop([problem.fly(5)], aircraft)
+    result = close_loop([problem.fly(5)], aircraft, settings=JUDGED)
     assert named(result) == set()
     row = next(row for row in result.derivatives if (row.coefficient, row.term) == ("C_m", "alpha^2"))
     assert row.value == row.declared == -1.7
@@ -277,7 +281,7 @@ def test_fixed_terms_are_neither_estimated_nor_named() -> None:
 def test_two_logs_are_one_estimate() -> None:
     problem = replace(SQUARES, duration=5.0)
     logs = [problem.fly(6, "one"), replace(problem, elevator="3211", amplitude=0.045, interval=0.04).fly(7, "two")]
-    result = close_loop(logs, LIGHT)
+    result = close_loop(logs, LIGHT, settings=JUDGED)
     assert named(result) == aero(*BOTH_SQUARES)
     assert {row.log for row in result.errors} == {"one", "two"}
     for effect in result.effects:
@@ -298,7 +302,7 @@ def test_a_log_without_a_channel_that_is_needed_is_refused(channel: str) -> None
 
 
 def test_a_flight_without_an_input_is_not_excited() -> None:
-    result = close_loop([Problem(elevator="none", duration=8.0).fly(1)], LIGHT)
+    result = close_loop([Problem(elevator="none", duration=8.0).fly(1)], LIGHT, settings=JUDGED)
     assert result.verdict is Verdict.NOT_EXCITED
 
 
@@ -306,7 +310,8 @@ def test_a_pitch_rate_that_swings_by_itself_is_not_explained() -> None:
     """A false 0.02 rad/s at 1.3 Hz in q alone, 12 times its noise: theta and alpha contradict it."""
     problem = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=8.0)
     log = problem.fly(2)
-    result = close_loop([with_channels(log, q=log["q"] + 0.02 * np.sin(2.0 * np.pi * 1.3 * problem.time))], LIGHT)
+    swinging = with_channels(log, q=log["q"] + 0.02 * np.sin(2.0 * np.pi * 1.3 * problem.time))
+    result = close_loop([swinging], LIGHT, settings=JUDGED)
     assert result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING)
 
 
@@ -328,5 +333,5 @@ def test_a_moment_that_no_library_holds_is_not_explained() -> None:
         seed=1,
         further_inputs={"vane_2": vane},
     )
-    result = close_loop([with_thrust(with_channels(log, vane_2=None), level.thrust)], LIGHT)
+    result = close_loop([with_thrust(with_channels(log, vane_2=None), level.thrust)], LIGHT, settings=JUDGED)
     assert result.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)

@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "aerosid"
-JUDGING = ("compatibility", "effects", "equation_error", "estimation", "loop", "manoeuvres", "model_error", "search")
+JUDGING = (
+    "aircraft", "compatibility", "effects", "equation_error", "estimation", "loop", "manoeuvres", "model_error",
+    "search", "signals",
+)  # fmt: skip
 SAID = ("Numerical: ", "Physical: ", "Standard: ", "Display: ", "Layout: ")
 """How the docstring of a number begins that is no threshold: what bounds steps, memory or rounding, what nature or a
 standard gives, what a reader sees, what a kernel's arrays hold where."""

@@ -7,6 +7,7 @@ import dataclasses
 import hashlib
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from aerosid.loop.second_opinion import RivalStructure, SecondOpinion
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
+from aerosid.reporting.templating import page_environment
 
 
 @pytest.fixture(scope="module")
@@ -370,3 +372,26 @@ def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: C
     assert cells == ["1.00", "1.27"]
     assert "104" not in body
     assert "sensor bias of V" in body
+
+
+def test_templates_that_were_compiled_before_fill_the_same_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the template, from what was kept of it, and where the folder that keeps it is damaged."""
+    monkeypatch.setenv("AEROSID_CACHE_DIR", str(tmp_path / "cache"))
+    folder = tmp_path / "pages"
+    folder.mkdir()
+    (folder / "page.html").write_text("<p>{{ text }}</p>", encoding="utf-8")
+
+    def filled() -> str:
+        page_environment.cache_clear()
+        return page_environment(folder).get_template("page.html").render(text="a < b")
+
+    pages = [filled(), filled()]
+    (kept,) = (tmp_path / "cache" / "templates").iterdir()
+    kept.write_bytes(b"no bytecode")
+    pages.append(filled())
+    (folder / "page.html").write_text("<p>{{ text }}!</p>", encoding="utf-8")
+    pages.append(filled())
+    page_environment.cache_clear()
+    assert pages == ["<p>a &lt; b</p>"] * 3 + ["<p>a &lt; b!</p>"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import html
 import re
-from xml.sax.saxutils import escape
 
 from aerosid.reporting.paper.elements import Element
 
@@ -21,9 +21,14 @@ def printable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
+def escaped(text: str) -> str:
+    """The text with the three characters that markup is made of as entities."""
+    return html.escape(text, quote=False)
+
+
 def _part(child: Element | str) -> str:
     if isinstance(child, str):
-        return escape(printable(child))
+        return escaped(printable(child))
     if child.tag in ("svg", "input") or "on-screen" in child.classes:
         return ""
     if child.tag == "br":

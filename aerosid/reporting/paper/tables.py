@@ -6,13 +6,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
-from xml.sax.saxutils import escape
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import Flowable, LongTable, Paragraph, Table, TableStyle
 
 from aerosid.reporting.paper.elements import Element
-from aerosid.reporting.paper.inline import markup, printable
+from aerosid.reporting.paper.inline import escaped, markup, printable
 from aerosid.reporting.paper.typeface import colours, style
 
 _SIZE, _HEAD_SIZE, _HASH_SIZE = 7.0, 6.5, 5.2
@@ -116,7 +115,7 @@ def _content(cell: _Cell, its_style: Any, width: float) -> Any:
         if stringWidth(text, its_style.fontName, its_style.fontSize) <= width - 2.0 * _PADDING:
             return _OneLine(text, its_style)
         lines = _lines(text, its_style, width - 2.0 * _PADDING)
-        return Paragraph("<br/>".join(map(escape, lines)), its_style)
+        return Paragraph("<br/>".join(map(escaped, lines)), its_style)
     return Paragraph(markup(cell.element), its_style)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from aerosid.model_error.continuous import estimate_continuous
 from aerosid.model_error.functions import model_functions
 from aerosid.model_error.initial_states import estimate_forward_backward
 from aerosid.model_error.weights import Weights, continuous_weights
+from aerosid.studies.paper.discrete_example import Case
 from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 
 Array = NDArray[np.float64]
@@ -29,21 +29,11 @@ INTERVAL = 0.1
 POINTS = 300
 
 
-@dataclass(frozen=True)
-class Case:
-    """One row of table 2, as `discrete_example.Case`."""
-
-    name: str
-    lacking: tuple[int, ...]
-    estimated: tuple[int, ...]
-    points: int = POINTS
-
-
 CASES = (
-    Case("I", (3,), (2, 3)),
-    Case("II", (1, 3), (1, 2, 3)),
-    Case("III", (0, 1, 3), (0, 1, 2, 3)),
-    Case("IV", (0, 1, 3), (0, 1, 2, 3), points=60),
+    Case("I", (3,), (2, 3), POINTS),
+    Case("II", (1, 3), (1, 2, 3), POINTS),
+    Case("III", (0, 1, 3), (0, 1, 2, 3), POINTS),
+    Case("IV", (0, 1, 3), (0, 1, 2, 3), 60),
 )
 """Case II is figure 3's; the others by analogy with table 1, since table 2's rows did not survive the scan."""
 

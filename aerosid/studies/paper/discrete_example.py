@@ -28,19 +28,19 @@ POINTS = 100
 
 @dataclass(frozen=True)
 class Case:
-    """One row of table 1: which of the four terms the model lacks, which are estimated, and on how many points."""
+    """One row of table 1 or 2: which of the four terms the model lacks, which are estimated, and on how many points."""
 
     name: str
     lacking: tuple[int, ...]
     estimated: tuple[int, ...]
-    points: int = POINTS
+    points: int
 
 
 CASES = (
-    Case("I", (3,), (2, 3)),
-    Case("II", (0, 3), (0, 2, 3)),
-    Case("III", (0, 1, 3), (0, 1, 2, 3)),
-    Case("IV", (0, 1, 3), (0, 1, 2, 3), points=6),
+    Case("I", (3,), (2, 3), POINTS),
+    Case("II", (0, 3), (0, 2, 3), POINTS),
+    Case("III", (0, 1, 3), (0, 1, 2, 3), POINTS),
+    Case("IV", (0, 1, 3), (0, 1, 2, 3), 6),
 )
 
 

@@ -123,7 +123,7 @@ def _discrete(fit: PolynomialFit, case: discrete_example.Case) -> Figure:
     return figure
 
 
-def _continuous(fit: PolynomialFit, case: continuous_example.Case) -> Figure:
+def _continuous(fit: PolynomialFit, case: discrete_example.Case) -> Figure:
     figure, axes = _axes(2, 2, ("X1", "X2", "model error d1", "error of d1"), "sample")
     history = fit.history
     truth = continuous_example.true_states(np.asarray(history.time))

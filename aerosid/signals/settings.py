@@ -1,0 +1,103 @@
+"""Settings of the noise estimates, filters and residual tests on plain arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """Settings of the noise level of a channel and of what is calmed in it.
+
+    Attributes
+    ----------
+    trim : float
+        Standard deviations, 1, of the differences beyond which they are left out: corners of the manoeuvre and spikes
+        lie there. Chosen; the estimate is corrected for it.
+    fewest : int
+        Differences of one order, or without a gap, below which they say nothing. Chosen.
+    clear : float
+        Standard deviations, 1, of the noise within which a mean takes in a sample: corners are left alone, and of white
+        noise three samples in a hundred.
+    half_windows : tuple of int
+        Half widths, samples, of the means; the widest passes a quarter of a hertz at 100 samples per second.
+    even : float
+        Share of the sampling interval, 1, by which stamps may jitter without showing in the weights of differences.
+    """
+
+    trim: float = 3.0
+    fewest: int = 8
+    clear: float = 2.5
+    half_windows: tuple[int, ...] = (1, 2, 4, 8, 16)
+    even: float = 0.02
+
+
+@dataclass(frozen=True)
+class PrefilterSettings:
+    """Settings of the common cut-off and of its filter.
+
+    Attributes
+    ----------
+    margin : float
+        Cut-off over the frequency where the signal sinks into the noise, 1: 0.96 of the signal still passes there.
+    worth : float
+        Share of the noise's deviation, 1, beyond which a filter that leaves it costs phase and ends for nothing.
+    gap_periods : float
+        Periods of the cut-off, 1, from which a straight line across a gap says nothing: the record is split there.
+    even : float
+        Share of the sampling interval, 1, by which stamps may jitter and a digital filter with fixed coefficients run.
+    """
+
+    margin: float = 1.5
+    worth: float = 0.9
+    gap_periods: float = 0.5
+    even: float = 0.02
+
+
+@dataclass(frozen=True)
+class WhitenessSettings:
+    """Settings of the tests whether a residual is what a sensor leaves.
+
+    Attributes
+    ----------
+    lags : int
+        Lags, samples, of Ljung and Box's test: it loses power with many, and misses slow swings with few.
+    longest_memory : float
+        Time, s, beyond which sensor noise has forgotten itself; what a wrong model leaves follows the motion.
+    neighbours : int
+        Samples either way over which two channels are compared.
+    doubt : float
+        Probability, 1, below which a residual is not what it was taken for. Chosen.
+    """
+
+    lags: int = 20
+    longest_memory: float = 0.3
+    neighbours: int = 2
+    doubt: float = 1e-4
+
+
+@dataclass(frozen=True)
+class ColourSettings:
+    """Settings of the noise models by which covariances are corrected.
+
+    Attributes
+    ----------
+    highest_order : int
+        Highest autoregressive order, samples, among which Akaike's criterion chooses: the length of a usual antialias
+        filter's memory at the samples of a recorder. Chosen.
+    most_reflection : float
+        Largest reflection coefficient, 1: a noise model must not remember for longer than records last.
+    neighbours : int
+        Frequencies over which a cross-spectrum is averaged, of a record padded to twice its length: some four and a
+        half independent ones, so that a variance of one column is known to a third (Priestley 1981, section 6.2).
+    """
+
+    highest_order: int = 12
+    most_reflection: float = 0.995
+    neighbours: int = 9
+
+
+NOISE = NoiseSettings()
+PREFILTER = PrefilterSettings()
+WHITENESS = WhitenessSettings()
+COLOUR = ColourSettings()
