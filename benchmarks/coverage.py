@@ -17,7 +17,8 @@ import numpy as np
 from aerosid.errors import AerosidError
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.settings import METHODS
-from benchmarks.sideways_detection import GUST, QUICK, deviations
+from benchmarks.sideways_detection import GUST, QUICK, WIND, deviations
+from benchmarks.sideways_detection import told as told_of
 from benchmarks.sideways_plants import NO_PLANT
 from benchmarks.six_axis_flights import aircraft_of, drawn, flown
 
@@ -47,7 +48,10 @@ def main() -> None:
         except AerosidError as error:
             print(f"{n}: {error}")  # noqa: T201
             continue
-        named += any(effect.kind not in ("gust", "side_gust") for effect in result.effects)
+        wrong = [effect for effect in result.effects if effect.kind not in WIND]
+        named += bool(wrong)
+        if wrong:
+            print(f"{n} ({at.body.name}, {at.interval:g} s): {told_of(result)}", flush=True)  # noqa: T201
         for (coefficient, term), off in deviations(at, NO_PLANT, result).items():
             for group in ("all", at.body.name, coefficient, f"{coefficient} {term}"):
                 apart.setdefault(group, []).append(off)

@@ -253,15 +253,14 @@ class CoefficientEquations:
     def _arms(self, model: AerodynamicModel, centre: Centre, given: Mapping[str, Array]) -> dict[str, Array]:
         """What further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
 
-        With the pitch acceleration of the model's moment and of what is `given` beside it, rad/s^2. The measured one
-        answers the gusts that the forces answer: an arm would be seen where there is none.
+        With the angular accelerations of the model's moments and of what is `given` beside them, rad/s^2. The measured
+        ones answer the gusts that the forces answer: an arm would be seen where there is none.
         """
-        recording, rates = self._recording, self._motion.rates
+        recording = self._recording
         placed = any(isinstance(active.effect, PositionEffect) for active in self._effects)
         if not (placed or centre.is_moved):
             return {}
-        if "C_m" in given:
-            rates = replace(rates, q_dot=self._turning("C_m", model, given))
+        rates = self._modelled_rates(model, given, at_samples=True)
         here = accelerometer_offsets(recording, self._effects, rates)
         declared = accelerometer_offsets(recording, (), rates)
         # Sensors keep their places in the aircraft when the centre of gravity moves.
@@ -274,18 +273,20 @@ class CoefficientEquations:
                 added[name] = added[name] + here[channel] - declared[channel]
         return added
 
-    def _turning(self, moment: str, model: AerodynamicModel, given: Mapping[str, Array]) -> Array:
-        """The angular acceleration of the model's moment and of what is `given` beside it, rad/s^2."""
-        turning = given[moment]
-        for entry, value in zip(model.entries, model.values, strict=True):
-            if entry[0] == moment and value != 0.0:
-                turning = turning + value * self._accelerations(entry)[moment]
-        return turning
+    def _modelled_rates(
+        self, model: AerodynamicModel, given: Mapping[str, Array], *, at_samples: bool = False
+    ) -> Rates:
+        """The rates with the angular accelerations of the model: gusts roll and yaw, and would look like I_xz.
 
-    def _modelled_rates(self, model: AerodynamicModel, given: Mapping[str, Array]) -> Rates:
-        """The rates with the angular accelerations of the model: gusts roll and yaw, and would look like I_xz."""
-        turned = {f"{MEASURED_BY[name]}_dot": self._turning(name, model, given) for name in given if name in _INERTIA}
-        return replace(self._motion.rates, **turned)
+        `at_samples`: as they are there, and not as the derivatives of sampled rates show them.
+        """
+        turned = {name: given[name] for name in given if name in _INERTIA}
+        for entry, value in zip(model.entries, model.values, strict=True):
+            name = entry[0]
+            if name in turned and value != 0.0:
+                series = term_series(entry[1], self.variables) if at_samples else self._series(entry)
+                turned[name] = turned[name] + value * series * self._force_per_unit[name]
+        return replace(self._motion.rates, **{f"{MEASURED_BY[name]}_dot": turned[name] for name in turned})
 
     def _known_moments(self, thrust: Array, constants: Constants, rates: Rates) -> dict[str, Array]:
         """Angular accelerations that no free term makes: thrust and the coupling of a turning body's axes."""

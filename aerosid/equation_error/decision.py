@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
-from aerosid.equation_error.candidates import of_sensors
+from aerosid.equation_error.candidates import of_sensors, told_apart
 from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.coefficient_search import CoefficientSearch, searched
 from aerosid.equation_error.deviations import corrected_covariance
@@ -35,7 +35,7 @@ from aerosid.equation_error.selection import (
     rules_for,
 )
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
-from aerosid.equation_error.supported_timing import supported_timings
+from aerosid.equation_error.supported_faults import supported_faults
 from aerosid.equation_error.votes import Share, shares_of
 
 Array = NDArray[np.float64]
@@ -115,11 +115,13 @@ def decide(
     fitted = replace(declared.frame, all_fitted=False)
     rules = rules_for(asked, declared.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
 
-    supported = {each.hypothesis.label: each for each in supported_timings(proved, sensors)}
+    supported = {told_apart(each.hypothesis): each for each in supported_faults(proved, sensors)}
     others.extend(each.hypothesis for each in supported.values())
+    rules = replace(rules, credits={name: each.credit for name, each in supported.items()})
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-        return hypothesis.label not in supported or supported[hypothesis.label].agrees(found)
+        name = told_apart(hypothesis)
+        return name not in supported or supported[name].agrees(found)
 
     search = CoefficientSearch(tuple(others), tuple(coefficients), fitted, rules, admitted, told)
     outcome = _timed(proved.estimate, declared, search)

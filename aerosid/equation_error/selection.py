@@ -19,6 +19,7 @@ from aerosid.equation_error.candidates import (
     scores,
     term_candidates,
     to_first_order,
+    told_apart,
     within_limits,
 )
 from aerosid.equation_error.channels import COEFFICIENT
@@ -63,12 +64,14 @@ class Selected:
 class Rules:
     """The price of a hypothesis: all that are asked share the stated odds of a false alarm.
 
-    `shares` by label, their sum one: simple terms take more of it than products of many factors.
+    `shares` by label, their sum one: simple terms take more of it than products of many factors. `credits`: gain in
+    ln L that other equations show of a hypothesis already, by what tells it apart.
     """
 
     shares: Mapping[tuple[str, str, str], float]
     samples: int
     false_alarm: float
+    credits: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
     def chance(self, hypothesis: Hypothesis) -> float:
         """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
@@ -77,7 +80,8 @@ class Rules:
     def price(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
         odds = -float(np.log(self.chance(hypothesis)))
-        return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+        schwarz = 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+        return odds + schwarz - self.credits.get(told_apart(hypothesis), 0.0)
 
 
 RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))

@@ -5,16 +5,17 @@ from dataclasses import replace
 import lateral_flights as commuter
 import numpy as np
 import pytest
-from equations_decided import decided, questioned
+from equations_decided import decided, proved, questioned
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.coefficient_equations import CoefficientEquations
-from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct, unfollowed
 from aerosid.equation_error.recording import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.logs.flight_log import FlightLog
 
 Array = NDArray[np.float64]
 
@@ -118,3 +119,24 @@ def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed:
     (air,) = found.turbulence
     assert air.kind == "side_gust"
     assert air.sigma == pytest.approx(0.7, rel=0.5)
+
+
+def test_a_place_that_gusts_keep_kinematics_from_proving_is_named_where_the_side_force_agrees() -> None:
+    """A term of C_Y would do nearly the same; the place moves the path of sideslip too."""
+    generator = np.random.default_rng(11)
+    kept = np.exp(-commuter.SPEED * 0.04 / 150.0)
+
+    def flown(name: str, *, mirrored: bool) -> FlightLog:
+        air = [0.0]
+        for shock in generator.standard_normal(commuter.Lateral().time.size - 1):
+            air.append(kept * air[-1] + 0.5 * np.sqrt(1.0 - kept**2) * shock)
+        place = {"a_y": (0.0, 0.0, 1.2)}
+        flight = commuter.Lateral(inputs={"side_gust": np.array(air)}, positions=place, size=1.5)
+        return flight.log(mirrored=mirrored, name=name)
+
+    logs = [flown("one", mirrored=False), flown("two", mirrored=True)]
+    faults = proved(LATERAL, logs[:1], logs[1:])
+    assert not faults.selected.chosen
+    (row,) = decide(faults, LATERAL.coefficients).findings
+    assert row.hypothesis.label == ("sensor_position", "a_y", "")
+    assert abs(row.value - 1.2) < 3.0 * row.std_errors[0]
