@@ -24,6 +24,7 @@ QUICK = ModelErrorSearchSettings(
     rounds=4,
     trial_sweeps=1,
     kept_statistics=True,
+    far_ahead=4.0,
     least_share=0.9,
     unlike_share=0.2,
     jump_stride=1000,

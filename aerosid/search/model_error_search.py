@@ -151,6 +151,8 @@ class _Search:
         self.asked = len(self.seen)
         self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
         self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
+        self.refuted: set[tuple[str, str, str]] = set()
+        """Of candidates whose trial brought nothing where trials are held: they are not tried again."""
 
     def _open(self, current: Sweep) -> list[int]:
         """Places of the candidates that the structure does not hold yet."""
@@ -215,10 +217,13 @@ class _Search:
     def _trials(self, current: Sweep, shortlist: Sequence[Score]) -> list[_Trial]:
         """Fits of the candidates: to first order where trials are held and that is exact, else flown."""
         linear = [s for s in shortlist if self.settings.kept_statistics and is_linear(s.hypothesis)]
-        fits = [
-            *zip(linear, first_order_trials(self.sweeps, current, linear), strict=True),
-            *((score, sweep) for score in shortlist if score not in linear for sweep in self._flown(current, score)),
-        ]
+        fits = list(zip(linear, first_order_trials(self.sweeps, current, linear), strict=True))
+        for score in sorted((s for s in shortlist if s not in linear), key=lambda score: -score.gain):
+            brought = max((current.cost - sweep.cost for _, sweep in fits), default=0.0)
+            if not self.settings.far_ahead or brought < self.settings.far_ahead * score.gain:
+                fits += [(score, sweep) for sweep in self._flown(current, score)]
+        if self.settings.kept_statistics:
+            self.refuted |= {score.hypothesis.label for score, sweep in fits if sweep.cost > current.cost}
         return [
             _Trial(score.hypothesis, sweep, sweep.cost + score.gain - worth(score, self.settings))
             for score, sweep in fits
