@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+COLOUR_ROUNDS = 3
+"""Numerical: times that a shared colour is estimated with the sizes of the innovations that the last one left."""
+
 
 @dataclass(frozen=True)
 class Colour:
@@ -131,3 +134,71 @@ def _is_stable(weights: Array) -> bool:
             return False
         weights = (weights[:k] - reflection * weights[k:0:-1]) / (1.0 - reflection * reflection)
     return True
+
+
+@dataclass(frozen=True)
+class Coloured:
+    """Ln L of some residuals with the colour of each, their innovations and the sizes of those."""
+
+    likelihood: float
+    colours: tuple[Colour, ...]
+    white: tuple[Array, ...]
+    sizes: Array
+
+
+def with_own_colours(
+    shared: Coloured,
+    parts: Sequence[Array],
+    rough: Sequence[float],
+    floors: Sequence[float],
+    order: int,
+    longest: float,
+) -> Coloured:
+    """Each recording with a colour of its own where that is likelier than one they share, by Schwarz's criterion.
+
+    A recording in other air, or with something undeclared in it that others do not have, bends the colour of all: what
+    happens suddenly in each of two recordings makes the noise of the other look slow, and hides in it.
+    """
+    if len(parts) == 1:
+        return shared
+    own = [
+        shared_colour([part], [size], [floor], order, longest)
+        for part, size, floor in zip(parts, rough, floors, strict=True)
+    ]
+    likelihood = sum(each.likelihood for each in own)
+    price = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
+    if likelihood - price <= shared.likelihood:
+        return shared
+    return Coloured(
+        likelihood,
+        tuple(colour for each in own for colour in each.colours),
+        tuple(white for each in own for white in each.white),
+        np.concatenate([each.sizes for each in own]),
+    )
+
+
+def shared_colour(
+    parts: Sequence[Array], rough: Sequence[float], floors: Sequence[float], order: int, longest: float
+) -> Coloured:
+    """The likeliest colour that residuals of several recordings share, their innovations and the size of each.
+
+    Burg's method weighs recordings by what they are divided by: by their innovations' sizes it comes near the greatest
+    likelihood, and those are known once a colour is. Divided by its own size, a recording with a sudden change in it
+    counts for less than one without, and the colour of all becomes that of the quiet one.
+    """
+    best: Coloured | None = None
+    divisors = np.array(rough)
+    for _ in range(COLOUR_ROUNDS):
+        colour = fit_colour(parts, divisors.tolist(), order, longest)
+        white = [colour.whitened(part[:, None])[:, 0] for part in parts]
+        sizes = np.array([max(float(np.sqrt(np.mean(w**2))), low) for w, low in zip(white, floors, strict=True)])
+        likelihood = -sum(
+            w.size * np.log(s) + 0.5 * float(w @ w) / s**2 + colour.log_start for w, s in zip(white, sizes, strict=True)
+        )
+        if best is None or likelihood > best.likelihood:
+            best = Coloured(float(likelihood), (colour,) * len(parts), tuple(white), sizes)
+        if len(parts) == 1 or np.allclose(sizes / sizes[0], divisors / divisors[0], rtol=0.1):
+            break
+        divisors = sizes
+    assert best is not None
+    return best

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.channels import KINEMATIC, SIDEWAYS
-from aerosid.equation_error.coloured_regression import Colour, colour_of, fit_colour
+from aerosid.equation_error.coloured_regression import Colour, Coloured, colour_of, shared_colour, with_own_colours
 from aerosid.equation_error.instruments import TRENDS
 from aerosid.equation_error.points import HEIGHT, Segment, Unknown, value_of
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -26,7 +26,7 @@ class Design:
     ----------
     segments : tuple of (recording, equation)
     groups : tuple of (equation, float)
-        Segments that share a colour: the same equation at the same interval, s.
+        Segments that may share a colour: the same equation at the same interval, s.
     bounds : ndarray, shape (S + 1,)
         Where each segment's rows begin.
     target : ndarray, shape (R,)
@@ -71,12 +71,12 @@ class Design:
 
 @dataclass(frozen=True)
 class Weights:
-    """What the residuals are like: the colour of each equation, the size of each segment's innovations (S,).
+    """What the residuals are like: the colour of each segment (S), the size of each segment's innovations (S,).
 
     `excess`: the factor in power, by equation, that is in the sizes because it is compared in a space of instruments.
     """
 
-    colours: Mapping[tuple[str, float], Colour]
+    colours: tuple[Colour, ...]
     sizes: Array
     excess: Mapping[tuple[str, float], float] = field(default_factory=dict)
 
@@ -156,7 +156,7 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
     for s, group in enumerate(design.groups):
         by_group.setdefault(group, []).append(s)
     sizes = np.ones(len(design.segments))
-    colours: dict[tuple[str, float], Colour] = {}
+    colours = [colour_of(np.ones(1))] * len(design.segments)
     excess: dict[tuple[str, float], float] = {}
     for (equation, interval), members in by_group.items():
         parts = [residuals[design.rows(s)] for s in members]
@@ -165,66 +165,29 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         if equation not in KINEMATIC or equation in SIDEWAYS:
             longest = settings.memory / interval
         floors = [max(float(design.floors[s]), 1e-12) for s in members]
-        colour, white, own = _shared_colour(parts, rough, floors, settings.order, longest)
-        colours[equation, interval] = colour
-        sizes[members] = own
-        excess[equation, interval] = _excess(
-            design, members, colour, dict(zip(members, white, strict=True)), sizes, settings
-        )
+        found = shared_colour(parts, rough, floors, settings.order, longest)
+        if all(design.instruments[s] is None for s in members):
+            found = with_own_colours(found, parts, rough, floors, settings.order, longest)
+        sizes[members] = found.sizes
+        for s, colour in zip(members, found.colours, strict=True):
+            colours[s] = colour
+        excess[equation, interval] = _excess(design, members, found, settings)
         sizes[members] *= np.sqrt(excess[equation, interval])
-    return Weights(colours, sizes, excess)
+    return Weights(tuple(colours), sizes, excess)
 
 
-def _shared_colour(
-    parts: Sequence[Array], rough: Sequence[float], floors: Sequence[float], order: int, longest: float
-) -> tuple[Colour, list[Array], Array]:
-    """The likeliest colour that residuals of several recordings share, their innovations and the size of each.
-
-    Burg's method weighs recordings by what they are divided by: by their innovations' sizes it comes near the greatest
-    likelihood, and those are known once a colour is. Divided by its own size, a recording with a sudden change in it
-    counts for less than one without, and the colour of all becomes that of the quiet one.
-    """
-    best: tuple[float, Colour, list[Array], Array] | None = None
-    divisors = np.array(rough)
-    for _ in range(COLOUR_ROUNDS):
-        colour = fit_colour(parts, divisors.tolist(), order, longest)
-        white = [colour.whitened(part[:, None])[:, 0] for part in parts]
-        sizes = np.array([max(float(np.sqrt(np.mean(w**2))), low) for w, low in zip(white, floors, strict=True)])
-        likelihood = -sum(
-            w.size * np.log(s) + 0.5 * float(w @ w) / s**2 + colour.log_start for w, s in zip(white, sizes, strict=True)
-        )
-        if best is None or likelihood > best[0]:
-            best = likelihood, colour, white, sizes
-        if len(parts) == 1 or np.allclose(sizes / sizes[0], divisors / divisors[0], rtol=0.1):
-            break
-        divisors = sizes
-    assert best is not None
-    return best[1], best[2], best[3]
-
-
-COLOUR_ROUNDS = 3
-"""Numerical: times that a shared colour is estimated with the sizes of the innovations that the last one left."""
-
-
-def _excess(
-    design: Design,
-    members: Sequence[int],
-    colour: Colour,
-    white: Mapping[int, Array],
-    sizes: Array,
-    settings: EquationErrorSettings,
-) -> float:
+def _excess(design: Design, members: Sequence[int], coloured: Coloured, settings: EquationErrorSettings) -> float:
     """Power of one equation's whitened residuals in the space of its instruments over their power in all directions.
 
     A low order does not whiten what is slow altogether, and what the controls move is slow: the noise is that which is
     left where the equation is compared, with what is usual as prior knowledge (scaled inverse chi squared).
     """
     free, power = 0, 0.0
-    for s in members:
+    for s, colour, white, size in zip(members, coloured.colours, coloured.white, coloured.sizes, strict=True):
         instruments = design.instruments[s]
         if instruments is not None:
             basis = colour.whitened_basis(instruments)
-            power += float(np.sum((basis.T @ white[s]) ** 2)) / sizes[s] ** 2
+            power += float(np.sum((basis.T @ white) ** 2)) / size**2
             free += freedom(design, s)
     if free == 0:
         return 1.0
@@ -241,9 +204,9 @@ def freedom(design: Design, segment: int) -> int:
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
     """Rows (R, K) whitened and over their sizes."""
     out = np.empty_like(values)
-    for s, group in enumerate(design.groups):
+    for s, colour in enumerate(weights.colours):
         rows = design.rows(s)
-        out[rows] = weights.colours[group].whitened(values[rows]) / weights.sizes[s]
+        out[rows] = colour.whitened(values[rows]) / weights.sizes[s]
     return out
 
 
@@ -279,9 +242,8 @@ def log_likelihood(
     """Ln L of all segments but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
     bases = whitened_instruments(design, weights) if bases is None else bases
     total = 0.0
-    for s, group in enumerate(design.groups):
-        part, colour = innovations[design.rows(s)], weights.colours[group]
-        basis = bases[s]
+    for s, colour in enumerate(weights.colours):
+        part, basis = innovations[design.rows(s)], bases[s]
         if basis is None:
             total -= 0.5 * float(part @ part) + part.size * float(np.log(weights.sizes[s])) + colour.log_start
         else:
@@ -302,8 +264,8 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
 def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
     """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
     return [
-        None if instruments is None else weights.colours[group].whitened_basis(instruments)
-        for group, instruments in zip(design.groups, design.instruments, strict=True)
+        None if instruments is None else colour.whitened_basis(instruments)
+        for colour, instruments in zip(weights.colours, design.instruments, strict=True)
     ]
 
 
@@ -352,7 +314,7 @@ def white_weights(design: Design) -> Weights:
     sizes = np.ones(len(design.segments))
     for s in range(len(design.segments)):
         sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
-    return Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes)
+    return Weights((colour_of(np.ones(1)),) * len(design.segments), sizes)
 
 
 def uncoloured(design: Design, residuals: Array) -> Solution:
@@ -360,7 +322,7 @@ def uncoloured(design: Design, residuals: Array) -> Solution:
     sizes = np.array(
         [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
     )
-    return solve(design, Weights({group: colour_of(np.ones(1)) for group in design.groups}, sizes))
+    return solve(design, Weights((colour_of(np.ones(1)),) * len(design.segments), sizes))
 
 
 def regress(

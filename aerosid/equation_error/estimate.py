@@ -184,10 +184,10 @@ def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Poi
 
 def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
     """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
-    known = dict(zip(found.design.segments, found.solution.weights.sizes, strict=True))
-    segments = frame.segments(point)
-    sizes = np.array([known[each.recording, each.equation] for each in segments])
-    return replace(found.solution.weights, sizes=sizes)
+    place = {segment: s for s, segment in enumerate(found.design.segments)}
+    own = [place[each.recording, each.equation] for each in frame.segments(point)]
+    weights = found.solution.weights
+    return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
 
 
 def _small(full: Solution, linear: int, step: Array) -> bool:

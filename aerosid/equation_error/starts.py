@@ -98,7 +98,7 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
         solution.whitened[rows],
         solution.slopes[rows],
         solution.covariance,
-        weights.colours[base.design.groups[s]],
+        weights.colours[s],
         max(rise / step, 1.0),
         np.arange(EDGE, samples - EDGE),
     )

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from aerosid.equation_error.coloured_regression import colour_of, fit_colour
+from aerosid.equation_error.coloured_regression import colour_of, fit_colour, shared_colour, with_own_colours
 from aerosid.equation_error.design import Design, Weights, log_likelihood, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
@@ -45,7 +45,7 @@ def regression(weights: Array, seed: int) -> tuple[Design, Weights, Array, list[
         (None, None),
     )
     dense = [size**2 * covariance(weights, n) for size, n in zip(sizes, lengths, strict=True)]
-    return design, Weights({("C_m", 0.1): colour_of(weights)}, sizes), target, dense
+    return design, Weights((colour_of(weights),) * 2, sizes), target, dense
 
 
 @pytest.mark.parametrize("weights", COLOURS.values(), ids=COLOURS)
@@ -138,3 +138,64 @@ def test_a_jump_of_one_record_gains_though_the_other_keeps_its_own(seed: int) ->
     gain = regress(wide, settings, base.weights, rounds=2).log_likelihood - base.log_likelihood
     assert at_given_colour > 20.0
     assert gain >= at_given_colour
+
+
+def coloured_alone_or_together(parts: list[Array], order: int) -> tuple[int, float]:
+    """Colours in number that residuals are given, and the rise of ln L over the shared one."""
+    rough, floors = [float(np.std(part)) for part in parts], [1e-12] * len(parts)
+    shared = shared_colour(parts, rough, floors, order, np.inf)
+    found = with_own_colours(shared, parts, rough, floors, order, np.inf)
+    return len({colour.weights.tobytes() for colour in found.colours}), found.likelihood - shared.likelihood
+
+
+def test_recordings_of_one_colour_and_two_sizes_share_it() -> None:
+    """Schwarz's price of four numbers, 2 ln 800, is passed by chance by chi-square of four beyond 26.7: 2 in 1e5."""
+    alone = 0
+    for seed in range(60):
+        generator = np.random.default_rng([31, seed])
+        parts = [s * lfilter([1.0], [1.0, -0.6], generator.standard_normal(400)) for s in (1.0, 7.0)]
+        alone += coloured_alone_or_together(parts, 4)[0] - 1
+    assert alone == 0
+
+
+def test_recordings_of_different_colours_have_each_its_own_and_the_dense_likelihood() -> None:
+    generator = np.random.default_rng(32)
+    parts = [lfilter([1.0], [1.0, -pole], generator.standard_normal(300)) for pole in (0.9, -0.3)]
+    number, rise = coloured_alone_or_together(parts, 1)
+    assert number == 2
+    # The same from dense covariance matrices: each record's likeliest pole alone, against one for both.
+
+    def dense(pole: float, part: Array) -> float:
+        matrix = covariance(np.array([1.0, -pole]), part.size)
+        power = float(part @ np.linalg.solve(matrix, part)) / part.size
+        return -0.5 * (np.linalg.slogdet(matrix)[1] + part.size * np.log(power))
+
+    poles = np.linspace(-0.5, 0.95, 59)
+    levels = np.array([[dense(pole, part) for pole in poles] for part in parts])
+    expected = levels.max(axis=1).sum() - levels.sum(axis=0).max()
+    assert rise == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int) -> None:
+    design, jump = two_records_with_jumps(seed)
+    settings = EquationErrorSettings()
+    first = slice(0, int(design.bounds[1]))
+    alone = Design(
+        design.segments[:1],
+        design.groups[:1],
+        design.bounds[:2],
+        design.target[first],
+        design.columns[first, :1],
+        design.unknowns[:1],
+        np.zeros(1),
+        np.zeros(1),
+        (None,),
+    )
+    base, base_alone = regress(design, settings), regress(alone, settings)
+    both = regress(design.beside(jump[:, None], [("trial", 0)]), settings, base.weights)
+    one = regress(alone.beside(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
+    gain, gain_alone = both.log_likelihood - base.log_likelihood, one.log_likelihood - base_alone.log_likelihood
+    price = 0.5 * settings.order * np.log(design.target.size)
+    # Burg's colours are the likeliest ones to about one unit of ln L a record.
+    assert gain > gain_alone - price - 2.0

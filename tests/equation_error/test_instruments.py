@@ -17,7 +17,7 @@ SAMPLES = 4000
 
 def solved(target: Array, columns: Array, instruments: Array | None, size: float = 1.0) -> Solution:
     design = design_over(target, columns, instruments)
-    return solve(design, Weights({("alpha", 0.1): colour_of(np.ones(1))}, np.array([size])))
+    return solve(design, Weights((colour_of(np.ones(1)),), np.array([size])))
 
 
 def design_over(target: Array, columns: Array, instruments: Array | None) -> Design:
@@ -79,7 +79,7 @@ def test_a_gain_is_that_of_the_noise_averaged_over_what_is_known_of_it_and_what_
     found = regress(wide, settings)
     power = {}
     for name, x in (("wide", columns), ("narrow", columns[:, :1])):
-        white = found.weights.colours["alpha", 0.1].whitened(np.column_stack([target, x, instruments]))
+        white = found.weights.colours[0].whitened(np.column_stack([target, x, instruments]))
         basis = np.linalg.qr(white[:, 1 + x.shape[1] :])[0]
         along = basis.T @ white[:, : 1 + x.shape[1]]
         left = along[:, 0] - along[:, 1:] @ np.linalg.lstsq(along[:, 1:], along[:, 0], rcond=None)[0]
