@@ -9,7 +9,7 @@ from equations_decided import proved
 
 from aerosid.compatibility import check_kinematics
 from aerosid.effects.kinds import PositionEffect
-from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 ARM = 2.5
 """m that the vane sits ahead of where the log takes it to be."""
@@ -38,3 +38,12 @@ def test_a_place_outside_the_aircraft_gives_way_to_what_looks_the_same() -> None
         assert any(finding.kind == "sensor_position" for finding in agreement.findings) is placed
     places = [h for h in held.asked if h.kind == "sensor_position"]
     assert all(h.effects[0].effect.parameters[0].highest <= 1.3 for h in places)
+
+
+def test_a_gyro_far_out_of_calibration_is_named_where_the_record_leaves_no_doubt() -> None:
+    """What is usual is a prior and no bound: a fifth too much is four of its deviations, and the record's gain pays."""
+    body = BODIES[6]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(9))
+    logs = [flown(name, body, 7040 + n, air=0.3, wrong=Wrong(scale={"q": 1.2})) for n, name in enumerate("ab")]
+    (chosen,) = proved(aircraft, logs[:1], logs[1:]).selected.chosen
+    assert (chosen.hypothesis.kind, chosen.hypothesis.where) == ("sensor_scale", "q")
