@@ -11,7 +11,6 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     effect_candidates,
-    implausibility,
     joined,
     likeliest,
     scores,
@@ -22,7 +21,8 @@ from aerosid.equation_error.candidates import (
 from aerosid.equation_error.design import gain_over
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, estimate
-from aerosid.equation_error.selection import Admitted, Chosen, Rules, Selected, is_told, without
+from aerosid.equation_error.prices import Rules, own_effects
+from aerosid.equation_error.selection import Admitted, Chosen, Selected, is_told, without
 
 
 @dataclass(frozen=True)
@@ -97,9 +97,9 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
-    price = rules.price(each.hypothesis) + implausibility(_numbered(selected, each))
+    cost = rules.cost(each.hypothesis, own_effects(selected.estimate.point, each.hypothesis))
     rows = [
-        (price - rules.price(row.hypothesis) - implausibility([row.active] if row.active else []) - row.behind, row)
+        (cost - rules.cost(row.hypothesis, [row.active] if row.active else []) - row.behind, row)
         for row in in_place_of(selected, each, asked)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
@@ -107,12 +107,6 @@ def _better(
         if better > selected.estimate.frame.settings.clearly and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
-
-
-def _numbered(selected: Selected, each: Chosen) -> list[ActiveEffect]:
-    """The effects of a chosen one with their numbers in the whole structure."""
-    names = {active.name for active in each.hypothesis.effects}
-    return [one for one in selected.estimate.point.effects if one.values and one.name in names]
 
 
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:

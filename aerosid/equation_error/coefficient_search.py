@@ -13,13 +13,12 @@ from aerosid.equation_error.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.candidates import joined
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.evidence import left_out, weakest
+from aerosid.equation_error.prices import Rules, total_cost
 from aerosid.equation_error.selection import (
     Admitted,
     Chosen,
-    Rules,
     Selected,
     forward,
-    total_price,
     with_separation,
     without,
 )
@@ -88,8 +87,9 @@ class CoefficientSearch:
         return bool(lost) and max(lost) > whole.settings.least_rise and sum(lost) > 0.0
 
     def paid(self, selected: Selected) -> float:
-        """Ln L less the price of all that entered."""
-        return selected.estimate.log_likelihood - total_price(self.rules, selected.chosen)
+        """Ln L less the cost of all that entered."""
+        chosen = [each.hypothesis for each in selected.chosen]
+        return selected.estimate.log_likelihood - total_cost(self.rules, selected.estimate.point, chosen)
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:

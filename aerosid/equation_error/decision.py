@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import frozen
+from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.candidates import of_sensors, told_apart
@@ -29,11 +29,10 @@ from aerosid.equation_error.joint_timing import (
     likeliest_kinds,
     where_witnesses_differ,
 )
+from aerosid.equation_error.points import Point
+from aerosid.equation_error.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.proved_faults import ProvedFaults, on_fitted, with_proved_faults
-from aerosid.equation_error.selection import (
-    Selected,
-    rules_for,
-)
+from aerosid.equation_error.selection import Selected
 from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
 from aerosid.equation_error.supported_faults import supported_faults
 from aerosid.equation_error.votes import Share, shares_of
@@ -73,6 +72,8 @@ class EquationErrorDecision:
         What the completed C_m q_hat holds of an undeclared C_m alpha_dot_hat.
     timings : tuple of TwoWitnesses
         Instruments that kinematics alone and all equations find late in different ways.
+    supported : mapping of label to Support
+        What kinematics show of the instruments' faults that they and the coefficients name together.
     """
 
     findings: tuple[EvidenceFinding, ...]
@@ -89,6 +90,7 @@ class EquationErrorDecision:
     refuted: tuple[tuple[str, str, str], ...]
     damping: SharedDamping | None = None
     timings: tuple[TwoWitnesses, ...] = ()
+    supported: Mapping[Label, Support] = field(default_factory=dict)
 
 
 def decide(
@@ -106,24 +108,12 @@ def decide(
     start, asked, proved = faults.start, faults.asked, faults.selected
     settings = proved.estimate.frame.settings
     sensors = [h for h in asked if of_sensors(h)]
-    others = [h for h in asked if not of_sensors(h)]
     whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
-    held = replace(start, effects=tuple(frozen(active) for active in proved.estimate.point.effects))
-    declared = estimate(whole, held)
+    declared = estimate(whole, _with_held(start, proved.estimate.point.effects))
     proved, late = likeliest_kinds(proved, declared, sensors, told)
-    declared = likelier_inputs(estimate(whole, held_at(held, proved.estimate.point.effects)))
-    fitted = replace(declared.frame, all_fitted=False)
-    rules = rules_for(asked, declared.design.target.size, settings.alarm(start.model.axes), settings.factor_odds)
-
-    supported = {told_apart(each.hypothesis): each for each in supported_faults(proved, sensors)}
-    others.extend(each.hypothesis for each in supported.values())
-    rules = replace(rules, credits={name: each.credit for name, each in supported.items()})
-
-    def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-        name = told_apart(hypothesis)
-        return name not in supported or supported[name].agrees(found)
-
-    search = CoefficientSearch(tuple(others), tuple(coefficients), fitted, rules, admitted, told)
+    declared = likelier_inputs(estimate(whole, _with_held(start, proved.estimate.point.effects)))
+    search = _search_of(asked, proved, declared, tuple(coefficients), told)
+    fitted, support = search.fitted, search.rules.support
     outcome = _timed(proved.estimate, declared, search)
     kept = outcome.kept
     while True:
@@ -137,11 +127,15 @@ def decide(
             break
         told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
         kept = left_out(kept, weak)
+    together = [each.hypothesis for each in kept.chosen if told_apart(each.hypothesis) in support]
     worth = {**worth_of(proved), **worth_of(kept)}
+    for hypothesis in together:
+        (active,) = own_effects(kept.estimate.point, hypothesis)
+        worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
     findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen), worth)
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
-    open_ = [hypothesis for hypothesis in others if hypothesis.label not in outcome.refuted]
+    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
     whole, before = replace(lone.frame, all_fitted=True), estimate(lone.frame, start)
     return EquationErrorDecision(
         findings=findings,
@@ -158,7 +152,35 @@ def decide(
         refuted=outcome.refuted,
         damping=shared_damping(lone),
         timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
+        supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
     )
+
+
+def _search_of(
+    asked: Sequence[Hypothesis],
+    proved: Selected,
+    declared: Estimate,
+    coefficients: tuple[str, ...],
+    told: Callable[[str], None],
+) -> CoefficientSearch:
+    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
+    settings = declared.frame.settings
+    support = supported_faults(proved, [h for h in asked if of_sensors(h)])
+    open_ = tuple(h for h in asked if not of_sensors(h) or told_apart(h) in support)
+    alarm = settings.alarm(declared.point.model.axes)
+    rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
+
+    def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
+        known = support.get(told_apart(hypothesis))
+        return known is None or known.agrees(found.point.effects[-1].values, settings.agreement)
+
+    fitted = replace(declared.frame, all_fitted=False)
+    return CoefficientSearch(open_, coefficients, fitted, replace(rules, support=support), admitted, told)
+
+
+def _with_held(start: Point, effects: Sequence[ActiveEffect]) -> Point:
+    """The start with the instruments' faults, held at their numbers."""
+    return replace(start, effects=tuple(frozen(active) for active in effects))
 
 
 def _unlike(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:

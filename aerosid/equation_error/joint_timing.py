@@ -20,6 +20,7 @@ from aerosid.equation_error.alternatives import Alternative, in_place_of
 from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.estimate import Estimate, effect_columns, estimate, linear_values
+from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.selection import Chosen, Selected
 
@@ -197,7 +198,12 @@ def likeliest_kinds(
         best = max(ways, key=lambda way: way.likelihood - (0.0 if way is here else declared.frame.settings.clearly))
         others.extend(way.in_place_of(best, margin) for way in ways if way is not best)
         proved = best.selected
-    return proved, tuple(others)
+    # What stood beside a lateness of the other kind may have been what that one left over.
+    while (weak := weakest(proved.estimate, proved.chosen)) is not None:
+        told(f"  does not stand beside the other kind: {weak.hypothesis.label}")
+        proved = left_out(proved, weak)
+    names = {each.hypothesis.label for each in proved.chosen}
+    return proved, tuple(row for row in others if row.instead_of.label in names)
 
 
 def _at(declared: Estimate, timing: JointTiming) -> Estimate:

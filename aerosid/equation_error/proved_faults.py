@@ -20,8 +20,9 @@ from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, est
 from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.joint_timing import JointTiming
 from aerosid.equation_error.points import Point
+from aerosid.equation_error.prices import rules_for
 from aerosid.equation_error.recording import read_recordings
-from aerosid.equation_error.selection import Chosen, Selected, at_one_distance, forward, recordings_agree, rules_for
+from aerosid.equation_error.selection import Chosen, Selected, at_one_distance, forward, recordings_agree
 from aerosid.equation_error.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre

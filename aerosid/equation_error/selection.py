@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,13 +13,11 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import (
     Candidate,
     effect_candidates,
-    implausibility,
     joined,
     likeliest,
     scores,
     term_candidates,
     to_first_order,
-    told_apart,
     within_limits,
 )
 from aerosid.equation_error.channels import COEFFICIENT
@@ -27,6 +25,7 @@ from aerosid.equation_error.design import Weights, design_of, gain_over, solve, 
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
+from aerosid.equation_error.prices import Rules, own_effects
 from aerosid.equation_error.starts import separation_hypotheses, sudden_hypotheses
 
 Array = NDArray[np.float64]
@@ -58,52 +57,6 @@ class Selected:
     estimate: Estimate
     chosen: tuple[Chosen, ...]
     instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
-
-
-@dataclass(frozen=True)
-class Rules:
-    """The price of a hypothesis: all that are asked share the stated odds of a false alarm.
-
-    `shares` by label, their sum one: simple terms take more of it than products of many factors. `credits`: gain in
-    ln L that other equations show of a hypothesis already, by what tells it apart.
-    """
-
-    shares: Mapping[tuple[str, str, str], float]
-    samples: int
-    false_alarm: float
-    credits: Mapping[tuple[str, ...], float] = field(default_factory=dict)
-
-    def chance(self, hypothesis: Hypothesis) -> float:
-        """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
-        return self.shares.get(hypothesis.label, max(self.shares.values())) * self.false_alarm
-
-    def price(self, hypothesis: Hypothesis) -> float:
-        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
-        odds = -float(np.log(self.chance(hypothesis)))
-        schwarz = 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
-        return odds + schwarz - self.credits.get(told_apart(hypothesis), 0.0)
-
-
-RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
-"""What a step of one coefficient, or the moment of a surface, says more simply; they take the share of a product of two
-factors."""
-
-
-def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
-    """The rules by which some hypotheses are judged on so many samples."""
-    weights = {}
-    for hypothesis in hypotheses:
-        factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
-        weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
-    for label in RARE:
-        weights[label] = factor_odds
-    total = sum(weights.values())
-    return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
-
-
-def total_price(rules: Rules, chosen: Sequence[Chosen]) -> float:
-    """What all that entered has to bring together."""
-    return sum(rules.price(each.hypothesis) for each in chosen)
 
 
 def forward(
@@ -163,11 +116,8 @@ def _best(
         if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
             break
         found = estimate(frame, _begun(frame, base, linear), linear.weights, steps=6)
-        net = (
-            found.gain_over(base)
-            - rules.price(linear.hypothesis)
-            - implausibility(found.point.effects[-1:] if linear.hypothesis.effects else ())
-        )
+        own = found.point.effects[-1:] if linear.hypothesis.effects else ()
+        net = found.gain_over(base) - rules.cost(linear.hypothesis, own)
         tried.append(_Trial(net, found, linear.hypothesis))
         tried.sort(key=lambda trial: -trial.net)
     told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
@@ -176,7 +126,7 @@ def _best(
             continue
         if within_limits(trial.estimate, trial.hypothesis) and admitted(trial.estimate, trial.hypothesis):
             told(f"  enters {trial.hypothesis.label}")
-            return trial.estimate, trial.hypothesis, trial.net + rules.price(trial.hypothesis)
+            return trial.estimate, trial.hypothesis, trial.estimate.gain_over(base)
         told(f"  not admitted {trial.hypothesis.label}")
         refused.add(trial.hypothesis.label)
     return None
@@ -226,9 +176,8 @@ def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> li
     rows = []
     for candidate in candidates:
         solution, hypothesis = to_first_order(base, candidate)
-        net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - rules.price(
-            candidate.hypothesis
-        )
+        cost = rules.least_cost(candidate.hypothesis)
+        net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - cost
         if net >= base.frame.settings.nearly:
             rows.append(_Linear(net, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.net)
@@ -275,7 +224,7 @@ def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, ru
     def worth_asking(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
         own = not hypothesis.entries or bool(scored.own[n] >= frame.settings.distinct)
-        return own and bool(gains[n] >= 0.3 * rules.price(hypothesis))
+        return own and bool(gains[n] >= 0.3 * rules.least_cost(hypothesis))
 
     return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
 
@@ -329,7 +278,8 @@ def backward(
             if each.hypothesis is keep:
                 continue
             lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
-            loss = selected.estimate.gain_over(lone) - rules.price(each.hypothesis)
+            own = own_effects(selected.estimate.point, each.hypothesis)
+            loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, own)
             if loss < 0.0 and (worst is None or loss < worst[0]):
                 worst = loss, lone, each
         if worst is None:

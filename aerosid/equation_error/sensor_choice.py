@@ -23,7 +23,8 @@ from aerosid.equation_error.candidates import (
 )
 from aerosid.equation_error.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.points import Point
-from aerosid.equation_error.selection import Chosen, Rules, Selected, is_told
+from aerosid.equation_error.prices import Rules
+from aerosid.equation_error.selection import Chosen, Selected, is_told
 
 
 @dataclass(frozen=True)

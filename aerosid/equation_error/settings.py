@@ -128,8 +128,8 @@ class EquationErrorSettings:
     followed : float
         Share, 1, of a heading about its line that the integrated rates must explain for it to be that of this motion.
     support : float
-        Standard deviations, 1, by which kinematics must show an instrument late for coefficients to be asked of it, and
-        gain in ln L that this is: one in forty by chance, of those that the coefficients would name anyway. Chosen.
+        Standard deviations, 1, by which kinematics must show an instrument's fault for coefficients to be asked of it,
+        and gain in ln L that this is: one in twenty by chance, and both together have to pay the price. Chosen.
     doubt : float
         Deviations of its mean by which the squares of an unseen coefficient's residual may rise with an effect before
         that recording refuses it.

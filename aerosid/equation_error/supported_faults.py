@@ -1,18 +1,17 @@
-"""Faults of instruments that kinematics support without proving them, so that the coefficients may.
+"""Sensor faults that kinematic and coefficient equations show together, neither of them by itself.
 
-In moving air a vane's lateness, or the place of a lateral accelerometer, is a small part of what its kinematic equation
-leaves, and a large part of what the coefficients leave. Coefficients alone accuse no instrument: a lift that follows
-late looks the same to them, and a term of C_Y. Where the kinematics show the fault too, by two of their deviations and
-with the same numbers, both together do.
+In moving air a vane's lateness, a pitot tube's bias or the place of a lateral accelerometer is a small part of what its
+kinematic equation leaves, and a large part of what the coefficients leave. Coefficients alone accuse no instrument: a
+lift that follows late looks the same to them. Where the kinematics show the fault too, with the same numbers, the
+likelihoods of both are one product (independent measurements; Klein & Morelli, Aircraft System Identification,
+eq. 5.31).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
@@ -26,74 +25,61 @@ from aerosid.equation_error.candidates import (
 )
 from aerosid.equation_error.channels import MEASURED_BY, VANE_OF
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, estimate
+from aerosid.equation_error.estimate import estimate
 from aerosid.equation_error.joint_timing import LATE
+from aerosid.equation_error.prices import Name, Support
 from aerosid.equation_error.selection import Selected, is_told
-
-Array = NDArray[np.float64]
+from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
 FORCE_ASIDE = "C_Y"
 """The coefficient that the place of its accelerometer bends, and that of the vane."""
 
 
-@dataclass(frozen=True)
-class SupportedFault:
-    """The numbers of a fault as kinematics see them, (k,), SI, their covariance (k, k), and what they gain in ln L."""
-
-    hypothesis: Hypothesis
-    values: Array
-    covariance: Array
-    gain: float
-
-    @property
-    def credit(self) -> float:
-        """Gain in ln L of kinematics that counts beside that of the coefficients; timings are joined later."""
-        return 0.0 if self.hypothesis.kind in LATE else self.gain
-
-    def agrees(self, found: Estimate) -> bool:
-        """Whether the last effect of an estimate of the coefficients has the same numbers."""
-        apart = np.array(found.point.effects[-1].values) - self.values
-        return float(apart @ np.linalg.solve(self.covariance, apart)) <= found.frame.settings.agreement**2
-
-
-def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> tuple[SupportedFault, ...]:
-    """What kinematics see of instruments' lateness and of lateral instruments' places beside the proven faults."""
+def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Name, Support]:
+    """What kinematics see of sensors' faults beside the proven ones, by what tells these apart."""
     base, support = proved.estimate, proved.estimate.frame.settings.support
     taken = {each.hypothesis.label for each in proved.chosen}
-    aside = FORCE_ASIDE in base.point.model.axes.coefficients
-    open_ = [
-        h
-        for h in sensors
-        if (h.kind in LATE or (aside and _is_place_aside(h))) and h.label not in taken and not is_told(h, proved.chosen)
-    ]
+    axes = base.point.model.axes
+    open_ = [h for h in sensors if _is_asked(h, axes) and h.label not in taken and not is_told(h, proved.chosen)]
     candidates = effect_candidates(base.frame, base, open_)
-    best: dict[tuple[str, ...], int] = {}
+    best: dict[Name, int] = {}
     gains = scores(base, candidates).gains
     for n in np.argsort(-gains):
         if gains[n] >= 0.5 * support:
             best.setdefault(told_apart(candidates[n].hypothesis), int(n))
-    rows = []
-    for n in best.values():
+    seen: dict[Name, Support] = {}
+    for name, n in best.items():
         trial, hypothesis = to_first_order(base, candidates[n])
         found = estimate(base.frame, joined(base.point, hypothesis), trial.weights, steps=5)
-        active = found.point.effects[-1]
+        active, gain = found.point.effects[-1], found.gain_over(base)
         covariance = corrected_covariance(found.design, found.solution)
         covariance = covariance[-len(active.values) :, -len(active.values) :]
-        values, null = np.array(active.values), active.effect.parameters[0].null
-        # Nothing is early; a place may lie to either side.
-        shown = _is_place_aside(hypothesis) or values[0] - null > support * float(np.sqrt(covariance[0, 0]))
-        if shown and within_limits(found, hypothesis) and found.gain_over(base) > support:
-            rows.append(SupportedFault(candidates[n].hypothesis, values, covariance, found.gain_over(base)))
-    return _fewest_axes(rows, support)
+        off = active.values[0] - active.effect.parameters[0].null
+        # Nothing is early; a place may lie along any axis, and its gain counts them together.
+        off = off if hypothesis.kind in LATE else abs(off)
+        shown = _is_place_aside(hypothesis) or off > support * float(np.sqrt(covariance[0, 0]))
+        if shown and within_limits(found, hypothesis) and gain > support:
+            # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
+            seen[name] = Support(active.values, covariance, gain, 0.0 if hypothesis.kind in LATE else gain)
+    return _fewest_axes(seen, support)
 
 
-def _fewest_axes(rows: Sequence[SupportedFault], support: float) -> tuple[SupportedFault, ...]:
+def _is_asked(hypothesis: Hypothesis, axes: Axes) -> bool:
+    """Whether coefficients may be asked of a fault.
+
+    Where sideslip is compared, lateness and the places of its instruments alone: the wind bends the rest.
+    """
+    aside = FORCE_ASIDE in axes.coefficients and _is_place_aside(hypothesis)
+    return axes is LONGITUDINAL or hypothesis.kind in LATE or aside
+
+
+def _fewest_axes(seen: Mapping[Name, Support], support: float) -> dict[Name, Support]:
     """Of each instrument the place along the fewest axes that kinematics show as well, within a gain in ln L."""
-    kept: list[SupportedFault] = []
-    for row in sorted(rows, key=lambda row: (row.values.size, -row.gain)):
-        if all(k.hypothesis.label != row.hypothesis.label or row.gain > k.gain + support for k in kept):
-            kept.append(row)
-    return tuple(kept)
+    kept: dict[Name, Support] = {}
+    for name, row in sorted(seen.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
+        if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in kept.items()):
+            kept[name] = row
+    return kept
 
 
 def _is_place_aside(hypothesis: Hypothesis) -> bool:

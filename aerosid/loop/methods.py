@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency, agreement_of
@@ -12,7 +14,9 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.decision import decide
+from aerosid.equation_error.evidence import EvidenceFinding
 from aerosid.equation_error.joint_timing import TwoWitnesses
+from aerosid.equation_error.prices import Support
 from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.shared_damping import USUAL, SharedDamping
 from aerosid.errors import AircraftError
@@ -28,6 +32,7 @@ from aerosid.search.calm_air import estimated_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import significant
+from aerosid.search.findings import named
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
 from aerosid.search.model_error_attribution import attribute_by_model_error, told_of_unseen
@@ -224,6 +229,12 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         question.declared,
     )
     notes = tuple(told_of_timing(each) for each in decision.timings)
+    together = decision.supported
+    notes += tuple(
+        told_of_support(row, together[row.hypothesis.label])
+        for row in decision.findings
+        if row.hypothesis.label in together
+    )
     if decision.damping is not None:
         notes = (*notes, told_of_damping(decision.damping))
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
@@ -244,6 +255,18 @@ def told_of_timing(seen: TwoWitnesses) -> str:
         f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, which the "
         "completed model has. Where the declared structure lacks something that looks late, such as a lift that "
         "follows alpha slowly, the first is the better."
+    )
+
+
+def told_of_support(row: EvidenceFinding, seen: Support) -> str:
+    """What kinematics show of an instrument's fault that only they and the coefficients together name."""
+    own = row.active.effect.parameters[0].unit if row.active is not None else "1"
+    unit = "" if own == "1" else f" {own}"
+    alone = with_deviation(seen.values[0], float(np.sqrt(seen.covariance[0, 0])))
+    return (
+        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is named by kinematics and "
+        f"coefficients together: kinematics alone show {alone}{unit}, 2 ln L "
+        f"{number(2.0 * seen.gain)}, too little to name it, and forces and moments agree."
     )
 
 

@@ -53,11 +53,17 @@ def test_few_single_flights_with_nothing_missing_are_named_and_what_is_planted_s
         aircraft, seed = aircraft_of(body, 0.08, generator), SEEDS + 20_000 + 2 * n
         clean = decided(aircraft, [flown("one", body, seed, air=air, interval=interval, seconds=seconds)], [])
         named += bool(clean.findings)
+        if n % 3:
+            continue
         bent = flown("one", body, seed + 1, air=air, interval=interval, seconds=seconds, wrong=planted)
-        labels = {row.hypothesis.label for row in decided(aircraft, [bent], []).findings}
-        found += ("aero_term", "C_m", "alpha^2") in labels
-        extra += len(labels - {("aero_term", "C_m", "alpha^2")})
+        decision = decided(aircraft, [bent], [])
+        labels = {row.hypothesis.label for row in decision.findings}
+        offered = {row.hypothesis.label for row in decision.alternatives}
+        # A power or a hinge that these flights cannot tell from the parabola may be named in its place, beside it.
+        is_found = ("aero_term", "C_m", "alpha^2") in labels | offered
+        found += is_found
+        extra += max(len(labels) - is_found, 0)
     assert named <= binom.ppf(0.999, FLIGHTS, 0.03)
-    # Measured: 51 of 60; airliners in 20 s of gusts do not show it. Without the vote as many.
-    assert found >= 45
-    assert extra <= binom.ppf(0.999, FLIGHTS, 0.03)
+    # Measured: 16 of 20; gliders and 20 s of gusts do not show it. At 5 of 6 fewer come up once in a thousand.
+    assert found >= binom.ppf(0.001, FLIGHTS // 3, 5 / 6)
+    assert extra <= binom.ppf(0.999, FLIGHTS // 3, 0.03)

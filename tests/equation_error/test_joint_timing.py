@@ -1,15 +1,19 @@
 """Timings of instruments from kinematics and coefficients together, on planted flights in gusts."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from equations_decided import decided, proved
 from scipy.signal import lfilter
 
+from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.joint_timing import kinematic_timing
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -69,3 +73,13 @@ def test_a_pitot_tube_below_the_centre_of_gravity_is_told_from_an_accelerometer_
     assert ("sensor_position", "a_x") in {
         (other.hypothesis.kind, other.hypothesis.where) for other in found.alternatives
     }
+
+
+def test_what_a_lag_left_over_does_not_stand_beside_the_delay_that_takes_its_place(tmp_path: Path) -> None:
+    """Kinematics alone take the pitot's delay for a lag, and its remainder for another one of a_x."""
+    _, (plant,), _ = written(tmp_path, [FIRST, 5, 34], 34)
+    assert plant.label == "delay V 0.615"
+    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
+    (row,) = decided(load_aircraft(str(tmp_path / "aircraft.toml")), logs[:1], logs[1:]).findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_delay", "V")
+    assert abs(row.value - 0.615) < 3.0 * row.std_error

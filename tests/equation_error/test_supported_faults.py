@@ -1,0 +1,41 @@
+"""Sensor faults that neither kinematics nor coefficients prove alone, on planted flights in gusts."""
+
+import numpy as np
+import pytest
+from equations_decided import proved
+from scipy.stats import chi2
+
+from aerosid.equation_error.candidates import of_sensors
+from aerosid.equation_error.decision import decide
+from aerosid.equation_error.prices import Support
+from aerosid.equation_error.supported_faults import supported_faults
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 7400
+"""Of tests; published tables and trials begin elsewhere."""
+
+
+def test_support_is_a_parabola_about_its_own_number() -> None:
+    support = Support((0.2,), np.array([[0.05**2]]), gain=7.0, credit=7.0)
+    assert support.gain_at((0.2,)) == 7.0
+    # One number: the likelihood's fall is half of chi-square.
+    fall = 2.0 * (support.gain - support.gain_at((0.2 + 1.96 * 0.05,)))
+    assert chi2(1).sf(fall) == pytest.approx(0.05, abs=1e-3)
+    assert support.agrees((0.34,), 3.0)
+    assert not support.agrees((0.36,), 3.0)
+
+
+def test_a_pitot_bias_that_gusts_hide_from_kinematics_is_named_where_forces_show_the_same() -> None:
+    """The aircraft slows down: forces at a wrong dynamic pressure look like terms in the airspeed."""
+    body = BODIES[0]
+    bias = -0.08 * body.airspeed
+    wrong = Wrong(bias={"V": bias}, terms={("C_X", "1"): -0.02})
+    logs = [flown(name, body, SEEDS + n, air=0.5, wrong=wrong, seconds=45.0) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    faults = proved(aircraft, logs[:1], logs[1:])
+    assert not faults.selected.chosen
+    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
+    assert ("sensor_bias", "V", "") in supported_faults(faults.selected, sensors)
+    (row,) = decide(faults, aircraft.coefficients).findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_bias", "V")
+    assert abs(row.value - bias) < 4.0 * row.std_error
