@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.equation_error.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.points import Point
 from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
+from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
-from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
@@ -22,14 +29,30 @@ def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) 
 def proved(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> ProvedFaults:
     """The first stage alone."""
     candidates = candidate_entries(aircraft, [*logs, *others])
-    model = declared_model(aircraft, float(np.nanmean(logs[0]["V"])), [term for _, term in candidates])
-    manoeuvres = [prepare(log, aircraft, model.columns) for log in logs]
-    unseen = [prepare(log, aircraft, model.columns) for log in others]
+    model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
     faults = prove_faults(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
     assert faults is not None
     return faults
+
+
+def declared(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> Estimate:
+    """The coefficients of the declared structure, as `decided` has them in `before`, without its search."""
+    candidates = candidate_entries(aircraft, [*logs, *others])
+    model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
+    settings = EquationErrorSettings()
+    frame = Frame(read_recordings(manoeuvres, unseen, settings), COEFFICIENT, settings)
+    return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
+
+
+def _prepared(
+    aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog], candidates: Sequence[Entry]
+) -> tuple[AerodynamicModel, list[Manoeuvre], list[Manoeuvre]]:
+    """The declared model with columns for candidates, and the flights."""
+    model = declared_model(aircraft, float(np.nanmean(logs[0]["V"])), [term for _, term in candidates])
+    fitted, unseen = ([prepare(log, aircraft, model.columns) for log in part] for part in (logs, others))
+    return model, fitted, unseen
 
 
 def questioned(aircraft: Aircraft, log: FlightLog) -> tuple[AerodynamicModel, Manoeuvre]:

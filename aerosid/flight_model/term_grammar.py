@@ -122,7 +122,7 @@ class Term:
     def __reduce__(self) -> tuple[type[Term], tuple[tuple[Factor, ...]]]:
         return Term, (self.factors,)  # another process hashes texts otherwise
 
-    @property
+    @cached_property
     def variables(self) -> frozenset[str]:
         """Names of the variables and input channels in the term."""
         return frozenset(factor.variable for factor in self.factors)

@@ -53,6 +53,7 @@ class StructureSearch:
         self.stepping = stepping
         self.hypotheses = hypotheses
         self.declared = declared
+        self.given_entries = frozenset(declared.free)
         self.settings = settings
         self.linearised: tuple[Refinement, Linearised] | None = None
         self.plain: tuple[Refinement, Linearised] | None = None
@@ -117,13 +118,13 @@ class StructureSearch:
 
     def added_terms(self, trial: Refinement | Start) -> list[Term]:
         """The terms that are not declared."""
-        return [term for coefficient, term in trial.free if (coefficient, term) not in self.declared.free]
+        return [entry[1] for entry in trial.free if entry not in self.given_entries]
 
     def parts(self, current: Refinement, uncertainty: Deviations | None) -> list[Part]:
         """Everything that was added to the declared model, with deviations where they are given."""
         parts = []
         for n, entry in enumerate(current.free):
-            if entry not in self.declared.free:
+            if entry not in self.given_entries:
                 error = float(uncertainty.corrected[n]) if uncertainty is not None else 0.0
                 parts.append(Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0

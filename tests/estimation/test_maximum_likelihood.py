@@ -103,7 +103,9 @@ def test_noise_levels_are_the_residuals_root_mean_square(
     )
     squares, counts = np.zeros(8), np.zeros(8)
     for manoeuvre, state in zip(manoeuvres, found.states, strict=True):
-        outputs, _ = simulate_outputs(state, manoeuvre.flight, found.model.values, model.table, model.constants)
+        outputs, _ = simulate_outputs(
+            state, manoeuvre.flight, np.array(found.model.values), model.table, model.constants
+        )
         error = manoeuvre.flight.measured - outputs
         squares += np.nansum(error**2, axis=0)
         counts += np.isfinite(error).sum(axis=0)
