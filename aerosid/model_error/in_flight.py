@@ -14,12 +14,17 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error
 from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
 from aerosid.model_error.streaming_screening import Screened, ScreeningSettings, StreamingScreening
+from aerosid.signals.delay_and_lag import lagged
 
 Array = NDArray[np.float64]
+
+
+LATE = "late"
+"""What stands in place of a term where a control lags."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class InFlightSettings:
         Of the causal second-order low-pass on d(t) and on the candidates' pictures: twice the usual short period.
     rate_hz : float
         Samples of the low-passed d(t) that enter the regression: four times the cut-off hold all that passes it.
+    lags : tuple of float
+        Time constants, s, of the lags of controls that a term has to outdo before it is named.
     chain : ChainSettings
         Weights; channels enter unfiltered.
     screening : ScreeningSettings
@@ -58,6 +65,7 @@ class InFlightSettings:
     settling: float = 1.0
     rate_hz: float = 8.0
     cut_off_hz: float = 2.0
+    lags: tuple[float, ...] = (0.05, 0.1, 0.2)
     chain: ChainSettings = field(default_factory=ChainSettings)
     screening: ScreeningSettings = field(default_factory=ScreeningSettings)
 
@@ -189,6 +197,8 @@ def _judged(
     moving = history.rate_per_unit.shape[1]
     columns = _columns(model, history, entries, candidates)
     known = [*range(len(entries)), *range(len(entries) + len(candidates), columns.shape[2])]
+    controls, late = _late_controls(model, columns, entries, time, settings.lags)
+    columns = np.concatenate([columns, late], axis=2)
     screening = StreamingScreening(columns.shape[2], moving, settings=settings.screening)
     count = max(1, round((time[-1] - time[0]) / settings.step))
     stride = max(1, round(1.0 / (settings.rate_hz * float(np.median(np.diff(time))))))
@@ -202,7 +212,7 @@ def _judged(
             continue
         due = time[k] + settings.step
         found = screening.ask(known, len(candidates) * count)
-        screened = _candidates_now(found, entries, candidates, structure)
+        screened = _candidates_now(found, entries, candidates, structure) + _late_now(found, controls)
         strongest = _told_apart(screened, settings)
         if strongest is not None and len(names) < settings.most:
             names.append(Named(strongest.coefficient, strongest.term, float(time[k])))
@@ -210,9 +220,11 @@ def _judged(
             known.append(len(entries) + place)
             structure.append(candidates[place])
             found = screening.ask(known, len(candidates) * count)
-            screened = _candidates_now(found, entries, candidates, structure)
+            screened = _candidates_now(found, entries, candidates, structure) + _late_now(found, controls)
         d = history.d[k, :moving] / history.rate_per_unit[k]
-        ranked = sorted(screened, key=lambda row: (row.p_value, -abs(row.correlation)))
+        ranked = sorted(
+            (row for row in screened if row.term != LATE), key=lambda row: (row.p_value, -abs(row.correlation))
+        )
         derivatives = _derivatives_now(model, found, entries, candidates, structure)
         shown = tuple(
             replace(row, reason=_reason(row, screened, len(names), settings)) for row in ranked[: settings.shown]
@@ -229,15 +241,18 @@ def _told_apart(screened: Sequence[CandidateNow], settings: InFlightSettings) ->
 
 
 def _strongest(screened: Sequence[CandidateNow]) -> CandidateNow | None:
-    return max(screened, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
+    terms = [row for row in screened if row.term != LATE]
+    return max(terms, key=lambda row: abs(row.correlation) if row.p_value < 1.0 else 0.0, default=None)
 
 
 def _rival(row: CandidateNow, screened: Sequence[CandidateNow], settings: InFlightSettings) -> CandidateNow | None:
-    """Of the other candidates of its coefficient the one that does best, where it does nearly as well or better."""
+    """Of the other candidates of its coefficient, and of late controls, the best, where it does nearly as well."""
     left = max(1.0 - row.correlation**2, np.finfo(float).tiny)
     # As many independent samples as give this correlation its t-ratio.
     effective = row.ratio**2 * left / max(row.correlation**2, np.finfo(float).tiny)
-    others = [other for other in screened if other is not row and other.coefficient == row.coefficient]
+    others = [
+        other for other in screened if other is not row and (other.coefficient == row.coefficient or other.term == LATE)
+    ]
     best = max(others, key=lambda other: abs(other.correlation), default=None)
     if best is None or effective * np.log((1.0 - best.correlation**2) / left) >= settings.reach:
         return None
@@ -258,6 +273,41 @@ def _reason(row: CandidateNow, screened: Sequence[CandidateNow], named: int, set
     if strongest is None or strongest is row:
         return "significant, named with the next frame if it stays so"
     return f"behind {strongest.label}, which correlates more"
+
+
+def _late_controls(
+    model: AerodynamicModel, columns: Array, entries: Sequence[Entry], time: Array, lags: Sequence[float]
+) -> tuple[list[str], Array]:
+    """Controls, and what each that lags shows in d(t): one column (N, v, C) for each control and time constant.
+
+    By what its declared terms show, lagged less as it is: the filters are linear and hardly change along a flight.
+    """
+    found: list[str] = []
+    made = [np.zeros((*columns.shape[:2], 0))]
+    for control in controls_of(model):
+        shown = np.zeros(columns.shape[:2])
+        for place, (coefficient, term) in enumerate(entries):
+            if str(term) == control:
+                shown = shown + model.value((coefficient, term)) * np.nan_to_num(columns[:, :, place])
+        if shown.any():
+            found += [control] * len(lags)
+            made += [(lagged(time, shown, lag) - shown)[:, :, None] for lag in lags]
+    return found, np.concatenate(made, axis=2)
+
+
+def _late_now(found: Screened, controls: Sequence[str]) -> list[CandidateNow]:
+    """How well late controls do, the last columns: with one of them nearly as good it is no time to name a term."""
+    first = found.correlation.size - len(controls)
+    return [
+        CandidateNow(
+            control,
+            LATE,
+            float(found.correlation[first + n]),
+            float(found.ratio[first + n]),
+            float(found.p_value[first + n]),
+        )
+        for n, control in enumerate(controls)
+    ]
 
 
 def _place(candidates: Sequence[Entry], row: CandidateNow) -> int:

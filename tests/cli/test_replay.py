@@ -13,7 +13,9 @@ import pytest
 from lateral_flights import PITCH, SIDE, Lateral, aircraft
 from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 
+from aerosid.aircraft import load_aircraft
 from aerosid.cli.main import main
+from aerosid.logs.formats import read_log
 from aerosid.loop.identification import replayed
 from aerosid.model_error.in_flight import Frame, InFlightSettings
 from aerosid.reporting.replay_page import frames_json, render_replay
@@ -132,3 +134,12 @@ def test_the_other_axes_are_followed_too(
     assert abs(row.value - planted) < 4.0 * row.deviation + 0.03 * abs(planted)
     page = render_replay(frames, "log", "aircraft", flown.axes.coefficients)
     assert page.count('replay-strip"') == len(flown.axes.coefficients) == len(frames[-1].model_error)
+
+
+@pytest.mark.slow
+def test_no_term_is_named_in_the_place_of_a_late_rudder() -> None:
+    """JSBSim's flight of the Navion, whose rudder lags by 0.12 s: C_n alpha*delta_r was named, and three terms more."""
+    log = read_log(Path(__file__).parents[2] / "flight_data" / "navion_identify.csv")
+    last = list(replayed(log, load_aircraft("navion"), 0.5))[-1]
+    assert last.names == ()
+    assert "not told apart from delta_r late" in {row.reason for row in last.candidates}
