@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -12,20 +12,56 @@ from aerosid.effects.limits import OFFERED
 from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
 from aerosid.signals.noise import estimate_noise
 
+THRUST_COLUMN = "thrust_change"
+"""Thrust beyond the recorded one, N."""
 
-def _lateness(name: str, lowest: float = 0.0, least: float = 0.0) -> EffectParameter:
+ADDED_IN = {"thrust": THRUST_COLUMN}
+"""Columns that take what is added to a recorded input which the kernel reads in a place of its own."""
+
+SLOW = frozenset(ADDED_IN)
+"""Inputs that take seconds: an engine runs up in one to ten."""
+
+
+Transform = Callable[[Signal, Signal, tuple[float, ...]], Signal]
+"""An acting signal (N,) of time, recorded signal and numbers."""
+
+
+def _lateness(channel: str, name: str, lowest: float = 0.0, least: float = 0.0) -> EffectParameter:
     before = (-0.03,) if lowest < 0.0 else ()
-    return EffectParameter(
-        name, "s", trials=(0.03, 0.1, 0.25, *before), lowest=lowest, highest=2.0, step=1e-4, least=least
+    trials, highest = ((0.25, 0.5, 1.0, 2.0, 4.0), 10.0) if channel in SLOW else ((0.03, 0.1, 0.25), 2.0)
+    return EffectParameter(name, "s", trials=(*trials, *before), lowest=lowest, highest=highest, step=1e-4, least=least)
+
+
+def _late(
+    kind: str,
+    channel: str,
+    parameter: EffectParameter,
+    transform: Transform,
+    noise: Callable[[tuple[float, ...], float], tuple[float, float]],
+    source: str,
+) -> InputEffect:
+    """The effect of a transform of the recorded input, in its place or as what it adds to it."""
+    column = ADDED_IN.get(channel, "")
+    if not column:
+        return InputEffect(kind, channel, (parameter,), transform, noise, source)
+    return InputEffect(
+        kind,
+        channel,
+        (parameter,),
+        lambda time, recorded, p: transform(time, recorded, p) - recorded,
+        lambda _p, _interval: (1.0, 0.0),
+        source,
+        column=column,
+        driven_by=channel,
     )
 
 
 def control_lag(channel: str) -> InputEffect:
     """The surface follows the recorded control with a first-order lag: d' = (d_recorded - d)/T."""
-    return InputEffect(
+    return _late(
         "control_lag",
         channel,
-        (_lateness("time_constant"),),
+        _lateness(channel, "time_constant"),
         lambda time, values, p: lagged(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0],
         lambda p, interval: _lag_noise(p[0], interval),
         "MIL-F-8785C equivalent systems: actuator as a first-order lag",
@@ -37,10 +73,10 @@ def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0) -> In
 
     `earliest` [s]: the lowest that it may be; below zero the record is late. `least` [s]: what counts as none.
     """
-    return InputEffect(
+    return _late(
         "control_delay",
         channel,
-        (_lateness("delay", earliest, least),),
+        _lateness(channel, "delay", earliest, least),
         lambda time, values, p: delayed_linear(time, values, p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "MIL-F-8785C equivalent time delay",

@@ -3,6 +3,8 @@
 Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and where C_T stands
 in a term. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.
 
+Thrust that builds up late, behind a recorded throttle's or an engine model's, lags and is delayed as any control.
+
 Engines that pull unequally, or one that stops, move the line of thrust sideways: an arm y to the left of the centre of
 gravity yaws by N = T y. Throughout a flight that is the term C_n C_T = y/b, from a moment on a step of C_n that fades
 as q_bar grows; at nearly constant airspeed either is as good, the commoner name is told and the arm stands beside it.
@@ -15,6 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from aerosid.effects.control import THRUST_COLUMN, control_delay, control_lag
 from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
 from aerosid.effects.limits import OFFERED
@@ -23,9 +26,6 @@ from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.terms import Term, parse_term
 
 SOURCE = "Jategaonkar, Flight Vehicle System Identification, 2nd ed."
-THRUST_COLUMN = "thrust_change"
-"""Thrust beyond the recorded one, N."""
-
 ARM_COLUMN = "thrust_arm"
 """How far left of the centre of gravity the thrust acts, m."""
 
@@ -85,6 +85,8 @@ def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficient
     spread = float(np.ptp(np.concatenate(thrusts)))
     if spread > OFFERED.least_thrust * mean > 0.0:
         yield Offer("thrust_scale", "thrust", (at_null(thrust_scale()),))
+        for effect in (control_lag("thrust"), control_delay("thrust")):
+            yield Offer(effect.kind, "thrust", (at_null(effect),))
     if coefficients:
         yield from offered_on_a_grid(flights, lambda time, interval: (thrust_change(time, interval),))
 

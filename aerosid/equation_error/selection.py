@@ -115,11 +115,10 @@ def _best(
     for linear in _ranked(base, [candidates[n] for n in order], rules):
         if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
             break
-        found = estimate(frame, _begun(frame, base, linear), linear.weights, steps=6)
-        own = found.point.effects[-1:] if linear.hypothesis.effects else ()
-        net = found.gain_over(base) - rules.cost(linear.hypothesis, own)
-        tried.append(_Trial(net, found, linear.hypothesis))
+        tried.append(_fitted(base, linear, rules))
         tried.sort(key=lambda trial: -trial.net)
+    tried += [_fitted(base, linear, rules) for linear in _as_late(base, tried, candidates, rules)]
+    tried.sort(key=lambda trial: -trial.net)
     told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
@@ -130,6 +129,30 @@ def _best(
         told(f"  not admitted {trial.hypothesis.label}")
         refused.add(trial.hypothesis.label)
     return None
+
+
+def _fitted(base: Estimate, linear: _Linear, rules: Rules) -> _Trial:
+    """A hypothesis with all numbers estimated anew."""
+    found = estimate(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
+    own = found.point.effects[-1:] if linear.hypothesis.effects else ()
+    return _Trial(found.gain_over(base) - rules.cost(linear.hypothesis, own), found, linear.hypothesis)
+
+
+def _as_late(base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
+    """The other ways in which a control is late, where the likeliest of those tried says that it is.
+
+    What a column to a trial value says of a delay between two trial values is little where the noise is small: a lag,
+    which bends less, would be asked alone.
+    """
+    if not tried or tried[0].hypothesis.kind not in LATE_CONTROL:
+        return []
+    asked, where = {trial.hypothesis.kind for trial in tried}, tried[0].hypothesis.where
+    others = {
+        candidate.hypothesis.kind: candidate
+        for candidate in candidates
+        if candidate.hypothesis.where == where and candidate.hypothesis.kind in LATE_CONTROL - asked
+    }
+    return _ranked(base, tuple(others.values()), rules, least=-np.inf)
 
 
 def _begun(frame: Frame, base: Estimate, linear: _Linear) -> Point:
@@ -171,22 +194,26 @@ class _Linear:
     weights: Weights
 
 
-def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
-    """Candidates that may pay their price, by their gain to first order with the colour estimated anew."""
+def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules, least: float | None = None) -> list[_Linear]:
+    """Candidates that may pay their price, by their gain to first order with the colour estimated anew.
+
+    `least`: net gain from which on; by default that of the settings.
+    """
+    least = base.frame.settings.nearly if least is None else least
     rows = []
     for candidate in candidates:
         solution, hypothesis = to_first_order(base, candidate)
         cost = rules.least_cost(candidate.hypothesis)
         net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - cost
-        if net >= base.frame.settings.nearly:
+        if net >= least:
             rows.append(_Linear(net, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.net)
 
 
-TIMINGS = (
-    frozenset({"sensor_delay", "sensor_lag", "sensor_position"}),
-    frozenset({"control_delay", "control_lag"}),
-)
+LATE_CONTROL = frozenset({"control_delay", "control_lag"})
+"""Kinds that say of a control that it is late."""
+
+TIMINGS = (frozenset({"sensor_delay", "sensor_lag", "sensor_position"}), LATE_CONTROL)
 """Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
 
 

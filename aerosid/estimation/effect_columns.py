@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
 from aerosid.effects.cg_shift import centre_column
+from aerosid.effects.control import THRUST_COLUMN
 from aerosid.effects.disturbance import GUST_COLUMN, SIDE_GUST_COLUMN
 from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
-from aerosid.effects.thrust import ARM_COLUMN, THRUST_COLUMN, arm_term
+from aerosid.effects.thrust import ARM_COLUMN, arm_term
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import loads_of
 from aerosid.flight_model.constants import Constants

@@ -185,6 +185,11 @@ def _check(aircraft: Aircraft, settings: ExportSettings) -> None:
                 f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim XML of this kind cannot carry; "
                 "strike the effect, or add its terms to the derivatives."
             )
+        if effect.kind in _ACTUATOR and effect.where == "thrust":
+            raise AircraftError(
+                f"{aircraft.path}: [[effects]] declares {effect.kind} of thrust, which in JSBSim is the engine's; "
+                "strike the effect, and give the engine its time."
+            )
         if effect.kind in _ACTUATOR and effect.value is None:
             raise AircraftError(f"{aircraft.path}: the effect {effect.kind} of {effect.where} has no value; add one.")
     if settings.alpha_range is not None and not settings.alpha_range[0] < settings.alpha_range[1]:
