@@ -108,6 +108,9 @@ COUPLED = (
 POWERED = ("C_T*beta", "C_T*delta_r", "C_T*r_hat")
 """Slipstream over fin and rudder, where recorded thrust varies."""
 
+ATTITUDE = ("theta", "phi")
+"""Of the pitching moment: fuel that runs, and what a trimmed controller or a vane answers slowly."""
+
 UNSTEADY = ("alpha_dot_hat",)
 """Downwash that reaches the tail late, and apparent mass."""
 
@@ -143,6 +146,16 @@ def compressible(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> It
     """Terms in Mach number where it varies."""
     if all("mach" in log for log in logs) and any(_range(log["mach"]) > OFFERED.least_mach for log in logs):
         yield from map(parse_term, COMPRESSIBLE if is_symmetric(coefficient) else COMPRESSIBLE_SIDE)
+
+
+def attitude(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
+    """Terms of the pitching moment in pitch and bank, where these are recorded and move."""
+    if coefficient != "C_m":
+        return
+    for term in map(parse_term, ATTITUDE):
+        recorded = [log[name] for name in term.variables for log in logs if name in log]
+        if len(recorded) == len(logs) and any(_range(values) > OFFERED.least_attitude for values in recorded):
+            yield term
 
 
 def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:

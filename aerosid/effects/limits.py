@@ -35,6 +35,8 @@ class OfferLimits:
         Where the splines begin, as shares, 1, of the flown range of alpha.
     knot_grid : float
         rad; knots are rounded to this, so that a knot reads well and the same flight gives the same terms.
+    least_attitude : float
+        rad; a range of pitch or bank in which a moment of it can be told from a constant.
     least_range : float
         rad; a flown range of alpha in which knots can be told apart.
     slowest : float
@@ -109,6 +111,7 @@ class OfferLimits:
     least_mach: float = 0.02
     knots: tuple[float, ...] = (0.25, 0.5, 0.75)
     knot_grid: float = 0.01
+    least_attitude: float = 0.1
     least_range: float = 0.06
     slowest: float = 5.0
     least_band: float = 3.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from aerosid.aircraft import Aircraft
-from aerosid.effects.aerodynamic_terms import compressible, polynomials, splines, unsteady
+from aerosid.effects.aerodynamic_terms import attitude, compressible, polynomials, splines, unsteady
 from aerosid.effects.logged_channels import logged_channels
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import Axes
@@ -16,6 +16,7 @@ TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str, Axes], Iterable[Term]],
     polynomials,
     unsteady,
     compressible,
+    attitude,
     splines,
     logged_channels,
 )

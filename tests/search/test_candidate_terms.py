@@ -14,6 +14,7 @@ from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.settings import LoopSettings, Method
 from aerosid.loop.verdict import Verdict
 from aerosid.search.candidate_terms import candidate_entries
 
@@ -21,13 +22,16 @@ Array = NDArray[np.float64]
 
 
 def flown(
-    undeclared: Truth, channels: Mapping[str, Callable[[Array], Array]] | None = None, duration: float = 14.1
+    undeclared: Truth,
+    channels: Mapping[str, Callable[[Array], Array]] | None = None,
+    duration: float = 14.1,
+    seed: int = 3,
 ) -> FlightLog:
     """A flight with undeclared terms, and further channels as recorded without noise."""
     problem = Problem(undeclared=undeclared, duration=duration, elevator="3211", amplitude=-0.045)
     model, held = problem.truth, {name: make(problem.time) for name, make in (channels or {}).items()}
     level = trim(model, 100.0, LIGHT.density, LIGHT.mass)
-    body = {"density": LIGHT.density, "mass": LIGHT.mass, "noise": NOISE, "seed": 3}
+    body = {"density": LIGHT.density, "mass": LIGHT.mass, "noise": NOISE, "seed": seed, "name": f"flight {seed}"}
     driving = {name: values for name, values in held.items() if name in model.columns}
     log = fly(model, level, problem.time, problem.deflection, further_inputs=driving, **body)
     return with_channels(log, thrust=np.full(problem.time.size, level.thrust), **held)
@@ -122,3 +126,22 @@ def test_what_a_flight_cannot_tell_apart_costs_no_second_name() -> None:
     assert len(result.effects) == 1
     told = {(effect.where, effect.term) for effect in (*result.effects, *result.alternatives)}
     assert {("C_m", "delta_e^2")} <= told
+
+
+def test_attitude_is_asked_of_the_pitching_moment_where_it_is_recorded_and_moves() -> None:
+    log = flown({}, duration=9.0)
+    turning = with_channels(log, phi=0.3 * np.sin(log.time))
+    assert float(np.ptp(log["theta"])) > 0.1
+    assert {name for name in asked(turning) if name[1] in ("theta", "phi")} == {("C_m", "theta"), ("C_m", "phi")}
+    assert {name for name in asked(log) if name[1] in ("theta", "phi")} == {("C_m", "theta")}
+    level = with_channels(log, theta=0.02 + 0.001 * np.sin(log.time))
+    assert ("C_m", "theta") not in asked(level)
+
+
+@pytest.mark.parametrize("method", ["equations", "likelihood"])
+def test_a_moment_of_pitch_is_named_as_such_and_not_mimicked_by_slow_terms(method: Method) -> None:
+    logs = [flown({("C_m", "theta"): 0.012}, duration=24.0, seed=seed) for seed in (1, 2)]
+    settings = LoopSettings(method=method, paper_chain=False, second_opinion=False, next_flight=False)
+    result = close_loop(logs[:1], LIGHT, logs[1:], settings=settings)
+    assert [(effect.kind, effect.where, effect.term) for effect in result.effects] == [("aero_term", "C_m", "theta")]
+    assert abs(result.effects[0].value - 0.012) < 4.0 * result.effects[0].std_error
