@@ -23,7 +23,7 @@ from aerosid.equation_error.selection import (
     without,
 )
 from aerosid.equation_error.starts import may_separate, of_controls, sudden_hypotheses
-from aerosid.equation_error.votes import Predicted, beside_gusts, refused, shares_of, unconfirmed
+from aerosid.equation_error.votes import Predicted, beside_gusts, refused, share_lost, shares_of, unconfirmed
 
 Labels = tuple[tuple[str, str, str], ...]
 """Names of hypotheses."""
@@ -174,6 +174,20 @@ def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate],
         doubt = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
         return lambda found: over_blocks(found, blocks), doubt
     return lambda found: beside_gusts(whole, found), settings.doubt
+
+
+def predicted_better(selected: Selected, completed: Estimate) -> dict[tuple[str, str, str], bool]:
+    """Whether the unseen recordings' coefficients are together predicted better with each chosen one; by its label.
+
+    `completed`: the structure on the fitted recordings. Empty where nothing is unseen.
+    """
+    predicted, _ = _jury(selected, completed)
+    after = predicted(completed)
+    falls: dict[tuple[str, str, str], bool] = {}
+    for each in selected.chosen if after else ():
+        bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
+        falls[each.hypothesis.label] = share_lost(predicted(bare), after) < 0.0
+    return falls
 
 
 def _comes_again(search: CoefficientSearch, selected: Selected, hypothesis: Hypothesis) -> bool:

@@ -13,7 +13,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.candidates import of_sensors, told_apart
 from aerosid.equation_error.channels import COEFFICIENT
-from aerosid.equation_error.coefficient_search import CoefficientSearch, searched
+from aerosid.equation_error.coefficient_search import CoefficientSearch, predicted_better, searched
 from aerosid.equation_error.deviations import corrected_covariance
 from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest_of
@@ -132,7 +132,8 @@ def decide(
     for hypothesis in together:
         (active,) = own_effects(kept.estimate.point, hypothesis)
         worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
-    findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen), worth)
+    chosen = (*proved.chosen, *kept.chosen)
+    findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, lone))
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]

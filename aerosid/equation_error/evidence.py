@@ -35,6 +35,8 @@ class EvidenceFinding:
         In ln L: the fall when it is struck out of the final structure, or the rise when it entered.
     witness : "kinematics" or "coefficients"
         Which equations proved it.
+    unseen_better : bool or None
+        Whether the coefficients of unseen recordings, or blocks, are predicted better with it; None where not asked.
     """
 
     hypothesis: Hypothesis
@@ -44,6 +46,7 @@ class EvidenceFinding:
     std_errors: tuple[float, ...]
     gain: float
     witness: str
+    unseen_better: bool | None = None
 
     @property
     def null(self) -> float:
@@ -72,10 +75,12 @@ def findings_of(
     covariance: Array,
     chosen: Sequence[Chosen],
     worth: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
+    better: Mapping[tuple[str, str, str], bool] = MappingProxyType({}),
 ) -> tuple[EvidenceFinding, ...]:
     """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain.
 
-    `worth`: their gain in the whole structure, by label; what is not in it keeps that of its entry.
+    `worth`: their gain in the whole structure, by label; what is not in it keeps that of its entry. `better`: whether
+    the unseen is predicted better with it.
     """
     deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
@@ -83,18 +88,19 @@ def findings_of(
     for each in chosen:
         witness = "kinematics" if each.kinematic else "coefficients"
         hypothesis = each.hypothesis
-        gain = worth.get(hypothesis.label, each.gain)
+        gain, unseen = worth.get(hypothesis.label, each.gain), better.get(hypothesis.label)
         if hypothesis.entries:
             (entry,) = hypothesis.entries
             n = place.get(("term", entry))
             value = found.point.model.value(entry)
             error = float(deviations[n]) if n is not None else np.inf
-            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), gain, witness))
+            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), gain, witness, unseen))
             continue
         for i, active in enumerate(found.point.effects):
             if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
                 errors = tuple(float(deviations[place["effect", i, k]]) for k in range(len(active.values)))
-                rows.append(EvidenceFinding(hypothesis, active, active.values[0], errors[0], errors, gain, witness))
+                first = active.values[0]
+                rows.append(EvidenceFinding(hypothesis, active, first, errors[0], errors, gain, witness, unseen))
                 break
     return tuple(sorted(rows, key=_rank))
 

@@ -30,7 +30,6 @@ from aerosid.equation_error.starts import separation_hypotheses, sudden_hypothes
 
 Array = NDArray[np.float64]
 
-
 Admitted = Callable[[Estimate, Hypothesis], bool]
 """Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
 
@@ -215,7 +214,6 @@ LATE_CONTROL = frozenset({"control_delay", "control_lag"})
 
 TIMINGS = (frozenset({"sensor_delay", "sensor_lag", "sensor_position"}), LATE_CONTROL)
 """Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
-
 
 ONE_DISTANCE = (
     frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),

@@ -128,6 +128,15 @@ def refused(before: Predicted, after: Predicted, doubt: float, least: float) -> 
     return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
+def share_lost(before: Predicted, after: Predicted) -> float:
+    """By how much the unexplained shares of all unseen coefficients rise together."""
+    rises = [
+        float(np.mean(each.left**2 - before[key].left ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
+        for key, each in after.items()
+    ]
+    return float(sum(rises))
+
+
 def unconfirmed(before: Predicted, after: Predicted, coefficient: str) -> bool:
     """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
     falls = [

@@ -44,6 +44,9 @@ class Evidence:
         As `validation_gain`, on the logs that no decision touched.
     confirmation : Confirmation or None
         What the validation logs say of the effect by themselves, where only that let it be named.
+    unseen_better : bool or None
+        Whether what was not fitted (validation logs, hold-out logs first, or parts of a single log) is predicted better
+        with the effect; None where nothing is unseen or the effect is of an instrument that kinematics proved.
     """
 
     correlation: float | None
@@ -52,6 +55,7 @@ class Evidence:
     likelihood_gain: float
     hold_out_gain: float | None = None
     confirmation: Confirmation | None = None
+    unseen_better: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -117,9 +121,21 @@ def effect_rows(
             likelihood_gain=finding.gain,
             hold_out_gain=hold_out_gains.get(identity(finding)),
             confirmation=confirmed.get(term) if term is not None else None,
+            unseen_better=better_unseen(finding, gains, hold_out_gains, regressed=found.regressed),
         )
         rows.append(effect_row(rank, finding, evidence))
     return tuple(rows)
+
+
+def better_unseen(finding: Finding, gains: Gains, hold_out_gains: Gains, *, regressed: bool) -> bool | None:
+    """Whether the unseen is predicted better with a finding: by its open-loop error where the simulation decided.
+
+    A sudden change happens on one flight, and helps to predict no other.
+    """
+    if regressed or finding.time is not None:
+        return finding.unseen_better
+    gain = hold_out_gains.get(identity(finding), gains.get(identity(finding)))
+    return None if gain is None else gain > 1.0
 
 
 def with_correlations(

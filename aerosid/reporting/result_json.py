@@ -123,9 +123,9 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time`, `along`, `parameters`, `hold_out_gain` and `confirmation` are left out of effects that have none,
-    `next_flight` where nothing is left to decide, `second_opinion` where none was asked, and `kinematics` where too few
-    channels are there; every other key always stands.
+    `time`, `along`, `parameters`, `hold_out_gain`, `confirmation` and `unseen_better` are left out of effects that
+    have none, `next_flight` where nothing is left to decide, `second_opinion` where none was asked, and `kinematics`
+    where too few channels are there; every other key always stands.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
@@ -144,7 +144,7 @@ def result_text(result: ClosedLoop) -> str:
 
 
 _SELDOM = ("time", "along", "parameters")
-_SELDOM_EVIDENCE = ("hold_out_gain", "confirmation")
+_SELDOM_EVIDENCE = ("hold_out_gain", "confirmation", "unseen_better")
 
 
 def _effect(effect: Effect) -> Mapping[str, Any]:

@@ -47,6 +47,7 @@ class EvidenceRow(Row):
     likelihood_gain: Number
     hold_out_gain: Number = None
     confirmation: ConfirmationRow | None = None
+    unseen_better: bool | None = None
 
 
 class ParameterRow(Row):

@@ -127,7 +127,18 @@ def sentence(text: str) -> str:
 
 
 def effect_sentence(effect: Effect) -> str:
-    """What the effect says, in words and with the names of the files: `C_m has a term in alpha^2`."""
+    """What the effect says, in words and with the names of the files: `C_m has a term in alpha^2`.
+
+    What leaves the unseen as it was is marked.
+    """
+    return _said(effect) + (UNCONFIRMED if effect.evidence.unseen_better is False else "")
+
+
+UNCONFIRMED = " (what was not fitted is predicted no better with it)"
+"""The mark of an effect that the unseen flights do not bear out."""
+
+
+def _said(effect: Effect) -> str:
     if effect.kind == "aero_term":
         return (
             f"{effect.where} has another constant"

@@ -200,6 +200,7 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
         gain=2.0 * row.gain,
         along=_axes(row.active),
         parameters=_parameters(active, errors),
+        unseen_better=row.unseen_better,
     )
 
 

@@ -94,6 +94,8 @@ class Finding:
         up to which difference the flights decide nothing.
     along : str
         Of a place: the body axes along which it is elsewhere, `x` or `xz`.
+    unseen_better : bool or None
+        Whether what was not fitted is predicted better with it; None where the method does not ask.
     """
 
     kind: str
@@ -112,6 +114,7 @@ class Finding:
     worse_by: float | None = None
     margin: float | None = None
     along: str = ""
+    unseen_better: bool | None = None
 
 
 def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from aerosid.equation_error.block_votes import Block, blocks_of, over_blocks
 from aerosid.equation_error.estimate import Estimate
-from aerosid.equation_error.votes import LeftOver, refused
+from aerosid.equation_error.votes import LeftOver, refused, share_lost
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 6_000_000
@@ -97,6 +97,14 @@ def test_a_block_that_is_predicted_worse_refuses_unless_another_coefficient_gain
     assert not refused(same | gaining[0], worse | gaining[1], 2.0, 0.002)
 
 
+def test_the_unseen_is_predicted_better_where_its_unexplained_shares_fall_together() -> None:
+    same = {(0, "C_Z"): left(1, 0.1), (0, "C_m"): left(2, 0.1)}
+    better = same | {(0, "C_m"): left(2, 0.05)}
+    assert share_lost(same, same) == 0.0
+    assert share_lost(same, better) == pytest.approx(-0.0075, rel=0.3)
+    assert share_lost(better, same) == pytest.approx(-share_lost(same, better))
+
+
 def test_what_the_left_out_block_cannot_bear_is_not_named() -> None:
     """Two flights with moments of opposite sign: the whole is better with the term, neither predicts the other."""
     body = BODIES[0]
@@ -116,6 +124,7 @@ def test_one_flight_alone_shows_what_is_planted(n: int) -> None:
     log = flown("one", body, SEEDS + 100 + n, air=0.3, wrong=BENT, seconds=30.0)
     (row,) = decided(aircraft, [log], []).findings
     assert row.hypothesis.label == ("aero_term", "C_m", "alpha^2")
+    assert row.unseen_better is True
     assert abs(row.value + 2.5) < 4.0 * row.std_error
 
 

@@ -1,0 +1,47 @@
+"""What is unseen has its say beside each effect: the mark of what predicts it no better, and where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from problems import entry
+from problems_report import closed_loop
+
+from aerosid.loop.effect_rows import Evidence, better_unseen, effect_row
+from aerosid.loop.leave_one_out import identity
+from aerosid.reporting.result_json import result_file
+from aerosid.reporting.words import UNCONFIRMED, effect_sentence
+from aerosid.search.findings import Finding
+
+TERM = Finding("aero_term", "C_m", "alpha^2", entry("C_m", "alpha^2"), -1.7, 0.1, "1", None, 1e-9, 40.0)
+JUMP = replace(TERM, kind="step_change", term="", entry=None, time=6.0)
+
+
+@pytest.mark.parametrize(
+    ("gains", "held_out", "wanted"),
+    [({}, {}, None), ({"v": 1.3}, {}, True), ({"v": 1.0}, {}, False), ({"v": 1.3}, {"v": 0.9}, False)],
+)
+def test_where_the_simulation_decides_the_open_loop_error_tells(
+    gains: dict[str, float], held_out: dict[str, float], wanted: bool | None
+) -> None:
+    keyed = [{identity(TERM): value for value in each.values()} for each in (gains, held_out)]
+    better = better_unseen(TERM, *keyed, regressed=False)
+    assert better is wanted
+    row = effect_row(1, TERM, Evidence(None, 1e-9, None, 40.0, unseen_better=better))
+    assert effect_sentence(row).endswith(UNCONFIRMED) is (wanted is False)
+
+
+def test_where_the_equations_decide_their_vote_tells_and_a_jump_is_asked_nothing() -> None:
+    voted = replace(TERM, unseen_better=False)
+    assert better_unseen(voted, {identity(TERM): 1.5}, {}, regressed=True) is False
+    assert better_unseen(JUMP, {identity(JUMP): 0.99}, {}, regressed=False) is None
+
+
+def test_the_mark_stands_in_result_json_where_it_was_asked() -> None:
+    made = closed_loop()
+    first, *others = made.effects
+    marked = replace(first, evidence=replace(first.evidence, unseen_better=False))
+    rows = result_file(replace(made, effects=(marked, *others))).effects
+    assert rows[0].evidence.unseen_better is False
+    assert rows[1].evidence.unseen_better is None
