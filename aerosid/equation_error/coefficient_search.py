@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.sudden import is_sudden, moment
 from aerosid.equation_error.alternatives import replaced
 from aerosid.equation_error.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.candidates import joined
@@ -22,8 +25,10 @@ from aerosid.equation_error.selection import (
     with_separation,
     without,
 )
-from aerosid.equation_error.starts import may_separate, of_controls, sudden_hypotheses
-from aerosid.equation_error.votes import Predicted, beside_gusts, refused, share_lost, shares_of, unconfirmed
+from aerosid.equation_error.starts import MAINLY, may_separate, of_controls, sudden_hypotheses
+from aerosid.equation_error.votes import Jumps, Predicted, beside_gusts, refused, share_lost, shares_of, unconfirmed
+
+Array = NDArray[np.float64]
 
 Labels = tuple[tuple[str, str, str], ...]
 """Names of hypotheses."""
@@ -152,28 +157,33 @@ def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estim
         return None
     settings = completed.frame.settings
     predicted, doubt = _jury(selected, completed)
-    after = predicted(completed)
+    after = predicted(completed, {})
+    elsewhere: list[Estimate] | None = None
     for each in sorted(selected.chosen, key=lambda each: each.gain):
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        before = predicted(bare)
+        before = predicted(bare, {})
         if refused(before, after, doubt, settings.least_rise):
-            if _comes_again(search, selected, each.hypothesis):
+            elsewhere = _sudden_elsewhere(search, selected) if elsewhere is None else elsewhere
+            if _comes_again(elsewhere, each.hypothesis):
                 continue
-            return each
+            # An unseen recording in which something happens suddenly refuses nothing by that.
+            jumps = _jumps(elsewhere)
+            if not jumps or refused(predicted(bare, jumps), predicted(completed, jumps), doubt, settings.least_rise):
+                return each
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
         if any(unconfirmed(before, after, coefficient) for coefficient in sideways):
             return each
     return None
 
 
-def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate], Predicted], float]:
+def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate, Jumps], Predicted], float]:
     """What an estimate leaves of unseen recordings, or of blocks of the fitted ones where all are; and the doubt."""
     settings, whole = completed.frame.settings, selected.estimate.frame
     if all(recording.fitted for recording in whole.recordings):
         blocks = blocks_of(completed)
         doubt = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
-        return lambda found: over_blocks(found, blocks), doubt
-    return lambda found: beside_gusts(whole, found), settings.doubt
+        return lambda found, _jumps: over_blocks(found, blocks), doubt
+    return lambda found, jumps: beside_gusts(whole, found, jumps), settings.doubt
 
 
 def predicted_better(selected: Selected, completed: Estimate) -> dict[tuple[str, str, str], bool]:
@@ -182,22 +192,42 @@ def predicted_better(selected: Selected, completed: Estimate) -> dict[tuple[str,
     `completed`: the structure on the fitted recordings. Empty where nothing is unseen.
     """
     predicted, _ = _jury(selected, completed)
-    after = predicted(completed)
+    after = predicted(completed, {})
     falls: dict[tuple[str, str, str], bool] = {}
     for each in selected.chosen if after else ():
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        falls[each.hypothesis.label] = share_lost(predicted(bare), after) < 0.0
+        falls[each.hypothesis.label] = share_lost(predicted(bare, {}), after) < 0.0
     return falls
 
 
-def _comes_again(search: CoefficientSearch, selected: Selected, hypothesis: Hypothesis) -> bool:
-    """Whether a sudden change happens on an unseen recording too, at a price: that cannot refute it by being there."""
-    if not any(is_sudden(active) for active in hypothesis.effects):
-        return False
+def _sudden_elsewhere(search: CoefficientSearch, selected: Selected) -> list[Estimate]:
+    """Estimates with each sudden change that an unseen recording has at a price, the change its last effect."""
     base = selected.estimate
+    rows = []
     for again in sudden_hypotheses(base.frame, base, search.coefficients, fitted=False):
-        if (again.kind, again.where) == (hypothesis.kind, hypothesis.where):
-            found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
-            if found.gain_over(base) > search.rules.price(again):
-                return True
-    return False
+        found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
+        if found.gain_over(base) > search.rules.price(again):
+            rows.append(found)
+    return rows
+
+
+def _comes_again(elsewhere: Sequence[Estimate], hypothesis: Hypothesis) -> bool:
+    """Whether a sudden change happens on an unseen recording too: that cannot refute it by being there."""
+    return any(is_sudden(active) for active in hypothesis.effects) and any(
+        (found.point.effects[-1].effect.kind, found.point.effects[-1].effect.where)
+        == (hypothesis.kind, hypothesis.where)
+        for found in elsewhere
+    )
+
+
+def _jumps(elsewhere: Sequence[Estimate]) -> dict[tuple[int, str], Array]:
+    """Columns (n, k) of the steps of coefficients among some sudden changes, by recording and coefficient."""
+    columns: dict[tuple[int, str], list[Array]] = {}
+    for found in elsewhere:
+        active = found.point.effects[-1]
+        for place, recording in enumerate(found.frame.recordings):
+            key = (place, MAINLY.get(active.effect.where, ""))
+            if recording.name == active.log and key in found.design.segments:
+                at = recording.time[recording.band.rows(recording.time.size)]
+                columns.setdefault(key, []).append((at > moment(active)).astype(np.float64))
+    return {key: np.column_stack(rows) for key, rows in columns.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,10 +52,15 @@ Predicted = Mapping[tuple[int, str], LeftOver]
 """By recording, or block of one, and coefficient."""
 
 
-def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> Predicted:
+Jumps = Mapping[tuple[int, str], Array]
+"""What happens suddenly in a recording of its own, (n, k), by recording and coefficient."""
+
+
+def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps = MappingProxyType({})) -> Predicted:
     """What an estimate's own numbers leave of each coefficient of every recording.
 
     `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
+    `jumps`: free as constants are, for no other recording could tell them.
     """
     design = design_of(frame.segments(found.point), frame.settings)
     known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
@@ -70,6 +76,8 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True) -> Predicted
         rows = design.rows(s)
         target, slopes = design.target[rows], design.columns[rows][:, terms]
         constant = design.columns[rows][:, own]
+        if (recording, equation) in jumps:
+            constant = np.column_stack([constant, jumps[recording, equation]])
         left, slopes = beside_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
         uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
         result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
@@ -102,9 +110,9 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
     return tuple(rows)
 
 
-def beside_gusts(frame: Frame, found: Estimate) -> Predicted:
+def beside_gusts(frame: Frame, found: Estimate, jumps: Jumps = MappingProxyType({})) -> Predicted:
     """What an estimate's numbers leave of unseen recordings; what gusts do, which is as good as noise, taken off."""
-    every = left_over(frame, found, gusts=False)
+    every = left_over(frame, found, gusts=False, jumps=jumps)
     return {key: each for key, each in every.items() if not frame.recordings[key[0]].fitted}
 
 

@@ -1,15 +1,23 @@
 """What the equations show of flights that an independent simulation flew with something wrong, in calm air and not."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
-from equations_decided import decided, declared
+from equations_decided import decided, declared, proved
 
-from aerosid.aircraft import Aircraft
+from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.effects.cg_shift import cg_shift
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.candidates import effect_candidates, position_hypotheses, to_first_order, within_reach
+from aerosid.equation_error.channels import COEFFICIENT
+from aerosid.equation_error.estimate import estimate
+from aerosid.equation_error.votes import beside_gusts
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
@@ -124,3 +132,33 @@ def test_no_sensor_sits_outside_the_aircraft() -> None:
         (active,) = within_reach(place, 2.0, length).effects
         assert active.effect.parameters[0].highest == pytest.approx(farthest)
         assert active.effect.parameters[0].lowest == pytest.approx(-farthest)
+
+
+@pytest.mark.slow
+def test_an_unseen_flight_that_steps_itself_does_not_refuse_a_slow_elevator_by_that(tmp_path: Path) -> None:
+    """Both lack a flap, a lag of the elevator and a step of all coefficients, of which no other flight can tell."""
+    _, plants, _ = written(tmp_path, [FIRST, 5, 25], 25)
+    assert [plant.label for plant in plants][1] == "control lag 0.148"
+    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
+    found = decided(load_aircraft(str(tmp_path / "aircraft.toml")), logs[:1], logs[1:])
+    (row,) = [row for row in found.findings if row.hypothesis.kind == "control_lag"]
+    assert abs(row.value - 0.148) < 3.0 * row.std_error
+    assert not found.refuted
+
+
+def test_what_happens_suddenly_in_an_unseen_flight_is_free_there_as_its_constant_is() -> None:
+    aircraft, logs, others = pair(9, air=0.3)
+    faults = proved(aircraft, logs, others)
+    frame = replace(faults.selected.estimate.frame, kinds=COEFFICIENT, all_fitted=True)
+    found = estimate(frame, faults.start)
+    plain = beside_gusts(frame, found)
+    samples = plain[1, "C_m"].left.size
+    jump = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
+    freed = beside_gusts(frame, found, {(1, "C_m"): jump[:, None]})
+    assert set(freed) == set(plain)
+    np.testing.assert_allclose(freed[1, "C_Z"].left, plain[1, "C_Z"].left, atol=1e-12)
+    # The projection off the step: nothing is left along it, and what is taken is at right angles to what is left.
+    before, after = plain[1, "C_m"].left, freed[1, "C_m"].left
+    assert abs(after @ jump) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(jump)
+    assert abs(after @ (before - after)) < 1e-9 * float(before @ before)
+    assert np.linalg.norm(before - after) > 0.0
