@@ -134,7 +134,7 @@ def reconstruct(
     alpha, beta = alpha_vane, beta_vane
     plane, u, w, v = _velocities(speed, alpha, beta)
     alpha_dot = np.zeros_like(q)
-    along_path = "u" in integrated and "a_x" in forces and "a_z" in forces
+    along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
     turned_aside = "v" in integrated and "a_y" in forces
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * np.cos(theta) * np.sin(phi)
     if along_path:
@@ -147,6 +147,9 @@ def reconstruct(
             forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
         )
         path["alpha"], path_speed, alpha_dot = _inertial_path(alpha, plane, q, forcing, interval, settings.wind_memory)
+        if turned_aside:
+            bent = running_integral(-(u * p + w * r) / plane**2, interval)
+            path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - aside))
         path["V"] = path_speed / np.cos(beta)
         alpha = _blended(alpha, path["alpha"], blend / interval)
         speed = _blended(speed, path["V"], blend / interval)
@@ -186,6 +189,30 @@ def _sideslip_path(
     path = running_integral(side - rates.r * u + rates.p * w, interval)
     # Beyond a right angle there is no sideslip that a faulty sensor could have read.
     return np.arcsin(np.clip(_aligned(path, speed * np.sin(vane)) / speed, -WIDEST, WIDEST))
+
+
+def _of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
+    """How far the mean of the gusts from the side bends the path in the plane, rad, (N,).
+
+    A record tells the sideslip of the aircraft but for the mean of the gusts over it, which rolling turns into the
+    plane, as the bank angle goes. Least squares with the deviation of the mean of a first-order autoregression.
+
+    Parameters
+    ----------
+    left : ndarray, shape (N,)
+        What the vane shows beyond the path, rad.
+    bent : ndarray, shape (N,)
+        The path's bend for one m/s, rad.
+    wind : ndarray, shape (N,)
+        What the vane of sideslip shows beyond its path, m/s.
+    """
+    time = np.linspace(-1.0, 1.0, left.size)
+    left, bent = (values - np.polyval(np.polyfit(time, values, 1), time) for values in (left, bent))
+    wind = wind - wind.mean()
+    kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
+    mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size
+    noise = float(np.var(left))
+    return np.asarray(float(left @ bent) / (float(bent @ bent) + noise / max(mean, 1e-300)) * bent)
 
 
 def _forces_of(
