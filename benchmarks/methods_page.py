@@ -56,6 +56,10 @@ def write_page(page: Path, known: Sequence[Verdict], methods: Sequence[str], rem
         title = f"Fresh flights, seed {' and '.join(seeds)}" if suite == "fresh" else f"Practice suite `{suite}`"
         text += [f"## {title}", "", *_table([v for v in known if v.suite == suite], methods), ""]
         if suite == "fresh":
+            shared = _shared([v for v in known if v.suite == suite], methods)
+            if shared:
+                count = len({v.flight for v in shared})
+                text += [f"The {count} of them on which all were asked:", "", *_table(shared, methods), ""]
             text += [f"![Flights judged rightly, and wrongly, by each method]({page.stem}.svg)", ""]
             text += [*_paired([v for v in known if v.suite == suite], methods), ""]
     absent = sorted({verdict.method for verdict in known if verdict.outcome == "not installed"})
@@ -96,6 +100,13 @@ def _table(known: Sequence[Verdict], methods: Sequence[str]) -> Iterator[str]:
         if bounded:
             cells.append(f"{np.median(errors):.2f}" if errors else "")
         yield f"| {' | '.join([*cells, f'{np.median([v.seconds for v in own]):.1f}'])} |"
+
+
+def _shared(known: Sequence[Verdict], methods: Sequence[str]) -> list[Verdict]:
+    """The verdicts on flights on which every method was asked that was asked at all; none where that is all of them."""
+    flights = {m: {v.flight for v in known if v.method == m} for m in methods if any(v.method == m for v in known)}
+    common = set.intersection(*flights.values()) if flights else set()
+    return [v for v in known if v.flight in common] if any(common != own for own in flights.values()) else []
 
 
 def _paired(known: Sequence[Verdict], methods: Sequence[str]) -> Iterator[str]:

@@ -251,7 +251,9 @@ class _Search:
         """
         before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
         noticed = self.settings.noticed * self.settings.sweeps.least_spread
-        if np.any((after > self.settings.most_increase * before) & (after > noticed)):
+        # Rounding of one coefficient's d is no price for another's.
+        counts = max(noticed, self.settings.least_rise * float(np.max(before - after)))
+        if np.any((after > self.settings.most_increase * before) & (after > counts)):
             return False
         there = before > noticed
         of_sensors = all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new)

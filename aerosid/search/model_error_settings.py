@@ -63,6 +63,9 @@ class ModelErrorSearchSettings:
     most_increase : float
         Times by which a name may raise the spread of d(t) in any coefficient: it is to explain model error and not to
         need more of it. Half as much again is within the scatter of the spread on records of 500 samples.
+    least_rise : float
+        Share of the greatest fall of a spread below which another coefficient's may be whatever it is: a fiftieth of a
+        C_Z explained had been refused for 5e-5 in C_X (own flight 36 of seed 2026).
     apparent_mass : float
         Largest force that grows with alphadot, as a share of the aircraft's mass, that is believed: that of air set in
         motion is a few hundredths (Etkin, Dynamics of Atmospheric Flight); near one the equations have no solution.
@@ -96,6 +99,7 @@ class ModelErrorSearchSettings:
     noticed: float = 30.0
     least_reduction: float = 0.8
     most_increase: float = 1.5
+    least_rise: float = 0.1
     apparent_mass: float = 0.3
     asked_at_once: int = 1_000_000
     gusts: bool = True
