@@ -9,6 +9,7 @@ import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
 from aerosid.estimation.score_test import Score
@@ -62,7 +63,8 @@ def profiled(
         for value in np.geomspace(min(late), last, settings.profile):
             tried = replace(active, values=(float(value),))
             effects = (*untouched.effects, frozen(tried))
-            starts.append(Start(untouched.model, untouched.free, effects, None, untouched.variance))
+            model = with_columns_of(untouched.model, effects)
+            starts.append(Start(model, untouched.free, effects, None, untouched.variance))
             owners.append(tried)
     if not starts:
         return []

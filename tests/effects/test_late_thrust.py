@@ -40,14 +40,18 @@ def delayed(time: Array, command: Array) -> Array:
 
 
 @cache
-def flown(act: Callable[[Array, Array], Array], seed: int) -> FlightLog:
-    """A flight in which the throttle steps twice and the thrust is what `act` makes of it; the throttle is recorded."""
+def flown(act: Callable[[Array, Array], Array], seed: int, bent: float = 0.0) -> FlightLog:
+    """The throttle steps twice and the thrust is what `act` makes of it; recorded is the throttle.
+
+    `bent`: an undeclared C_m alpha^2.
+    """
     time, level = FLIGHT.time, trim(FLIGHT.truth, 100.0, LIGHT.density, LIGHT.mass)
     moved = 0.5 * ((time > 3.0) & (time <= 7.0)) - 0.4 * ((time > 10.0) & (time <= 13.0))
     command = level.thrust * (1.0 + moved)
     inputs = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": act(time, command)}
     inputs["delta_e"] = level.delta_e + FLIGHT.deflection
     terms = {(d.coefficient, str(d.term)): d.value for d in LIGHT.derivatives}
+    terms["C_m", "alpha^2"] = bent
     u, w = 100.0 * np.cos(level.alpha), 100.0 * np.sin(level.alpha)
     _, outputs = simulate((u, w, 0.0, level.alpha, 1500.0), time, inputs, terms, FRAME)
     generator = np.random.default_rng(seed)
@@ -79,6 +83,16 @@ def test_late_thrust_is_named_with_its_time(
         name, value, error = (effect.kind, effect.where, effect.term), effect.value, effect.std_error
     assert name == (kind, "thrust", "")
     assert abs(value - number) < max(4.0 * error, 0.02)
+
+
+def test_late_thrust_is_asked_too_where_something_gross_is_missing() -> None:
+    quick = LoopSettings(
+        method="likelihood", paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False
+    )
+    result = close_loop([flown(behind, 2, bent=-2.5)], LIGHT, settings=quick)
+    named = {(effect.kind, effect.where, effect.term): effect.value for effect in result.effects}
+    assert set(named) == {("control_lag", "thrust", ""), ("aero_term", "C_m", "alpha^2")}
+    assert named["control_lag", "thrust", ""] == pytest.approx(0.8, abs=0.05)
 
 
 def test_a_lag_of_thrust_adds_to_the_record_what_the_lagged_one_lacks() -> None:
