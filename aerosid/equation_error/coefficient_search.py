@@ -88,8 +88,11 @@ class CoefficientSearch:
             shares_of(whole, estimate(self.fitted, each.point, weights_on(each, self.fitted, each.point), steps=4))
             for each in (before, after)
         )
-        lost = [a.r2 - b.r2 for a, b in zip(old, new, strict=True) if not a.fitted]
-        return bool(lost) and max(lost) > whole.settings.least_rise and sum(lost) > 0.0
+        unseen = [(a.r2, b.r2) for a, b in zip(old, new, strict=True) if not a.fitted]
+        lost = [before - after for before, after in unseen]
+        settings = whole.settings
+        worse = any(a - b > min(settings.least_rise, settings.rise_of_rest * (1.0 - a)) for a, b in unseen)
+        return worse and sum(lost) > 0.0
 
     def paid(self, selected: Selected) -> float:
         """Ln L less the cost of all that entered."""

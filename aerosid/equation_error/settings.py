@@ -141,6 +141,10 @@ class EquationErrorSettings:
     block_doubt : float
         As `doubt`, of a part of a single recording. Two: there are up to twelve coefficients of parts, where
         `doubt` judges three of a recording.
+    rise_of_rest : float
+        Share, 1, of what is left of an unseen coefficient by which it may rise with other numbers of an instrument
+        before that recording keeps the numbers as they were. Chosen after the Citation's short periods
+        (reports/recorded_flights.md).
     calm : float
         Share of the sideslip, 1, that its vane may show beyond the inertial path for the air to be calm: an
         output-error estimate then gives the numbers of the structure that the equations decided. Chosen: a tenth.
@@ -205,6 +209,7 @@ class EquationErrorSettings:
     followed: float = 0.5
     support: float = 2.0
     doubt: float = 1.0
+    rise_of_rest: float = 0.1
     least_rise: float = 0.002
     blocks: int = 4
     block_length: float = 6.0
