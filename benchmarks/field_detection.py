@@ -39,7 +39,7 @@ from benchmarks.planted_flights import (
     simulated,
 )
 from benchmarks.plants import KINDS, Plant, in_catalogue
-from benchmarks.wide_detection import HIGHEST, closed, matches, numbers_of, print_kinds, sized
+from benchmarks.wide_detection import HIGHEST, closed, matches, numbers_of, print_kinds, sized, with_flights
 
 Array = NDArray[np.float64]
 
@@ -108,12 +108,7 @@ RECORDERS = (
 def main() -> None:
     """Plant, fly, record, close the loop, score."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--flights", type=int, default=40)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--keep", default="")
-    arguments = parser.parse_args()
+    arguments = with_flights(parser).parse_args()
     numbers = numbers_of(arguments)
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)

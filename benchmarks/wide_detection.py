@@ -51,12 +51,7 @@ def main() -> None:
     """Plant, fly, close the loop, score."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--plant", choices=("one", "two", "none", "outside"), default="one")
-    parser.add_argument("--flights", type=int, default=40)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--keep", default="")
-    arguments = parser.parse_args()
+    arguments = with_flights(parser).parse_args()
     numbers = numbers_of(arguments)
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)
@@ -146,6 +141,16 @@ def sized(
         amplitudes.append(size)
     motion, _, thrust = simulated(at.body, at, amplitudes[0] * inputs[0], time, (), seed)
     return amplitudes, measured(at, motion.outputs, amplitudes[0], time, thrust)
+
+
+def with_flights(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """The parser with which flights are asked, and where their cases are kept."""
+    parser.add_argument("--flights", type=int, default=40)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--keep", default="")
+    return parser
 
 
 def numbers_of(arguments: argparse.Namespace) -> Sequence[int]:

@@ -89,10 +89,9 @@ class CoefficientSearch:
             for each in (before, after)
         )
         unseen = [(a.r2, b.r2) for a, b in zip(old, new, strict=True) if not a.fitted]
-        lost = [before - after for before, after in unseen]
         settings = whole.settings
         worse = any(a - b > min(settings.least_rise, settings.rise_of_rest * (1.0 - a)) for a, b in unseen)
-        return worse and sum(lost) > 0.0
+        return worse and sum(a - b for a, b in unseen) > 0.0
 
     def paid(self, selected: Selected) -> float:
         """Ln L less the cost of all that entered."""

@@ -74,10 +74,8 @@ def colour_of(weights: Array) -> Colour:
     start = np.zeros((order, order))
     lower, variance = weights, 1.0
     for k in range(order, 0, -1):
-        reflection = float(lower[k])
-        left = 1.0 - reflection * reflection
-        lower = (lower[:k] - reflection * lower[k:0:-1]) / left
-        variance /= left
+        variance /= 1.0 - float(lower[k]) * float(lower[k])
+        lower = _of_lower_order(lower)
         start[k - 1, :k] = lower[::-1] / np.sqrt(variance)
     return Colour(weights, start)
 
@@ -129,11 +127,16 @@ def _shortened(weights: Array, longest: float) -> Array:
 def _is_stable(weights: Array) -> bool:
     """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion)."""
     for k in range(weights.size - 1, 0, -1):
-        reflection = float(weights[k])
-        if abs(reflection) >= 1.0:
+        if abs(weights[k]) >= 1.0:
             return False
-        weights = (weights[:k] - reflection * weights[k:0:-1]) / (1.0 - reflection * reflection)
+        weights = _of_lower_order(weights)
     return True
+
+
+def _of_lower_order(weights: Array) -> Array:
+    """The weights (k,) of the autoregression of one order less, by its reflection coefficient, the last of (k + 1,)."""
+    reflection = float(weights[-1])
+    return np.asarray((weights[:-1] - reflection * weights[:0:-1]) / (1.0 - reflection * reflection))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.candidates import of_sensors, told_apart
@@ -29,7 +28,6 @@ from aerosid.equation_error.joint_timing import (
     likeliest_kinds,
     where_witnesses_differ,
 )
-from aerosid.equation_error.points import Point
 from aerosid.equation_error.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection import Selected
@@ -109,9 +107,11 @@ def decide(
     settings = proved.estimate.frame.settings
     sensors = [h for h in asked if of_sensors(h)]
     whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
-    declared = estimate(whole, _with_held(start, proved.estimate.point.effects))
-    proved, late = likeliest_kinds(proved, declared, sensors, told)
-    declared = likelier_inputs(estimate(whole, _with_held(start, proved.estimate.point.effects)))
+    declared = estimate(whole, held_at(start, proved.estimate.point.effects))
+    likelier, late = likeliest_kinds(proved, declared, sensors, told)
+    if likelier is not proved:
+        proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
+    declared = likelier_inputs(declared)
     search = _search_of(asked, proved, declared, tuple(coefficients), told)
     fitted, support = search.fitted, search.rules.support
     outcome = _timed(proved.estimate, declared, search)
@@ -177,11 +177,6 @@ def _search_of(
 
     fitted = replace(declared.frame, all_fitted=False)
     return CoefficientSearch(open_, coefficients, fitted, replace(rules, support=support), admitted, told)
-
-
-def _with_held(start: Point, effects: Sequence[ActiveEffect]) -> Point:
-    """The start with the instruments' faults, held at their numbers."""
-    return replace(start, effects=tuple(frozen(active) for active in effects))
 
 
 def _unlike(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:

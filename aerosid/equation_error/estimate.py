@@ -136,7 +136,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
         What the residuals are like to begin with.
     """
     point, design, solution = _regressed(frame, point, weights)
-    free = [(i, k) for i, active in enumerate(point.effects) for k in range(len(active.values))]
+    free = numbers_of(point.effects)
     if not free:
         return Estimate(frame, point, design, solution)
     for _ in range(steps):
@@ -159,6 +159,11 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     # The likelihood of the point itself, not of the linear step beyond it.
     full = replace(full, log_likelihood=solution.log_likelihood, residuals=solution.residuals)
     return Estimate(frame, point, wide, full)
+
+
+def numbers_of(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
+    """The place of each effect and of each of its numbers that are free."""
+    return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
 
 
 def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:

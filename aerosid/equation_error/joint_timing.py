@@ -19,7 +19,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.alternatives import Alternative, in_place_of
 from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance, covariance_of_scores
-from aerosid.equation_error.estimate import Estimate, effect_columns, estimate, linear_values
+from aerosid.equation_error.estimate import Estimate, effect_columns, estimate, linear_values, numbers_of
 from aerosid.equation_error.evidence import left_out, weakest
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.selection import Chosen, Selected
@@ -60,7 +60,7 @@ class JointTiming:
 
 def kinematic_timing(proved: Estimate) -> JointTiming:
     """The faults as kinematics alone measure them."""
-    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in _numbers(proved.point.effects)]
+    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in numbers_of(proved.point.effects)]
     covariance = corrected_covariance(proved.design, proved.solution)[np.ix_(places, places)]
     return JointTiming(proved.point.effects, covariance, 0.0)
 
@@ -79,7 +79,7 @@ def joint_timing(
     found : Estimate
         Of the coefficient equations, its first effects the proven faults, held at `begun`.
     """
-    numbers = _numbers(proved.point.effects)
+    numbers = numbers_of(proved.point.effects)
     late = [n for n, (i, _) in enumerate(numbers) if proved.point.effects[i].effect.kind in LATE]
     if not late:
         return begun
@@ -89,8 +89,8 @@ def joint_timing(
         return begun  # kinematics hold one timing by another: there is no prior to join
     prior = np.linalg.inv(known)
     follow = kinematic[:, late] @ prior
-    mean = _values(proved.point.effects)
-    away = (_values(begun.effects) - mean)[late]
+    mean = values_of(proved.point.effects)
+    away = (values_of(begun.effects) - mean)[late]
     effects = begun.effects
     covariance = known
 
@@ -107,7 +107,7 @@ def joint_timing(
         for halving in range(HALVINGS):
             aim = away + 0.5**halving * step
             trial = _placed(proved.point.effects, mean + follow @ aim)
-            aim = (_values(trial) - mean)[late]
+            aim = (values_of(trial) - mean)[late]
             moved = estimate(found.frame, held_at(found.point, trial), found.solution.weights, steps=2)
             if objective(moved, aim) > best:
                 effects, away, found = trial, aim, moved
@@ -213,7 +213,7 @@ def _at(declared: Estimate, timing: JointTiming) -> Estimate:
 
 def is_within(kinematic: JointTiming, other: JointTiming, deviations: float) -> bool:
     """Whether no fault's number lies further than so many of its kinematic deviations from the kinematic one."""
-    distance = np.abs(_values(other.effects) - _values(kinematic.effects))
+    distance = np.abs(values_of(other.effects) - values_of(kinematic.effects))
     return bool(np.all(distance <= deviations * np.sqrt(np.diag(kinematic.covariance))))
 
 
@@ -267,11 +267,8 @@ def held_at(point: Point, effects: Sequence[ActiveEffect]) -> Point:
     return replace(point, effects=(*held, *point.effects[len(held) :]))
 
 
-def _numbers(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
-    return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
-
-
-def _values(effects: Sequence[ActiveEffect]) -> Array:
+def values_of(effects: Sequence[ActiveEffect]) -> Array:
+    """All numbers of some effects that are free, in order."""
     return np.array([value for active in effects for value in active.values])
 
 

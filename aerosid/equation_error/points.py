@@ -38,6 +38,9 @@ KEPT_PATHS = 512
 """Numerical: points of which the kinematic equations of each recording are kept, in the band and so small; a search
 asks some again with one fault more and one less."""
 
+HEIGHT = "h"
+"""Integrated twice from the accelerometers."""
+
 _Sensors = tuple[object, ...]
 _Made = TypeVar("_Made")
 
@@ -205,10 +208,6 @@ def _kept(known: dict[_Sensors, _Made], key: _Sensors, most: int, made: Callable
     if len(known) > most:
         del known[next(iter(known))]
     return found
-
-
-HEIGHT = "h"
-"""Integrated twice from the accelerometers."""
 
 
 def value_of(entry: Entry, recording: int) -> Unknown:

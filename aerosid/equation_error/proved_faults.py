@@ -16,9 +16,9 @@ from aerosid.equation_error.candidates import bounded, of_sensors, position_hypo
 from aerosid.equation_error.channels import COEFFICIENT, KINEMATIC, VANE_OF
 from aerosid.equation_error.design import whiten
 from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, linear_values
+from aerosid.equation_error.estimate import Estimate, Frame, effect_columns, estimate, linear_values, numbers_of
 from aerosid.equation_error.evidence import left_out, weakest
-from aerosid.equation_error.joint_timing import JointTiming
+from aerosid.equation_error.joint_timing import JointTiming, values_of
 from aerosid.equation_error.points import Point
 from aerosid.equation_error.prices import rules_for
 from aerosid.equation_error.recording import read_recordings
@@ -211,17 +211,16 @@ def with_proved_faults(faults: JointTiming, found: Estimate) -> tuple[Estimate, 
     The uncertainty of all is passed on to the derivatives to first order.
     """
     point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
-    free = [(i, k) for i, active in enumerate(faults.effects) for k in range(len(active.values))]
+    free = numbers_of(faults.effects)
     covariance = corrected_covariance(found.design, found.solution)
     if not free:
         return replace(found, point=point), covariance
     columns = effect_columns(found.frame, linear_values(found.design, found.solution), point, free)
     white = whiten(found.design, columns, found.solution.weights)
     answers = -found.solution.covariance @ found.solution.slopes.T @ white
-    numbers = [active.values[k] for active in faults.effects for k in range(len(active.values))]
     solution = replace(
         found.solution,
-        values=np.append(found.solution.values, numbers),
+        values=np.append(found.solution.values, values_of(faults.effects)),
         covariance=_joint(found.solution.covariance, answers, faults.covariance),
         slopes=np.column_stack([found.solution.slopes, white]),
     )

@@ -277,13 +277,8 @@ def with_separation(
 def without(point: Point, chosen: Chosen) -> Point:
     """The point without a hypothesis: its terms struck out, its effects gone."""
     hypothesis = chosen.hypothesis
-    gone = {active.name for active in hypothesis.effects}
-    logs = {(active.name, active.log) for active in hypothesis.effects}
-    effects = tuple(
-        active
-        for active in point.effects
-        if not (active.values and active.name in gone and (active.name, active.log) in logs)
-    )
+    own = own_effects(point, hypothesis)
+    effects = tuple(active for active in point.effects if not any(active is one for one in own))
     dropped = set(hypothesis.entries)
     free = tuple(entry for entry in point.free if entry not in dropped)
     return replace(point, model=point.model.without(dropped), free=free, effects=effects)

@@ -26,6 +26,7 @@ from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.paper_chain import ChainSettings, Fed, feed
 from aerosid.search.attribution import Attribution
 from aerosid.signals.fit_statistics import explained_variance, theil
+from aerosid.signals.resampling import across_gaps
 
 FloatArray = NDArray[np.float64]
 
@@ -91,11 +92,10 @@ def prediction_rows(
         }
         fed = feed(manoeuvre, ChainSettings())
         starting = {name: _Start.of(model, effects, manoeuvre, fed) for name, (model, effects) in models.items()}
-        interval = float(np.median(np.diff(manoeuvre.flight.time)))
-        ahead = max(round(SECONDS / interval), 1)
+        ahead = max(round(SECONDS / manoeuvre.interval), 1)
         for horizon, length in ((ONE_STEP, 1), (AHEAD, ahead)):
             outputs = {name: start.predicted(manoeuvre, length) for name, start in starting.items()}
-            rows.extend(_rows(flown, horizon, length * interval, outputs))
+            rows.extend(_rows(flown, horizon, length * manoeuvre.interval, outputs))
         opened = {name: _columns(getattr(flown, name), manoeuvre) for name in VARIANTS}
         rows.extend(_rows(flown, OPEN_LOOP, float(np.ptp(manoeuvre.flight.time)), opened))
     return tuple(rows)
@@ -118,7 +118,7 @@ class _Start:
         inputs = flight.inputs.copy()
         for active in effects:
             if isinstance(active.effect, StateEffect) and active.acts_on(manoeuvre.name):
-                along = _filled(states)
+                along = across_gaps(states)
                 added = added_along(active, acting, flight, acting.values, along, manoeuvre.ground)
                 for column, change in added.items():
                     inputs[:, acting.columns.index(column)] += change
@@ -142,21 +142,10 @@ class _Start:
             self.model.constants,
         )
         gone = np.isnan(outputs)
-        read = _filled(outputs)
+        read = across_gaps(outputs)
         recorded(read, manoeuvre, self.effects)
         read[gone] = np.nan
         return {name: read[:, manoeuvre.row(name)] for name in manoeuvre.outputs}
-
-
-def _filled(values: FloatArray) -> FloatArray:
-    """Columns (N, K) with missing samples on the line between their neighbours, level at the ends; zero where empty."""
-    filled = np.zeros_like(values)
-    place = np.arange(values.shape[0])
-    for i, column in enumerate(values.T):
-        held = np.isfinite(column)
-        if held.any():
-            filled[:, i] = np.interp(place, place[held], column[held])
-    return filled
 
 
 def _columns(outputs: Mapping[str, FloatArray], manoeuvre: Manoeuvre) -> dict[str, FloatArray]:

@@ -58,9 +58,11 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
 
 
 def print_predictions(result: ClosedLoop, console: Console) -> None:
-    """Prints what of the motion of the first flight that was not fitted, or of the first, is explained ahead."""
-    for log, role in list(dict.fromkeys((row.log, row.role) for row in reversed(result.predictions)))[:1]:
-        console.print(_predictions(log, label_of(role, result), [row for row in result.predictions if row.log == log]))
+    """Prints what of the motion of the last flight, one that was not fitted where any is, is explained ahead."""
+    if result.predictions:
+        last = result.predictions[-1]
+        rows = [row for row in result.predictions if row.log == last.log]
+        console.print(_predictions(last.log, label_of(last.role, result), rows))
 
 
 def print_next_flight(result: ClosedLoop, console: Console) -> None:

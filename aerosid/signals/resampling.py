@@ -212,3 +212,14 @@ def nearest_to_samples(time: FloatArray, values: FloatArray, wanted: FloatArray)
     inside = keep[(wanted[keep] >= time[0]) & (wanted[keep] <= time[-1])]
     found[inside] = np.interp(wanted[inside], time, values)
     return found
+
+
+def across_gaps(values: FloatArray) -> FloatArray:
+    """Columns (N, K) with missing samples on the line between their neighbours, level at the ends; zero where empty."""
+    filled = np.zeros(values.shape)
+    place = np.arange(values.shape[0])
+    for i, column in enumerate(values.T):
+        held = np.isfinite(column)
+        if held.any():
+            filled[:, i] = np.interp(place, place[held], column[held])
+    return filled

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from aerosid.signals.resampling import across_gaps
+
 FloatArray = NDArray[np.float64]
 
 
@@ -84,7 +86,7 @@ def redrawn(residuals: FloatArray) -> tuple[RedrawnNoise, FloatArray]:
     Block length by Carlstein's rule (Annals of Statistics 14, 1986) for the slowest channel:
     (sqrt(6) rho / (1 - rho^2))^(2/3) N^(1/3), rho the correlation of neighbouring samples.
     """
-    filled = np.column_stack([_bridged(column) for column in residuals.T])
+    filled = across_gaps(residuals)
     filled = filled - filled.mean(axis=0)
     deviation = filled.std(axis=0)
     unit = filled / np.where(deviation > 0.0, deviation, 1.0)
@@ -92,9 +94,3 @@ def redrawn(residuals: FloatArray) -> tuple[RedrawnNoise, FloatArray]:
     rho = min(max(float(np.max(np.mean(unit[1:] * unit[:-1], axis=0))), 0.0), 0.98)
     block = int(np.ceil((np.sqrt(6.0) * rho / (1.0 - rho**2)) ** (2.0 / 3.0) * samples ** (1.0 / 3.0)))
     return RedrawnNoise(unit, int(np.clip(block, 1, max(samples // 4, 1)))), deviation
-
-
-def _bridged(values: FloatArray) -> FloatArray:
-    held = np.isfinite(values)
-    places = np.arange(values.size, dtype=np.float64)
-    return np.interp(places, places[held], values[held]) if held.any() else np.zeros(values.size)
