@@ -40,7 +40,7 @@ from aerosid.loop.methods import Question, answer
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import SweepSettings
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.studies.cramer_rao import sensitivity
 from benchmarks.coefficient_regressions import Label, Values, sparse, stepwise
 from benchmarks.methods_page import Verdict, write_page

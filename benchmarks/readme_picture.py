@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import aerosid
-from aerosid.loop.open_loop_errors import Simulated
+from aerosid.loop.model_validation.open_loop_errors import Simulated
 
 CHANNELS = {"alpha": "alpha [deg]", "q": "q [deg/s]", "a_x": "a_x [m/s²]"}
 DEGREES = ("alpha", "q")

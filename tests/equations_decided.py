@@ -8,12 +8,12 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
-from aerosid.equation_error.channels import COEFFICIENT
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.equation_error.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.points import Point
-from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
-from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry

@@ -9,7 +9,7 @@ import numpy as np
 from problems_report import closed_loop
 
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.screening import ScreeningRow
 

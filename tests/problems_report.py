@@ -9,12 +9,12 @@ from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.logs.flight_log import ChannelSource, FlightLog
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.effect_rows import Effect, Evidence
-from aerosid.loop.goodness import CorrelationMatrix, InnovationRow, fit_rows
-from aerosid.loop.linear_analysis import LinearRow, ModeRow, StepRow
-from aerosid.loop.mode_levels import Level
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow, ModeRow, StepRow
+from aerosid.loop.flying_qualities.mode_levels import Level
 from aerosid.loop.model_error_pictures import PrefilterNote
-from aerosid.loop.open_loop_errors import ErrorRow, Simulated
-from aerosid.loop.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
+from aerosid.loop.model_validation.goodness import CorrelationMatrix, InnovationRow, fit_rows
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.model_validation.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.alternatives import Alternative, alternatives_of, worth_of
-from aerosid.equation_error.candidates import of_sensors, told_apart
-from aerosid.equation_error.channels import COEFFICIENT
-from aerosid.equation_error.coefficient_search import CoefficientSearch, predicted_better, searched
-from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.evidence import EvidenceFinding, findings_of, left_out, weakest_of
-from aerosid.equation_error.gusts import Turbulence, share_of_gusts, turbulence_of
-from aerosid.equation_error.input_interpolation import likelier_inputs
-from aerosid.equation_error.joint_timing import (
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
+from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
+from aerosid.equation_error.selection.candidates import of_sensors, told_apart
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
+from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, left_out, weakest_of
+from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
+from aerosid.equation_error.selection.joint_timing import (
     JointTiming,
     TwoWitnesses,
     held_at,
@@ -28,12 +28,12 @@ from aerosid.equation_error.joint_timing import (
     likeliest_kinds,
     where_witnesses_differ,
 )
-from aerosid.equation_error.prices import Label, Support, own_effects, rules_for
-from aerosid.equation_error.proved_faults import ProvedFaults, on_fitted, with_proved_faults
-from aerosid.equation_error.selection import Selected
-from aerosid.equation_error.shared_damping import SharedDamping, shared_damping
-from aerosid.equation_error.supported_faults import supported_faults
-from aerosid.equation_error.votes import Share, shares_of
+from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
+from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
+from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping
+from aerosid.equation_error.selection.stepwise import Selected
+from aerosid.equation_error.selection.supported_faults import supported_faults
+from aerosid.equation_error.selection.votes import Share, shares_of
 
 Array = NDArray[np.float64]
 

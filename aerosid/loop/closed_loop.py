@@ -12,22 +12,22 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.carried_deviations import TermCovariance
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
 from aerosid.loop.effect_rows import alternative_rows, effect_rows, with_correlations
-from aerosid.loop.flying_qualities import Requirement
-from aerosid.loop.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
+from aerosid.loop.flying_qualities.carried_deviations import TermCovariance
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow, analyse_models, requirement_for
+from aerosid.loop.flying_qualities.mil_f_8785c import Requirement
 from aerosid.loop.identification import Identification, identify
 from aerosid.loop.kept_derivatives import Completion, keep_declared, told_of_breakdown
-from aerosid.loop.leave_one_out import Gains, prediction_gains
-from aerosid.loop.linear_analysis import LinearRow, analyse_models, requirement_for
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
+from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
+from aerosid.loop.model_validation.leave_one_out import Gains, prediction_gains
+from aerosid.loop.model_validation.open_loop_errors import compare
+from aerosid.loop.model_validation.predictions import prediction_rows
 from aerosid.loop.next_flight.plan import plan_next_flight
-from aerosid.loop.open_loop_errors import compare
-from aerosid.loop.predictions import prediction_rows
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop

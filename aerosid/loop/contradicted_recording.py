@@ -14,10 +14,10 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.completed_aircraft import completion_record
 from aerosid.loop.derivative_table import DerivativeRow
-from aerosid.loop.goodness import CorrelationMatrix
 from aerosid.loop.identification import Identification
 from aerosid.loop.model_error_pictures import PrefilterNote
-from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.model_validation.goodness import CorrelationMatrix
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.provenance import Provenance
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import Role

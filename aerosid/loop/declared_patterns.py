@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.loop.derivative_table import DerivativeRow
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import number
 
 __all__ = ["PatternSettings", "told_of_patterns"]

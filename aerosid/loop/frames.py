@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.effect_rows import Effect
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 
 if TYPE_CHECKING:
     import pandas as pd

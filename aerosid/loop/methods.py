@@ -12,13 +12,13 @@ from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency, agreement_of
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.channels import equations_of
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.evidence import EvidenceFinding
-from aerosid.equation_error.joint_timing import TwoWitnesses
-from aerosid.equation_error.prices import Support
-from aerosid.equation_error.proved_faults import ProvedFaults, prove_faults
-from aerosid.equation_error.shared_damping import USUAL, SharedDamping
+from aerosid.equation_error.equations.channels import equations_of
+from aerosid.equation_error.selection.evidence import EvidenceFinding
+from aerosid.equation_error.selection.joint_timing import TwoWitnesses
+from aerosid.equation_error.selection.prices import Support
+from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
+from aerosid.equation_error.selection.shared_damping import USUAL, SharedDamping
 from aerosid.errors import AircraftError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -35,7 +35,7 @@ from aerosid.search.final_significance import significant
 from aerosid.search.findings import named
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
-from aerosid.search.model_error_attribution import attribute_by_model_error, told_of_unseen
+from aerosid.search.partial_correlation.attribution import attribute_by_model_error, told_of_unseen
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 

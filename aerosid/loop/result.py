@@ -14,12 +14,12 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop import frames
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.effect_rows import Effect
-from aerosid.loop.goodness import CorrelationMatrix, FitRow, InnovationRow
-from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow
 from aerosid.loop.model_error_pictures import PrefilterNote
+from aerosid.loop.model_validation.goodness import CorrelationMatrix, FitRow, InnovationRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.model_validation.predictions import PredictionRow
 from aerosid.loop.next_flight.planned_flight import NextFlight
-from aerosid.loop.open_loop_errors import ErrorRow, Simulated
-from aerosid.loop.predictions import PredictionRow
 from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.roles import ROLES
 from aerosid.loop.second_opinion import SecondOpinion

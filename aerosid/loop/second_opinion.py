@@ -11,13 +11,13 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
 from aerosid.loop.methods import Answer, Question, by_model_error
-from aerosid.loop.open_loop_errors import noise_doubts
+from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings, Progress
 from aerosid.model_error.swept_model import SweepSettings
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 QUICK = ModelErrorSearchSettings(
     shortlist=3,

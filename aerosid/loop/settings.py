@@ -8,7 +8,7 @@ from typing import Literal
 
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 
 Method = Literal["evidence", "likelihood", "equations", "iebmee"]

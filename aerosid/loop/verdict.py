@@ -11,9 +11,9 @@ from aerosid.effects import KINDS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.loop.effect_rows import Effect
-from aerosid.loop.error_reduction import told_of_reduction
 from aerosid.loop.judgement_settings import JUDGEMENT
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.error_reduction import told_of_reduction
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named

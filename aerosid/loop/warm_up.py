@@ -29,7 +29,7 @@ from aerosid.flight_model.linear_model import linearise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.linear_analysis import condition_of
+from aerosid.loop.flying_qualities.linear_analysis import condition_of
 from aerosid.model_error.coefficient_match import explained_shares
 from aerosid.model_error.force_history import smoothed_histories
 from aerosid.model_error.paper_chain import run_chain

@@ -9,9 +9,9 @@ from rich.table import Table
 from rich.text import Text
 
 from aerosid.loop.effect_rows import Effect
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.next_flight.planned_flight import NextFlight
-from aerosid.loop.open_loop_errors import ErrorRow
-from aerosid.loop.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.verdict import Verdict

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.notation import SUPERSCRIPTS, listed
 from aerosid.reporting.roles import label_of

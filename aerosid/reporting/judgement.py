@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from aerosid.loop.derivative_table import derivative_name
 from aerosid.loop.effect_rows import Effect
-from aerosid.loop.error_reduction import headline_role
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.error_reduction import headline_role
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
 from aerosid.notation import listed, number

@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop import closed_loop
-from aerosid.loop.open_loop_errors import Simulated
+from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.loop.provenance import NOBODY, Provenance
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import USUAL, LoopSettings, Progress

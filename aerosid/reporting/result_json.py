@@ -11,7 +11,7 @@ from typing import Any
 from aerosid.compatibility import KinematicConsistency
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.effect_rows import Effect
-from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow
 from aerosid.loop.provenance import all_settings
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES

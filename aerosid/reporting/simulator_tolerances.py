@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.open_loop_errors import Simulated
+from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.loop.result import ClosedLoop
 
 FloatArray = NDArray[np.float64]

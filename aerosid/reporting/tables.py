@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.loop.open_loop_errors import Simulated
+from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.result_schema import DerivativeEntry

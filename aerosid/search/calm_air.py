@@ -20,7 +20,7 @@ from scipy.special import ndtr
 from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
 from aerosid.effects.record_constant import record_constant
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.deviations import corrected_covariance
+from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre

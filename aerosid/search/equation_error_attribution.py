@@ -16,11 +16,11 @@ from scipy.special import ndtr
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden, moment
-from aerosid.equation_error.alternatives import Alternative
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.estimate import Estimate
-from aerosid.equation_error.evidence import EvidenceFinding
-from aerosid.equation_error.gusts import Turbulence
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.evidence import EvidenceFinding
+from aerosid.equation_error.selection.gusts import Turbulence
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.fit_settings import RefinementSettings

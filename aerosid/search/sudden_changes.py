@@ -13,7 +13,7 @@ from aerosid.effects.limits import OFFERED
 from aerosid.effects.sudden import at_given_moment, at_moment, is_sudden, moment
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.swept_model import Sweep
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 
 def near_a_jump(

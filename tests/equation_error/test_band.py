@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerosid.equation_error.band import Band, band_end, band_up_to
+from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 
 LIMITS = (0.8, 4.0, 0.25)
 

@@ -9,9 +9,9 @@ import pytest
 from equations_decided import decided
 from numpy.testing import assert_allclose
 
-from aerosid.equation_error.block_votes import Block, blocks_of, over_blocks
-from aerosid.equation_error.estimate import Estimate
-from aerosid.equation_error.votes import LeftOver, refused, share_lost
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.block_votes import Block, blocks_of, over_blocks
+from aerosid.equation_error.selection.votes import LeftOver, refused, share_lost
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 6_000_000

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from aerosid.equation_error.coloured_regression import colour_of, fit_colour, shared_colour, with_own_colours
-from aerosid.equation_error.design import Design, Weights, log_likelihood, regress, solve
+from aerosid.equation_error.regression.coloured_regression import colour_of, fit_colour, shared_colour, with_own_colours
+from aerosid.equation_error.regression.design import Design, Weights, log_likelihood, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

@@ -11,10 +11,15 @@ from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.effects.cg_shift import cg_shift
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.candidates import effect_candidates, position_hypotheses, to_first_order, within_reach
-from aerosid.equation_error.channels import COEFFICIENT
-from aerosid.equation_error.estimate import estimate
-from aerosid.equation_error.votes import beside_gusts
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.candidates import (
+    effect_candidates,
+    position_hypotheses,
+    to_first_order,
+    within_reach,
+)
+from aerosid.equation_error.selection.votes import beside_gusts
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

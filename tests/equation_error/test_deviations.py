@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from aerosid.equation_error.design import Design, Solution, regress, solve, white_weights
-from aerosid.equation_error.deviations import (
+from aerosid.equation_error.regression.design import Design, Solution, regress, solve, white_weights
+from aerosid.equation_error.regression.deviations import (
     FEWEST_BLOCKS,
     LAGS,
     corrected_covariance,

@@ -5,9 +5,9 @@ import pytest
 from equations_decided import questioned
 from numpy.typing import NDArray
 
-from aerosid.equation_error.height_wander import height_wander
-from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct
-from aerosid.equation_error.recording import Recording, read_recordings
+from aerosid.equation_error.equations.height_wander import height_wander
+from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
+from aerosid.equation_error.equations.recording import Recording, read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown

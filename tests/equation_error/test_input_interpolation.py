@@ -8,12 +8,12 @@ import pytest
 from equations_decided import questioned
 from scipy.signal import butter, lfilter
 
-from aerosid.equation_error.channels import COEFFICIENT
-from aerosid.equation_error.deviations import corrected_covariance
-from aerosid.equation_error.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.input_interpolation import likelier_inputs
-from aerosid.equation_error.points import Point
-from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.regression.input_interpolation import likelier_inputs
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 

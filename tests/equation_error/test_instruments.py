@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from aerosid.equation_error.coloured_regression import colour_of
-from aerosid.equation_error.design import Design, Solution, Weights, gain_over, regress, solve
-from aerosid.equation_error.instruments import laguerre_functions
+from aerosid.equation_error.equations.instruments import laguerre_functions
+from aerosid.equation_error.regression.coloured_regression import colour_of
+from aerosid.equation_error.regression.design import Design, Solution, Weights, gain_over, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerosid.equation_error.coloured_regression import colour_of
-from aerosid.equation_error.jump_gains import jump_gains
+from aerosid.equation_error.regression.coloured_regression import colour_of
+from aerosid.equation_error.selection.jump_gains import jump_gains
 
 
 @pytest.mark.parametrize("ramp", [1.0, 3.4, 15.0])

@@ -9,11 +9,11 @@ from equations_decided import decided, proved, questioned
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
-from aerosid.equation_error.channels import equations_of
-from aerosid.equation_error.coefficient_equations import CoefficientEquations
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.equation_error.kinematic_equations import predicted_records, reconstruct, unfollowed
-from aerosid.equation_error.recording import read_recordings
+from aerosid.equation_error.equations.channels import equations_of
+from aerosid.equation_error.equations.coefficient import CoefficientEquations
+from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct, unfollowed
+from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 

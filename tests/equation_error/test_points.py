@@ -7,9 +7,9 @@ from equations_decided import decided
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_delay
-from aerosid.equation_error.candidates import joined
-from aerosid.equation_error.design import design_of
-from aerosid.equation_error.estimate import residual_of
+from aerosid.equation_error.regression.design import design_of
+from aerosid.equation_error.regression.estimate import residual_of
+from aerosid.equation_error.selection.candidates import joined
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 

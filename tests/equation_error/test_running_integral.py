@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from aerosid.equation_error.running_integral import derivative, linear_in_derivative, running_integral
+from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative, running_integral
 
 NUMBERS = st.floats(-10.0, 10.0)
 

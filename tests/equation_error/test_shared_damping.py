@@ -7,9 +7,9 @@ import pytest
 from equations_decided import decided
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.candidates import term_candidates
-from aerosid.equation_error.design import solve
-from aerosid.equation_error.shared_damping import DAMPING, DOWNWASH, SharedDamping
+from aerosid.equation_error.regression.design import solve
+from aerosid.equation_error.selection.candidates import term_candidates
+from aerosid.equation_error.selection.shared_damping import DAMPING, DOWNWASH, SharedDamping
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 

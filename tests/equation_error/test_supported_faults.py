@@ -5,10 +5,10 @@ import pytest
 from equations_decided import proved
 from scipy.stats import chi2
 
-from aerosid.equation_error.candidates import of_sensors
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.prices import Support
-from aerosid.equation_error.supported_faults import supported_faults
+from aerosid.equation_error.selection.candidates import of_sensors
+from aerosid.equation_error.selection.prices import Support
+from aerosid.equation_error.selection.supported_faults import supported_faults
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7400

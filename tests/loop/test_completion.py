@@ -15,7 +15,7 @@ from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.open_loop import respond
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.derivative_table import is_shown
-from aerosid.loop.error_reduction import error_reduction
+from aerosid.loop.model_validation.error_reduction import error_reduction
 from aerosid.loop.report_date import EPOCH
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings

@@ -10,7 +10,7 @@ import pytest
 
 from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 
 DECLARED = {
     ("C_X", "alpha"): 0.3,

@@ -9,7 +9,7 @@ from problems import entry
 from problems_report import closed_loop
 
 from aerosid.loop.effect_rows import Evidence, better_unseen, effect_row
-from aerosid.loop.leave_one_out import identity
+from aerosid.loop.model_validation.leave_one_out import identity
 from aerosid.reporting.result_json import result_file
 from aerosid.reporting.words import UNCONFIRMED, effect_sentence
 from aerosid.search.findings import Finding

@@ -10,8 +10,9 @@ from lateral_problems import PITCH, SIDE, commuter
 
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.flight_model.linear_model import FlightCondition
-from aerosid.loop.carried_deviations import TermCovariance
-from aerosid.loop.flying_qualities import (
+from aerosid.loop.flying_qualities.carried_deviations import TermCovariance
+from aerosid.loop.flying_qualities.linear_analysis import analyse
+from aerosid.loop.flying_qualities.mil_f_8785c import (
     CLASSES,
     Requirement,
     dutch_roll_level,
@@ -19,7 +20,6 @@ from aerosid.loop.flying_qualities import (
     roll_spiral_level,
     spiral_level,
 )
-from aerosid.loop.linear_analysis import analyse
 
 CONDITION = FlightCondition(72.0, 1.02, 4650.0, inputs={"alpha": 0.034})
 

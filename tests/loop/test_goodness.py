@@ -15,7 +15,7 @@ from scipy.stats import binom, chi2
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.goodness import correlation_matrix, scatter, variance_inflation
+from aerosid.loop.model_validation.goodness import correlation_matrix, scatter, variance_inflation
 from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.signals.fit_statistics import explained_variance, noise_memories, theil, whiteness

@@ -21,10 +21,22 @@ from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.errors import AircraftError, EstimationError, UsageError
 from aerosid.flight_model.linear_model import FlightCondition, LinearModel, linearise
 from aerosid.flight_model.modes import Mode, longitudinal_modes
-from aerosid.loop.carried_deviations import TermCovariance
-from aerosid.loop.extrapolated_modes import beyond_record
-from aerosid.loop.flying_qualities import CLASSES, Requirement, divergence_level, phugoid_level, short_period_level
-from aerosid.loop.linear_analysis import STEP, STEP_TIME, analyse, load_factor_per_alpha, requirement_for
+from aerosid.loop.flying_qualities.carried_deviations import TermCovariance
+from aerosid.loop.flying_qualities.extrapolated_modes import beyond_record
+from aerosid.loop.flying_qualities.linear_analysis import (
+    STEP,
+    STEP_TIME,
+    analyse,
+    load_factor_per_alpha,
+    requirement_for,
+)
+from aerosid.loop.flying_qualities.mil_f_8785c import (
+    CLASSES,
+    Requirement,
+    divergence_level,
+    phugoid_level,
+    short_period_level,
+)
 from aerosid.loop.quantity import Parameter
 
 CONDITION = FlightCondition(96.0, 0.9077, 2280.0, speed_of_sound=330.0)

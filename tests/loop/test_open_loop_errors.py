@@ -10,7 +10,7 @@ from problems import BOTH_SQUARES, LIGHT, Problem
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.open_loop_errors import noise_doubts
+from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 
 PLANTED = Problem(undeclared=BOTH_SQUARES)
 

@@ -20,7 +20,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.restarted_simulation import predict_ahead
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
+from aerosid.loop.model_validation.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.coefficient_match import Corrected

@@ -17,8 +17,8 @@ from aerosid.loop.methods import Question
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import Sweep, SweepSettings, SweptModel
-from aerosid.search.model_error_attribution import swept_start
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.attribution import swept_start
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 QUICK = SweepSettings(searches=(0,), first_spread=None, first_memory=3.0, settled=0.1, shown=2.7)
 

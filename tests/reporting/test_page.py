@@ -17,8 +17,8 @@ from problems_report import closed_loop
 
 from aerosid.compatibility import Agreement, ChannelAgreement, KinematicConsistency
 from aerosid.loop.effect_rows import Confirmation, Effect, Evidence
-from aerosid.loop.linear_analysis import LinearRow
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.second_opinion import RivalStructure, SecondOpinion

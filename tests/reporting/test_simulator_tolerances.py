@@ -14,7 +14,7 @@ from problems_report import closed_loop, simulated
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
-from aerosid.loop.open_loop_errors import Simulated
+from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.reporting.figures.chart import Corridor
 from aerosid.reporting.figures.strip_charts import strip_chart
 from aerosid.reporting.simulator_tolerances import (

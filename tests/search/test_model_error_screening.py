@@ -16,9 +16,9 @@ from aerosid.loop.identification import asked_of
 from aerosid.loop.methods import Question
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.search.model_error_attribution import swept_start
-from aerosid.search.model_error_screening import chords_of, screen, undisturbed_p_value
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.attribution import swept_start
+from aerosid.search.partial_correlation.screening import chords_of, screen, undisturbed_p_value
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 
 @pytest.fixture(scope="module")

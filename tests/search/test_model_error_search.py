@@ -24,8 +24,8 @@ from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
-from aerosid.search.model_error_attribution import swept_start
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.attribution import swept_start
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from benchmarks.false_alarms import declared, drawn, flown
 
 QUIET = LoopSettings(method="iebmee")

@@ -15,10 +15,10 @@ from aerosid.loop.methods import Question
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import Sweep
-from aerosid.search.model_error_attribution import swept_start
-from aerosid.search.model_error_screening import chords_of, screen
-from aerosid.search.model_error_settings import ModelErrorSearchSettings
-from aerosid.search.model_error_trials import first_order_trials, is_linear, shortlisted, worth
+from aerosid.search.partial_correlation.attribution import swept_start
+from aerosid.search.partial_correlation.screening import chords_of, screen
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, shortlisted, worth
 
 MISSING = ("C_m", "alpha^2")
 SETTINGS = ModelErrorSearchSettings(kept_statistics=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosid.loop.goodness import FitRow
+from aerosid.loop.model_validation.goodness import FitRow
 from aerosid.reporting.figures.chart import Band, Chart, Line, Mark, Role
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aerosid.loop.linear_analysis import LinearRow
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Chart, Corridor, Line, Mark, Role
 from aerosid.reporting.figures.layout import Tile, limits_around, tiled

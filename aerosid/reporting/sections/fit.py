@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.goodness import FitRow
+from aerosid.loop.model_validation.goodness import FitRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.autocorrelations import autocorrelations
 from aerosid.reporting.figures.numbered import Figure, FigureBook

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.linear_analysis import LinearRow, StepRow
-from aerosid.loop.mode_levels import Level
+from aerosid.loop.flying_qualities.linear_analysis import LinearRow, StepRow
+from aerosid.loop.flying_qualities.mode_levels import Level
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from aerosid.loop.open_loop_errors import ErrorRow, Simulated
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow, Simulated
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
 from aerosid.nomenclature import CHANNELS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerosid.loop.predictions import OPEN_LOOP, PredictionRow
+from aerosid.loop.model_validation.predictions import OPEN_LOOP, PredictionRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
 from aerosid.reporting.figures.numbered import FigureBook

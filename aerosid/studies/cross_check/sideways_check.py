@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.flight_model.axes import LATERAL
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.studies.cross_check.polynomial import term_at
 from aerosid.studies.cross_check.stock_check import Compared, closed_on, held_to_truth, require_condition

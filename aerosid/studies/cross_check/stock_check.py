@@ -11,7 +11,7 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError, UsageError
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.studies.cross_check.polynomial import coefficients_at, term_at
 from aerosid.studies.cross_check.tables import TablePoint, follow_tables

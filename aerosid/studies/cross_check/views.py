@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from aerosid import notation
-from aerosid.loop.open_loop_errors import ErrorRow
+from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import MISSING

@@ -1,0 +1,87 @@
+"""Instrumental variables of the kinematic equations: Laguerre functions of the recorded controls.
+
+Gusts move the vane, the accelerometers and the gyros of a flight together: the residual of the equation for alpha is
+correlated with its own regressors, and least squares gives the sensors faults that they do not have. What the controls
+drive of the motion is not correlated with the gusts. The kinematic equations are therefore compared in the space that
+Laguerre functions of the controls span (two-stage least squares: Soderstrom & Stoica, System Identification, section
+8.2; Laguerre functions: Wahlberg, IEEE Transactions on Automatic Control 36 (1991) 551). It is consistent as long as
+the controls do not answer the gusts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from aerosid.equation_error.equations.channels import equations_of
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.settings import EquationErrorSettings
+
+Array = NDArray[np.float64]
+
+CONTROLS = ("delta_", "thrust")
+"""How the names of the input columns begin that a pilot moves; the others are states of the air and the motion."""
+
+TRENDS = 3
+"""Numerical: constant, line and parabola; what zeros, drifts and initial conditions make of the integrated paths."""
+
+
+def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:
+    """A signal (N,) through the first Laguerre filters of a time constant, s: (N, order)."""
+    kept = float(np.exp(-interval / time_constant))
+    columns = [lfilter([1.0 - kept], [1.0, -kept], signal)]
+    while len(columns) < order:
+        columns.append(lfilter([-kept, 1.0], [1.0, -kept], columns[-1]))
+    return np.column_stack(columns)
+
+
+def instruments_of(
+    recordings: Sequence[Recording], settings: EquationErrorSettings
+) -> tuple[Array, ...] | tuple[None, ...]:
+    """The instruments of each recording in the band, orthonormal, (n, K) each; None where no control is recorded.
+
+    Of the settings' time constants the one is taken that explains most of the angular rates that moments act on, each
+    rate by its share.
+    """
+    if not any(_moving_controls(recording) for recording in recordings):
+        return (None,) * len(recordings)
+    trials = [
+        [_orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
+        for time in settings.laguerre_times
+    ]
+    explained = np.zeros(len(trials))
+    for name in equations_of(recordings[0].manoeuvre.axes).rates:
+        rates = [recording.band(recording.channels[name]) for recording in recordings]
+        whole = max(sum(float(rate @ rate) for rate in rates), 1e-300)
+        explained += [
+            sum(float(np.sum((basis.T @ rate) ** 2)) for basis, rate in zip(trial, rates, strict=True)) / whole
+            for trial in trials
+        ]
+    return tuple(trials[int(np.argmax(explained))])
+
+
+def _functions(recording: Recording, settings: EquationErrorSettings, time_constant: float) -> Array:
+    """Trends, and fast and slow Laguerre functions of every control that moves, (N, K)."""
+    columns = [np.vander(np.linspace(-1.0, 1.0, recording.time.size), TRENDS)]
+    for values in _moving_controls(recording):
+        columns.extend(
+            laguerre_functions(values - values[0], recording.interval, time, settings.laguerre_order)
+            for time in (time_constant, settings.laguerre_slower * time_constant)
+        )
+    return np.hstack(columns)
+
+
+def _moving_controls(recording: Recording) -> list[Array]:
+    """The recorded controls that move, (N,) each."""
+    manoeuvre = recording.manoeuvre
+    controls = zip(manoeuvre.columns, manoeuvre.flight.inputs.T, strict=True)
+    return [values for name, values in controls if name.startswith(CONTROLS) and float(np.ptp(values)) > 0.0]
+
+
+def _orthonormal(functions: Array) -> Array:
+    size = np.linalg.norm(functions, axis=0)
+    left, singular, _ = np.linalg.svd(functions[:, size > 0.0] / size[size > 0.0], full_matrices=False)
+    return np.asarray(left[:, singular > 1e-6 * singular[0]])

@@ -1,0 +1,364 @@
+"""Kinematic equations in integral form: attitude, flow angles, airspeed and height from gyros and accelerometers.
+
+    theta = I[q cos phi - r sin phi]
+    phi   = I[p + tan theta (q sin phi + r cos phi)],  psi = I[(q sin phi + r cos phi)/cos theta]
+    alpha = I[(u w' - w u')/P^2],  P = I[(u u' + w w')/P],  V = P/cos beta
+    beta  = asin(I[v']/V)
+    h     = I[u sin theta - v sin phi cos theta - w cos phi cos theta]
+
+with u' = a_x - g sin theta - q w + r v, v' = a_y + g cos theta sin phi - r u + p w and
+w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System Identification, eqs. 10.3-10.6), I the
+running integral, and a constant for each path and recording. Of these each case has what it integrates; the motion that
+it does not integrate is taken as measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.running_integral import derivative, running_integral
+from aerosid.equation_error.equations.sensors import as_read, bias, position
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.constants import GRAVITY
+from aerosid.signals.gaussian_filter import gaussian_filtered
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Angular rates and their derivatives, (N,), rad/s and rad/s^2.
+
+    The derivatives of rates that the case does not integrate are taken as zero.
+    """
+
+    p: Array
+    q: Array
+    r: Array
+    p_dot: Array
+    q_dot: Array
+    r_dot: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion that the sensors, corrected for their faults, show; all (N,), SI.
+
+    `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
+    holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
+    gusts and its noise.
+    """
+
+    V: Array
+    alpha: Array
+    beta: Array
+    rates: Rates
+    phi: Array
+    theta: Array
+    h: Array
+    alpha_dot: Array
+    specific_force: Mapping[str, Array]
+    path: Mapping[str, Array]
+    gusts: Mapping[str, Array]
+
+
+def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
+    """The rates, as measured and corrected, with their derivatives."""
+    known: dict[str, Array] = {}
+    for name in ("p", "q", "r"):
+        if name in true:
+            known[name] = true[name]
+            as_measured = true[name] is recording.channels[name]
+            known[f"{name}_dot"] = (
+                recording.rate_of(name) if as_measured else derivative(true[name], recording.interval)
+            )
+        else:
+            known[name] = recording.measured_input(name)
+            known[f"{name}_dot"] = np.zeros_like(known[name])
+    return Rates(**known)
+
+
+def lever_accelerations(channel: str, place: Sequence[float] | Sequence[Array], rates: Rates) -> Array:
+    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
+    x, y, z = place
+    p, q, r = rates.p, rates.q, rates.r
+    if channel == "a_x":
+        return np.asarray(-(q * q + r * r) * x + (p * q - rates.r_dot) * y + (rates.q_dot + p * r) * z)
+    if channel == "a_y":
+        return np.asarray((rates.r_dot + p * q) * x - (p * p + r * r) * y + (q * r - rates.p_dot) * z)
+    return np.asarray((p * r - rates.q_dot) * x + (q * r + rates.p_dot) * y - (p * p + q * q) * z)
+
+
+def accelerometer_offsets(recording: Recording, effects: Sequence[ActiveEffect], rates: Rates) -> dict[str, Array]:
+    """What the accelerometers of a recording read beyond ones at the centre of gravity, (N,) each."""
+    return {
+        name: lever_accelerations(name, position(recording, effects, name).tolist(), rates)
+        for name in ("a_x", "a_y", "a_z")
+        if name in recording.channels
+    }
+
+
+def reconstruct(
+    recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], settings: EquationErrorSettings
+) -> Motion:
+    """The motion, from channels corrected for their sensors' faults.
+
+    Parameters
+    ----------
+    true : mapping of str to ndarray, shape (N,)
+        The compared channels; what of theta, accelerations and h is missing predicts nothing.
+    settings : EquationErrorSettings
+        The times over which what is measured less what is integrated is smoothed.
+    """
+    interval, blend = recording.interval, settings.blend
+    integrated = recording.manoeuvre.axes.integrated
+    rates = rates_of(recording, true)
+    p, q, r = rates.p, rates.q, rates.r
+
+    def held(name: str) -> Array:
+        return true[name] if name in true else recording.measured_input(name)
+
+    phi = held("phi")
+    speed = _speed_at_centre(recording, effects, held("V"), rates)
+    alpha_vane = _alpha_at_centre(recording, effects, held("alpha"), speed, rates)
+    beta_vane = _beta_at_centre(recording, effects, held("beta"), speed, rates)
+    theta, path = _attitude(recording, rates, true, phi, alpha_vane)
+    offsets = accelerometer_offsets(recording, effects, rates)
+    forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
+    alpha, beta = alpha_vane, beta_vane
+    plane, u, w, v = _velocities(speed, alpha, beta)
+    alpha_dot = np.zeros_like(q)
+    along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
+    turned_aside = "v" in integrated and "a_y" in forces
+    side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * np.cos(theta) * np.sin(phi)
+    if along_path:
+        if turned_aside:
+            # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
+            aside = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
+            v = speed * np.sin(_blended(beta_vane, aside, settings.wind_memory / interval))
+        forcing = (
+            forces["a_x"] - GRAVITY * np.sin(theta) + r * v,
+            forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
+        )
+        path["alpha"], path_speed, alpha_dot = _inertial_path(alpha, plane, q, forcing, interval, settings.wind_memory)
+        if turned_aside:
+            bent = running_integral(-(u * p + w * r) / plane**2, interval)
+            path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - aside))
+        path["V"] = path_speed / np.cos(beta)
+        alpha = _blended(alpha, path["alpha"], blend / interval)
+        speed = _blended(speed, path["V"], blend / interval)
+        plane, u, w, v = _velocities(speed, alpha, beta)
+    elif "u" in integrated:
+        alpha_dot = derivative(alpha, interval)
+        forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
+    if turned_aside:
+        path["beta"] = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
+        beta = _blended(beta, path["beta"], blend / interval)
+        plane, u, w, v = _velocities(speed, alpha, beta)
+    h = true.get("h", np.zeros_like(q))
+    if "h" in true and "theta" in true:
+        if along_path:
+            # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
+            inertial = path["V"] * np.cos(beta)
+            u, w = inertial * np.cos(path["alpha"]), inertial * np.sin(path["alpha"])
+        climb = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
+        path["h"] = _aligned(running_integral(climb, interval), h)
+    if "theta" not in true:
+        path.pop("V", None)
+    gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts)
+
+
+def _velocities(speed: Array, alpha: Array, beta: Array) -> tuple[Array, Array, Array, Array]:
+    """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each."""
+    plane = speed * np.cos(beta)
+    return plane, plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+
+
+def _sideslip_path(
+    side: Array, rates: Rates, plane: tuple[Array, Array], vane: Array, speed: Array, interval: float
+) -> Array:
+    """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`; `side` holds gravity."""
+    u, w = plane
+    path = running_integral(side - rates.r * u + rates.p * w, interval)
+    # Beyond a right angle there is no sideslip that a faulty sensor could have read.
+    return np.arcsin(np.clip(_aligned(path, speed * np.sin(vane)) / speed, -WIDEST, WIDEST))
+
+
+def _of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
+    """How far the mean of the gusts from the side bends the path in the plane, rad, (N,).
+
+    A record tells the sideslip of the aircraft but for the mean of the gusts over it, which rolling turns into the
+    plane, as the bank angle goes. Least squares with the deviation of the mean of a first-order autoregression.
+
+    Parameters
+    ----------
+    left : ndarray, shape (N,)
+        What the vane shows beyond the path, rad.
+    bent : ndarray, shape (N,)
+        The path's bend for one m/s, rad.
+    wind : ndarray, shape (N,)
+        What the vane of sideslip shows beyond its path, m/s.
+    """
+    time = np.linspace(-1.0, 1.0, left.size)
+    left, bent = (values - np.polyval(np.polyfit(time, values, 1), time) for values in (left, bent))
+    wind = wind - wind.mean()
+    kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
+    mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size
+    noise = float(np.var(left))
+    return np.asarray(float(left @ bent) / (float(bent @ bent) + noise / max(mean, 1e-300)) * bent)
+
+
+def _forces_of(
+    u: Array, w: Array, v: Array, rates: Rates, attitude: tuple[Array, Array], interval: float
+) -> dict[str, Array]:
+    """Specific forces along x and z, m/s^2, that the measured velocities ask for."""
+    theta, phi = attitude
+    return {
+        "a_x": derivative(u, interval) + GRAVITY * np.sin(theta) + rates.q * w - rates.r * v,
+        "a_z": derivative(w, interval) - GRAVITY * np.cos(theta) * np.cos(phi) - rates.q * u + rates.p * v,
+    }
+
+
+PATH_ROUNDS = 3
+"""Numerical: times that the path is integrated, from measured velocities and then from its own, with fewer gusts."""
+
+
+def _inertial_path(
+    alpha: Array, speed: Array, q: Array, forcing: tuple[Array, Array], interval: float, memory: float
+) -> tuple[Array, Array, Array]:
+    """Angle of attack, rad, and speed in the plane of symmetry, m/s, by integration, and the angle's rate, (N,) each.
+
+    Parameters
+    ----------
+    alpha, speed : ndarray, shape (N,)
+        As vane and pitot tube have them, gusts included.
+    forcing : tuple of ndarray, shape (N,)
+        u' + q w and w' - q u, m/s^2.
+    """
+    path_alpha, path_speed = alpha, speed
+    for turn in range(PATH_ROUNDS):
+        if turn:
+            path_alpha = _blended(alpha, path_alpha, memory / interval)
+            path_speed = _blended(speed, path_speed, memory / interval)
+        u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
+        u_dot, w_dot = forcing[0] - q * w, forcing[1] + q * u
+        rate = (u * w_dot - w * u_dot) / path_speed**2
+        along = (u * u_dot + w * w_dot) / path_speed
+        path_alpha = _aligned(running_integral(rate, interval), alpha)
+        path_speed = _aligned(running_integral(along, interval), speed)
+    return path_alpha, path_speed, rate
+
+
+def _attitude(
+    recording: Recording, rates: Rates, true: Mapping[str, Array], phi: Array, alpha: Array
+) -> tuple[Array, dict[str, Array]]:
+    """Pitch angle (N,), and the integrated angles as far as their sensors are there."""
+    interval, integrated = recording.interval, recording.manoeuvre.axes.integrated
+    p, q, r = rates.p, rates.q, rates.r
+    path: dict[str, Array] = {}
+    if "theta" not in integrated:
+        theta = recording.measured_input("theta")
+    else:
+        turned = running_integral(q * np.cos(phi) - r * np.sin(phi), interval)
+        if "theta" in true:
+            theta = true["theta"]
+            path["theta"] = turned + float(np.mean(theta - turned))
+        else:
+            theta = turned + float(np.mean(alpha - turned))  # level on average
+    turn = q * np.sin(phi) + r * np.cos(phi)
+    if "phi" in integrated and "phi" in true:
+        path["phi"] = _aligned(running_integral(p + np.tan(theta) * turn, interval), phi)
+    if "psi" in integrated and "psi" in true:
+        path["psi"] = _aligned(running_integral(turn / np.cos(theta), interval), true["psi"])
+    return theta, path
+
+
+WIDEST = 0.99
+"""Numerical: sine of the largest sideslip that a path may have, 1."""
+
+
+def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:
+    """What the sensors of the integrated channels would read of the path, (N,) each."""
+    found = {}
+    rates = motion.rates
+    for name, values in motion.path.items():
+        x, y, z = position(recording, effects, name)
+        if name == "V" and z:
+            values = values + z * rates.q
+        elif name == "alpha" and (x or y or z):
+            plane = motion.V * np.cos(motion.beta)
+            down = plane * np.sin(values) + rates.p * y - rates.q * x
+            ahead = plane * np.cos(values) + rates.q * z - rates.r * y
+            values = np.arctan2(down, ahead)
+        elif name == "beta":
+            values = values + (x * rates.r - z * rates.p) / motion.V
+        read = as_read(recording, effects, name, values[:, None])[:, 0]
+        found[name] = read + bias(recording, effects, name)
+    return found
+
+
+def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
+    """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
+    if "psi" not in recording.channels:
+        return ()
+    path = reconstruct(recording, (), recording.channels, settings).path["psi"]
+    measured, left = (_about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
+    return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
+
+
+def _about_a_line(values: Array) -> Array:
+    centred = np.arange(values.size) - 0.5 * (values.size - 1)
+    return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
+
+
+def _speed_at_centre(recording: Recording, effects: Sequence[ActiveEffect], speed: Array, rates: Rates) -> Array:
+    """Airspeed of the centre of gravity from that of a pitot tube below or above it, flow along the fuselage."""
+    if "V" not in recording.channels:
+        return speed
+    return np.asarray(speed - position(recording, effects, "V")[2] * rates.q)
+
+
+def _alpha_at_centre(
+    recording: Recording, effects: Sequence[ActiveEffect], alpha: Array, speed: Array, rates: Rates
+) -> Array:
+    """Angle of attack at the centre of gravity from that of the vane, to first order in the rates."""
+    if "alpha" not in recording.channels:
+        return alpha  # of a measured input that is done on reading
+    x, y, z = position(recording, effects, "alpha")
+    if not (x or y or z):
+        return alpha
+    p, q = rates.p, rates.q
+    return np.asarray(alpha + (q * x - p * y) / speed * np.cos(alpha) + q * z / speed * np.sin(alpha))
+
+
+def _beta_at_centre(
+    recording: Recording, effects: Sequence[ActiveEffect], beta: Array, speed: Array, rates: Rates
+) -> Array:
+    """Sideslip at the centre of gravity from that of the vane."""
+    if "beta" not in recording.channels:
+        return beta
+    x, _, z = position(recording, effects, "beta")
+    if not (x or z):
+        return beta
+    return np.asarray(beta - (x * rates.r - z * rates.p) / speed)
+
+
+def _aligned(path: Array, measured: Array) -> Array:
+    return np.asarray(path + float(np.mean(measured - path)))
+
+
+def _blended(measured: Array, path: Array, samples: float) -> Array:
+    """The path with the smoothed difference of what was measured from it; a Gaussian of that standard deviation."""
+    if samples < 0.5:
+        return measured
+    difference = measured - path
+    centred = np.arange(path.size) - 0.5 * (path.size - 1)
+    line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
+    return np.asarray(path + line + gaussian_filtered(difference - line, samples))

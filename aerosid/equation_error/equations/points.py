@@ -1,0 +1,247 @@
+"""A point of the search: what acts with which numbers, and the equations of every recording there, in the band."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
+from aerosid.equation_error.equations.coefficient import CoefficientEquations
+from aerosid.equation_error.equations.height_wander import height_wander
+from aerosid.equation_error.equations.instruments import instruments_of
+from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.sensors import corrected
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
+from aerosid.flight_model.axes import ACCELERATIONS
+
+Array = NDArray[np.float64]
+
+
+Unknown = tuple[object, ...]
+"""What a column stands for: ("constant" | "drift", equation, recording), ("term", entry), ("one", entry, recording),
+("gust", equation) or ("effect", number of the effect, number of its parameter)."""
+
+KEPT = 24
+"""Numerical: motions of each recording that are kept; a Gauss-Newton step over ten sensors' numbers asks for as
+many."""
+
+KEPT_PATHS = 512
+"""Numerical: points of which the kinematic equations of each recording are kept, in the band and so small; a search
+asks some again with one fault more and one less."""
+
+HEIGHT = "h"
+"""Integrated twice from the accelerometers."""
+
+_Sensors = tuple[object, ...]
+_Made = TypeVar("_Made")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A structure with its numbers.
+
+    Attributes
+    ----------
+    model : AerodynamicModel
+        With the current values.
+    free : tuple of Entry
+        Terms that are estimated.
+    effects : tuple of ActiveEffect
+        Held and free ones; those with `values` are free.
+    """
+
+    model: AerodynamicModel
+    free: tuple[Entry, ...]
+    effects: tuple[ActiveEffect, ...]
+
+    def with_effects(self, effects: Sequence[ActiveEffect]) -> Point:
+        """The point with other effects, and the input columns that they fill."""
+        return replace(self, model=with_columns_of(self.model, effects), effects=tuple(effects))
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One equation of one recording, in the band.
+
+    Attributes
+    ----------
+    recording : int
+        Its place.
+    equation : str
+    target : ndarray, shape (n,)
+        Measured less what is known.
+    columns : mapping of Entry to ndarray, shape (n,)
+        What one unit of each free term adds, where it adds anything.
+    time : ndarray, shape (n,)
+        From the middle of the record, s.
+    floor : float
+        Least size of a residual that the recorder's resolution allows.
+    instruments : ndarray, shape (n, K), optional
+        The space in which the equation is compared; None for all of it.
+    wander : ndarray, shape (n, K), optional
+        Slow errors of its integrated path, each of unit standard deviation.
+    gust : ndarray, shape (n,), optional
+        What the vane of its plane shows beyond the flow angle of the terms; None where it shows nothing more.
+    """
+
+    recording: int
+    equation: str
+    target: Array
+    columns: dict[Entry, Array]
+    time: Array
+    floor: float
+    instruments: Array | None = None
+    gust: Array | None = None
+    wander: Array | None = None
+
+
+class Equations:
+    """The equations of some recordings, at one point after another.
+
+    What depends on the sensors alone is kept from the last few points: most points of a search differ in something
+    else.
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        settings: EquationErrorSettings,
+        kinds: Sequence[str],
+        *,
+        all_fitted: bool = False,
+    ) -> None:
+        self._recordings, self._settings = recordings, settings
+        self._instruments = instruments_of(recordings, settings)
+        self._kinematic = any(kind in kinds for kind in KINEMATIC)
+        self._coefficient = any(kind in kinds for kind in COEFFICIENT)
+        self._fitted = [recording.fitted or all_fitted for recording in recordings]
+        self._left_out = [unfollowed(recording, settings) for recording in recordings]
+        self._wandering: dict[int, Array] = {}
+        self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]
+        self._paths: list[dict[_Sensors, list[Segment]]] = [{} for _ in recordings]
+
+    def at(self, point: Point) -> list[Segment]:
+        """The equations of all recordings; coefficients on those that are fitted alone."""
+        segments = []
+        for n, recording in enumerate(self._recordings):
+            if self._kinematic:
+                segments.extend(self._path(n, recording, point.effects))
+            if self._coefficient and self._fitted[n]:
+                motion = self._motion(n, recording, point.effects)
+                rows = recording.time[recording.band.rows(recording.time.size)]
+                segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
+        return segments
+
+    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+        """Residuals (R,) of the coefficient equations alone where the terms have some values; no column is made."""
+        parts: list[Array] = []
+        for n, recording in enumerate(self._recordings):
+            if not self._fitted[n]:
+                continue
+            motion = self._motion(n, recording, point.effects)
+            equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
+            left = equations.left(
+                {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
+            )
+            names = _ordered(equations)
+            gusts = [values.get(("gust", name), 0.0) * _gust(name, recording, motion) for name in names]
+            banded = recording.band(np.column_stack([left[name] - g for name, g in zip(names, gusts, strict=True)]))
+            parts.extend(banded.T)
+        return np.concatenate(parts)
+
+    def _wander(self, n: int, recording: Recording, time: Array) -> Array:
+        """Slow errors of a recording's height, made once."""
+        if n not in self._wandering:
+            self._wandering[n] = height_wander(recording, time, self._settings)
+        return self._wandering[n]
+
+    def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> Motion:
+        """The motion that a recording's sensors show without their faults."""
+
+        def made() -> Motion:
+            return reconstruct(recording, effects, corrected(recording, effects), self._settings)
+
+        return _kept(self._motions[n], _sensors(effects), KEPT, made)
+
+    def _path(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> list[Segment]:
+        """The kinematic equations of a recording."""
+
+        def made() -> list[Segment]:
+            motion = self._motion(n, recording, effects)
+            rows = recording.time[recording.band.rows(recording.time.size)]
+            time = rows - 0.5 * (rows[0] + rows[-1])
+            segments = []
+            for name, values in predicted_records(recording, effects, motion).items():
+                if name in self._left_out[n]:
+                    continue
+                target = recording.band(recording.channels[name] - values)
+                wander = self._wander(n, recording, rows) if name == HEIGHT else None
+                floor = _floor(recording, name)
+                segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))
+            return segments
+
+        return _kept(self._paths[n], _sensors(effects), KEPT_PATHS, made)
+
+
+def _sensors(effects: Sequence[ActiveEffect]) -> _Sensors:
+    """What of the effects changes what the sensors show of the motion."""
+    return tuple(
+        (active.name, getattr(active.effect, "axes", ""), active.numbers, active.log)
+        for active in effects
+        if isinstance(active.effect, OutputEffect | PositionEffect)
+    )
+
+
+def _kept(known: dict[_Sensors, _Made], key: _Sensors, most: int, made: Callable[[], _Made]) -> _Made:
+    """What was made for a key; what was not asked for the longest makes room."""
+    found = known.pop(key) if key in known else made()
+    known[key] = found
+    if len(known) > most:
+        del known[next(iter(known))]
+    return found
+
+
+def value_of(entry: Entry, recording: int) -> Unknown:
+    """The unknown that is a term's value on a recording: constants are each recording's own."""
+    return ("one", entry, recording) if entry[1] == CONSTANT else ("term", entry)
+
+
+def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
+    """The coefficient equations of one recording in the band, with the columns of the free terms."""
+    equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
+    touching = {name: equations.columns(name, point.free) for name in _ordered(equations)}
+    banded = recording.band(
+        np.column_stack([part for name, (_, slopes) in touching.items() for part in (equations.target(name), slopes)])
+    )
+    segments, place = [], 0
+    for name, (entries, _) in touching.items():
+        target, *slopes = banded[:, place : place + 1 + len(entries)].T
+        columns = dict(zip(entries, slopes, strict=True))
+        gust = recording.band(_gust(name, recording, motion)) if motion.gusts[VANE_OF[name]].any() else None
+        segments.append(Segment(n, name, target, columns, time, 0.0, gust=gust))
+        place += 1 + len(entries)
+    return segments
+
+
+def _gust(name: str, recording: Recording, motion: Motion) -> Array:
+    """What the vane of an equation's plane shows beyond the path, (N,), as the equation's sensor shows it."""
+    gust = motion.gusts[VANE_OF[name]]
+    return gust if MEASURED_BY[name] in ACCELERATIONS else recording.in_rates(gust)
+
+
+def _ordered(equations: CoefficientEquations) -> list[str]:
+    return [name for name in COEFFICIENT if name in equations.names]
+
+
+def _floor(recording: Recording, channel: str) -> float:
+    """Standard deviation of the rounding of a recorder, averaged over the samples that the band makes one of."""
+    return float(recording.resolution.get(channel, 0.0) / np.sqrt(12.0 * recording.band.step))

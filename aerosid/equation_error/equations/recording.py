@@ -1,0 +1,179 @@
+"""One recording as the equations take it: bridged channels at a constant interval, in the band of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from aerosid.equation_error.equations.band import Band, band_end, band_up_to
+from aerosid.equation_error.equations.channels import equations_of
+from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.axes import input_columns_of
+
+Array = NDArray[np.float64]
+
+IRREGULAR = 0.02
+"""Numerical: share of the sampling interval, 1, by which samples may lie off a regular grid before they are
+interpolated to one."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A manoeuvre at a constant interval.
+
+    Attributes
+    ----------
+    manoeuvre : Manoeuvre
+        With its flight on the regular grid and its measured channels without gaps.
+    fitted : bool
+        Whether coefficients are estimated on it; kinematics are on all.
+    interval : float
+        s.
+    channels : mapping of str to ndarray, shape (N,)
+        Measured outputs, SI.
+    resolution : mapping of str to float
+        Smallest step of each channel, SI; 0 where none is seen.
+    band : Band
+        That of all recordings compared together.
+    refined : bool
+        Whether samples were put between its own, its inputs along splines.
+    linear_inputs : bool
+        Whether its inputs run along straight lines between samples, as in a simulation, and not smoothly, as behind a
+        recorder's filter.
+    """
+
+    manoeuvre: Manoeuvre
+    fitted: bool
+    interval: float
+    channels: Mapping[str, Array]
+    resolution: Mapping[str, float]
+    band: Band
+    refined: bool = False
+    linear_inputs: bool = False
+
+    @cached_property
+    def _rates(self) -> dict[str, Array]:
+        rates = equations_of(self.manoeuvre.axes).rates
+        return {name: derivative(self.channels[name], self.interval) for name in rates if name in self.channels}
+
+    def rate_of(self, channel: str) -> Array:
+        """Derivative of a measured angular rate, rad/s^2, (N,)."""
+        return self._rates[channel]
+
+    def in_rates(self, values: Array) -> Array:
+        """Inputs or gusts (N, ...) as far as the derivatives of rates show them."""
+        return linear_in_derivative(values) if self.linear_inputs else values
+
+    def held(self, name: str) -> Array:
+        """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
+        return self.channels[name] if name in self.channels else self.measured_input(name)
+
+    def measured_input(self, name: str) -> Array:
+        """Motion that the case does not integrate and the log gives, (N,), SI; zero where there is none."""
+        leading = input_columns_of(self.manoeuvre.axes)
+        if name not in leading:
+            return np.zeros(self.time.size)
+        return np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)])
+
+    @property
+    def name(self) -> str:
+        """The log's name."""
+        return self.manoeuvre.name
+
+    @property
+    def time(self) -> Array:
+        """Instants, s, (N,)."""
+        return self.manoeuvre.flight.time
+
+    def position(self, channel: str) -> Array:
+        """Declared position of a sensor from the centre of gravity, m, (3,)."""
+        return np.asarray(self.manoeuvre.flight.positions[self.manoeuvre.axes.outputs.index(channel)], dtype=np.float64)
+
+
+def read_recordings(
+    identification: Sequence[Manoeuvre], validation: Sequence[Manoeuvre], settings: EquationErrorSettings
+) -> tuple[Recording, ...]:
+    """All recordings, those to be fitted first, with the band chosen from all of them together."""
+    made = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
+    limits = (settings.band_lowest, settings.band_highest, settings.band_share)
+    ends: dict[float, float] = {}
+    for each in made:
+        if each.interval not in ends:
+            alike = [other for other in made if other.interval == each.interval]
+            ends[each.interval] = max(
+                band_end(
+                    [other.channels[rate] for other in alike],
+                    each.interval,
+                    settings.band_ratio,
+                    settings.band_depth,
+                    limits,
+                )
+                for rate in equations_of(each.manoeuvre.axes).rates
+            )
+    return tuple(_refined(each, ends[each.interval], settings.coarsest) for each in made)
+
+
+def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
+    """The recording in its band, with samples between its own by cubic splines where they lie too far apart.
+
+    What is late is found between samples along straight lines, which would make it too small as well.
+    """
+    factor = int(np.ceil(recording.interval / coarsest - 1e-6))
+    if factor <= 1:
+        return replace(recording, band=band_up_to(end, recording.interval))
+    manoeuvre = recording.manoeuvre
+    time = manoeuvre.flight.time
+    interval = recording.interval / factor
+    fine = time[0] + interval * np.arange(factor * (time.size - 1) + 1)
+    flight = manoeuvre.flight._replace(
+        time=fine,
+        inputs=CubicSpline(time, manoeuvre.flight.inputs)(fine),
+        measured=np.column_stack([np.interp(fine, time, column) for column in manoeuvre.flight.measured.T]),
+    )
+    return replace(
+        recording,
+        manoeuvre=replace(manoeuvre, flight=flight),
+        interval=interval,
+        channels={name: CubicSpline(time, values)(fine) for name, values in recording.channels.items()},
+        # The rounding of a sample is in all that lie beside it.
+        resolution={name: step * np.sqrt(factor) for name, step in recording.resolution.items()},
+        band=band_up_to(end, interval),
+        refined=True,
+    )
+
+
+def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
+    flight = manoeuvre.flight
+    interval = float(np.round(np.median(np.diff(flight.time)), 6))
+    count = int(np.floor((flight.time[-1] - flight.time[0]) / interval + 1e-6)) + 1
+    time = flight.time[0] + interval * np.arange(count)
+    off = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval
+    if not off:
+        time = flight.time
+    channels = {}
+    for name in manoeuvre.outputs:
+        values = flight.measured[:, manoeuvre.axes.outputs.index(name)]
+        held = np.isfinite(values)
+        channels[name] = np.interp(time, flight.time[held], values[held])
+    inputs = flight.inputs
+    if off:
+        inputs = np.column_stack([np.interp(time, flight.time, column) for column in flight.inputs.T])
+    measured = np.column_stack([channels.get(name, np.full(time.size, np.nan)) for name in manoeuvre.axes.outputs])
+    regular = replace(manoeuvre, flight=flight._replace(time=time, inputs=inputs, measured=measured))
+    resolution = {name: _step(values) for name, values in channels.items()}
+    return Recording(regular, fitted, interval, channels, resolution, Band(1, np.ones(1)))
+
+
+def _step(values: Array) -> float:
+    """The smallest step that a channel takes, where it repeats values; else 0."""
+    levels = np.unique(values)
+    if levels.size > 0.7 * values.size or levels.size < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))

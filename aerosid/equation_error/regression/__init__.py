@@ -1,0 +1,1 @@
+"""Generalised least squares over the equations of all recordings, with the colour of their residuals."""

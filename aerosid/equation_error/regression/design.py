@@ -1,0 +1,352 @@
+"""The stacked regression of all equations and recordings: rows by segment, a column for each unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.channels import KINEMATIC, SIDEWAYS
+from aerosid.equation_error.equations.instruments import TRENDS
+from aerosid.equation_error.equations.points import HEIGHT, Segment, Unknown, value_of
+from aerosid.equation_error.regression.coloured_regression import (
+    Colour,
+    Coloured,
+    colour_of,
+    shared_colour,
+    with_own_colours,
+)
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import CONSTANT
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Design:
+    """Rows of all segments, one under the other.
+
+    Attributes
+    ----------
+    segments : tuple of (recording, equation)
+    groups : tuple of (equation, float)
+        Segments that may share a colour: the same equation at the same interval, s.
+    bounds : ndarray, shape (S + 1,)
+        Where each segment's rows begin.
+    target : ndarray, shape (R,)
+    columns : ndarray, shape (R, P)
+    unknowns : tuple, length P
+    precisions : ndarray, shape (P,)
+        Inverse standard deviation known beforehand of each unknown, 0 where nothing is known.
+    floors : ndarray, shape (S,)
+        Least size of each segment's residual.
+    instruments : tuple of (ndarray, shape (n, K), or None)
+        The space in which each segment is compared; None for all of it.
+    """
+
+    segments: tuple[tuple[int, str], ...]
+    groups: tuple[tuple[str, float], ...]
+    bounds: NDArray[np.int64]
+    target: Array
+    columns: Array
+    unknowns: tuple[Unknown, ...]
+    precisions: Array
+    floors: Array
+    instruments: tuple[Array | None, ...]
+
+    def rows(self, segment: int) -> slice:
+        """The rows of a segment."""
+        return slice(int(self.bounds[segment]), int(self.bounds[segment + 1]))
+
+    def beside(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
+        """The design with further columns (R, K)."""
+        return Design(
+            self.segments,
+            self.groups,
+            self.bounds,
+            self.target,
+            np.column_stack([self.columns, columns]),
+            (*self.unknowns, *unknowns),
+            np.append(self.precisions, np.zeros(len(unknowns))),
+            self.floors,
+            self.instruments,
+        )
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the residuals are like: the colour of each segment (S), the size of each segment's innovations (S,).
+
+    `excess`: the factor in power, by equation, that is in the sizes because it is compared in a space of instruments.
+    """
+
+    colours: tuple[Colour, ...]
+    sizes: Array
+    excess: Mapping[tuple[str, float], float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Generalised least squares at given weights, and the likelihood with them estimated anew.
+
+    `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
+    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike, each
+    segment's in the space of its instruments; `penalty` what the unknowns' prior takes off ln L.
+    """
+
+    values: Array
+    covariance: Array
+    residuals: Array
+    weights: Weights
+    log_likelihood: float
+    whitened: Array = field(repr=False)
+    slopes: Array = field(repr=False)
+    penalty: float = 0.0
+
+
+def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
+    """The regression of some equations with their constants, drifts and free terms."""
+    bounds = np.concatenate([[0], np.cumsum([each.target.size for each in segments])]).astype(np.int64)
+    place: dict[Unknown, int] = {}
+    parts: list[tuple[int, int, Array]] = []
+    precision: dict[Unknown, float] = {}
+
+    def put(unknown: Unknown, segment: int, values: Array) -> None:
+        parts.append((place.setdefault(unknown, len(place)), segment, values))
+
+    for s, each in enumerate(segments):
+        if each.equation in KINEMATIC:
+            put(("constant", each.equation, each.recording), s, np.ones(each.target.size))
+            if settings.drifts.get(each.equation, 0.0) > 0.0:
+                unknown = ("drift", each.equation, each.recording)
+                put(unknown, s, each.time)
+                precision[unknown] = 1.0 / settings.drifts[each.equation]
+        if each.equation == HEIGHT:
+            unknown = ("bend", each.equation, each.recording)
+            put(unknown, s, 0.5 * each.time**2)
+            precision[unknown] = 1.0 / settings.height_bend
+        if each.wander is not None:
+            for n, values in enumerate(each.wander.T):
+                mode: Unknown = ("wander", each.equation, each.recording, n)
+                put(mode, s, values)
+                precision[mode] = 1.0
+        if each.gust is not None:
+            put(("gust", each.equation), s, each.gust)
+        for entry, values in each.columns.items():
+            which = value_of(entry, each.recording)
+            put(which, s, values)
+            if entry[1] == CONSTANT and entry[0] in settings.asymmetry:
+                precision[which] = 1.0 / settings.asymmetry[entry[0]]
+    columns = np.zeros((int(bounds[-1]), len(place)))
+    for p, s, values in parts:
+        columns[bounds[s] : bounds[s + 1], p] += values
+    target = np.concatenate([each.target for each in segments])
+    return Design(
+        tuple((each.recording, each.equation) for each in segments),
+        tuple((each.equation, round(float(each.time[1] - each.time[0]), 6)) for each in segments),
+        bounds,
+        target,
+        columns,
+        tuple(place),
+        np.array([precision.get(unknown, 0.0) for unknown in place]),
+        np.array([each.floor for each in segments]),
+        tuple(each.instruments for each in segments),
+    )
+
+
+def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings) -> Weights:
+    """Colour and sizes that residuals (R,) show."""
+    by_group: dict[tuple[str, float], list[int]] = {}
+    for s, group in enumerate(design.groups):
+        by_group.setdefault(group, []).append(s)
+    sizes = np.ones(len(design.segments))
+    colours = [colour_of(np.ones(1))] * len(design.segments)
+    excess: dict[tuple[str, float], float] = {}
+    for (equation, interval), members in by_group.items():
+        parts = [residuals[design.rows(s)] for s in members]
+        rough = [max(float(np.std(part)), 1e-300) for part in parts]
+        longest = np.inf
+        if equation not in KINEMATIC or equation in SIDEWAYS:
+            longest = settings.memory / interval
+        floors = [max(float(design.floors[s]), 1e-12) for s in members]
+        found = shared_colour(parts, rough, floors, settings.order, longest)
+        if all(design.instruments[s] is None for s in members):
+            found = with_own_colours(found, parts, rough, floors, settings.order, longest)
+        sizes[members] = found.sizes
+        for s, colour in zip(members, found.colours, strict=True):
+            colours[s] = colour
+        excess[equation, interval] = _excess(design, members, found, settings)
+        sizes[members] *= np.sqrt(excess[equation, interval])
+    return Weights(tuple(colours), sizes, excess)
+
+
+def _excess(design: Design, members: Sequence[int], coloured: Coloured, settings: EquationErrorSettings) -> float:
+    """Power of one equation's whitened residuals in the space of its instruments over their power in all directions.
+
+    A low order does not whiten what is slow altogether, and what the controls move is slow: the noise is that which is
+    left where the equation is compared, with what is usual as prior knowledge (scaled inverse chi squared).
+    """
+    free, power = 0, 0.0
+    for s, colour, white, size in zip(members, coloured.colours, coloured.white, coloured.sizes, strict=True):
+        instruments = design.instruments[s]
+        if instruments is not None:
+            basis = colour.whitened_basis(instruments)
+            power += float(np.sum((basis.T @ white) ** 2)) / size**2
+            free += freedom(design, s)
+    if free == 0:
+        return 1.0
+    known = settings.usual_freedom
+    return (power + known * settings.usual_excess) / (free + known)
+
+
+def freedom(design: Design, segment: int) -> int:
+    """Directions in which a segment is compared, less those of its constant and its drifts."""
+    instruments = design.instruments[segment]
+    return 0 if instruments is None else max(instruments.shape[1] - TRENDS, 0)
+
+
+def whiten(design: Design, values: Array, weights: Weights) -> Array:
+    """Rows (R, K) whitened and over their sizes."""
+    out = np.empty_like(values)
+    for s, colour in enumerate(weights.colours):
+        rows = design.rows(s)
+        out[rows] = colour.whitened(values[rows]) / weights.sizes[s]
+    return out
+
+
+def solve(design: Design, weights: Weights) -> Solution:
+    """Generalised least squares at given weights; unknowns that nothing shows keep zero with an infinite deviation."""
+    white = whiten(design, np.column_stack([design.target, design.columns]), weights)
+    bases = whitened_instruments(design, weights)
+    y, x = white[:, 0], compared(design, white[:, 1:], bases)
+    gram = x.T @ x + np.diag(design.precisions**2)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    eigenvalues, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    inverse = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
+    covariance = (vectors * inverse) @ vectors.T / np.outer(scale, scale)
+    values = covariance @ (x.T @ y)
+    innovations = y - white[:, 1:] @ values
+    residuals = design.target - design.columns @ values
+    penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))
+    return Solution(
+        values,
+        covariance,
+        residuals,
+        weights,
+        log_likelihood(design, innovations, weights, bases) - penalty,
+        innovations,
+        x,
+        penalty,
+    )
+
+
+def log_likelihood(
+    design: Design, innovations: Array, weights: Weights, bases: Sequence[Array | None] | None = None
+) -> float:
+    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
+    bases = whitened_instruments(design, weights) if bases is None else bases
+    total = 0.0
+    for s, colour in enumerate(weights.colours):
+        part, basis = innovations[design.rows(s)], bases[s]
+        if basis is None:
+            total -= 0.5 * float(part @ part) + part.size * float(np.log(weights.sizes[s])) + colour.log_start
+        else:
+            along = basis.T @ part
+            total -= 0.5 * float(along @ along) + along.size * float(np.log(weights.sizes[s]))
+    return total
+
+
+def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:
+    """Whitened rows (R, K), each segment's projected on its whitened instruments."""
+    out = white.copy()
+    for s, basis in enumerate(bases):
+        if basis is not None:
+            out[design.rows(s)] = basis @ (basis.T @ white[design.rows(s)])
+    return out
+
+
+def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
+    """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
+    return [
+        None if instruments is None else colour.whitened_basis(instruments)
+        for colour, instruments in zip(weights.colours, design.instruments, strict=True)
+    ]
+
+
+def gain_over(base: Design, plain: float, found: Solution, settings: EquationErrorSettings) -> float:
+    """Gain in ln L of a solution over a base that lacks something, whose own likelihood is `plain`.
+
+    Where equations are compared in the space of instruments, both are solved with the colours of the wider structure,
+    and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
+    with the prior knowledge of the noise, honest however few the instruments are.
+    """
+    if _compares_all(base):
+        return found.log_likelihood - plain
+    lacking = solve(base, found.weights)
+    bases = whitened_instruments(base, found.weights)
+    return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
+
+
+def _compares_all(design: Design) -> bool:
+    """Whether no equation is compared in the space of instruments."""
+    return all(instruments is None for instruments in design.instruments)
+
+
+def _averaged(
+    design: Design, solution: Solution, bases: Sequence[Array | None], settings: EquationErrorSettings
+) -> float:
+    """Ln L at the solution's colours, each equation's size in the space of its instruments integrated out."""
+    total = -solution.penalty
+    powers: dict[tuple[str, float], float] = {}
+    free: dict[tuple[str, float], int] = {}
+    for s, group in enumerate(design.groups):
+        part, basis = solution.whitened[design.rows(s)], bases[s]
+        if basis is None:
+            total -= 0.5 * float(part @ part)
+        else:
+            powers[group] = powers.get(group, 0.0) + float(np.sum((basis.T @ part) ** 2))
+            free[group] = free.get(group, 0) + freedom(design, s)
+    known = settings.usual_freedom
+    for group, power in powers.items():
+        usual = known * settings.usual_excess / solution.weights.excess.get(group, 1.0)
+        total -= 0.5 * (free[group] + known) * float(np.log(power + usual))
+    return total
+
+
+def white_weights(design: Design) -> Weights:
+    """Weights to begin with: no colour, sizes of the residuals of ordinary least squares by equation."""
+    sizes = np.ones(len(design.segments))
+    for s in range(len(design.segments)):
+        sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
+    return Weights((colour_of(np.ones(1)),) * len(design.segments), sizes)
+
+
+def uncoloured(design: Design, residuals: Array) -> Solution:
+    """Least squares with each segment's size alone: what a slow effect looks like before the colour takes it in."""
+    sizes = np.array(
+        [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
+    )
+    return solve(design, Weights((colour_of(np.ones(1)),) * len(design.segments), sizes))
+
+
+def regress(
+    design: Design,
+    settings: EquationErrorSettings,
+    start: Weights | None = None,
+    rounds: int = 3,
+) -> Solution:
+    """Least squares and the residuals' colour and sizes in turn."""
+    weights = start or white_weights(design)
+    solution = solve(design, weights)
+    for _ in range(rounds if start else rounds + 3):
+        weights = residual_weights(design, solution.residuals, settings)
+        found = solve(design, weights)
+        if start and found.log_likelihood < solution.log_likelihood and _compares_all(design):
+            break  # a colour by Burg's method that is less likely than the one before
+        done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
+        solution = found
+        if done and start:
+            break
+    return solution

@@ -1,0 +1,87 @@
+"""Standard deviations corrected for what whitening leaves: correlation in time and between equations, few events.
+
+The covariance of generalised least squares is right where the innovations are white and independent. A gust moves
+alpha, C_Z and C_m at once, and an autoregression holds a colour only roughly. What a derivative is known by lies in a
+few steps of a control, where the residual is largest too: the covariance of summed scores (Newey & West, Econometrica
+55, 1987; for flight data Morelli & Klein, Journal of Aircraft 34, 1997) is then too small, for the fit follows those
+events. So contiguous blocks of all equations together are deleted one after the other and the moves of the numbers
+squared and summed: the delete-a-block jackknife (Kuensch, Annals of Statistics 17, 1989), of clustered residuals the
+form CR3 (Bell & McCaffrey, Survey Methodology 28, 2002). Where equations are compared in a space of instruments rows
+cannot be deleted, and the summed scores are taken. The larger of both variances counts.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.regression.design import Design, Solution
+
+Array = NDArray[np.float64]
+
+LAGS = 6
+"""Numerical: samples in the band over which scores may be correlated; more widen the deviations by their own
+scatter."""
+
+
+MOST = 0.8
+"""Numerical: share of a block's own whitened residual that the fit may be taken to follow, 1: a block that alone shows
+a number would move it without limit."""
+
+FEWEST_BLOCKS = 12
+"""Numerical: blocks of each recording from which on they are as long as scores may be correlated."""
+
+
+def corrected_covariance(design: Design, solution: Solution) -> Array:
+    """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares."""
+    bread = solution.covariance
+    samples = design.target.size
+    freedom = samples / max(samples - bread.shape[0], 1)
+    plain = freedom * np.diag(bread)
+    if any(instruments is not None for instruments in design.instruments):
+        meat = covariance_of_scores(design, solution.slopes * solution.whitened[:, None])
+        other = freedom * np.diag(bread @ meat @ bread)
+    else:
+        other = np.sum(moves_without_blocks(design, solution) ** 2, axis=0)
+    scale = np.sqrt(np.maximum(plain, other) / np.maximum(np.diag(bread), 1e-300))
+    return np.asarray(bread * np.outer(scale, scale))
+
+
+def moves_without_blocks(design: Design, solution: Solution) -> Array:
+    """By how much the numbers move when each block of a recording is left out, (B, P).
+
+    With the slopes S_b and innovations e_b of a block and the covariance C of the numbers, C S_b' (1 - S_b C S_b')^-1
+    e_b: no regression is made anew.
+    """
+    bread, moves = solution.covariance, []
+    for recording in sorted({recording for recording, _ in design.segments}):
+        members = [design.rows(s) for s, (place, _) in enumerate(design.segments) if place == recording]
+        length = min(rows.stop - rows.start for rows in members)
+        count = max(length // max(min(LAGS + 1, length // FEWEST_BLOCKS), 1), 1)
+        edges = np.linspace(0, length, count + 1).astype(np.int64)
+        for first, stop in pairwise(edges.tolist()):
+            out = np.concatenate([np.arange(rows.start + first, rows.start + stop) for rows in members])
+            slopes = solution.slopes[out]
+            shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
+            own = directions.T @ solution.whitened[out] / (1.0 - np.clip(shares, 0.0, MOST))
+            moves.append(bread @ (slopes.T @ (directions @ own)))
+    return np.array(moves)
+
+
+def covariance_of_scores(design: Design, scores: Array) -> Array:
+    """Covariance (P, P) of the sum of scores (R, P), those of all equations at one instant summed (Newey & West)."""
+    meat = np.zeros((scores.shape[1], scores.shape[1]))
+    for recording in {recording for recording, _ in design.segments}:
+        members = [s for s, (place, _) in enumerate(design.segments) if place == recording]
+        length = min(design.rows(s).stop - design.rows(s).start for s in members)
+        summed = np.zeros((length, scores.shape[1]))
+        for s in members:
+            rows = design.rows(s)
+            summed += scores[rows][:length]
+        meat += summed.T @ summed
+        for lag in range(1, LAGS + 1):
+            part = summed[lag:].T @ summed[:-lag]
+            meat += (1.0 - lag / (LAGS + 1.0)) * (part + part.T)
+    return meat

@@ -1,0 +1,233 @@
+"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.regression.design import Design, Solution, Weights, design_of, gain_over, regress, solve
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.terms import LIFT
+
+Array = NDArray[np.float64]
+
+STEPS = 8
+"""Numerical: Gauss-Newton steps at most."""
+
+HALVINGS = 4
+"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends where it is."""
+
+REPETITIONS = 6
+"""Numerical: times at most that a regression is repeated with the lift that it gave itself."""
+
+SETTLED = 1e-4
+"""Numerical: change of every term's value, as a share of it, below which that ends."""
+
+CLOSE = 0.05
+"""Numerical: change of ln L in a step that decides nothing any more."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is compared: some equations of some recordings, with the settings.
+
+    `all_fitted`: whether coefficients are regressed on the validation recordings too.
+    """
+
+    recordings: tuple[Recording, ...]
+    kinds: tuple[str, ...]
+    settings: EquationErrorSettings
+    all_fitted: bool = False
+
+    @cached_property
+    def _equations(self) -> Equations:
+        return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
+
+    def segments(self, point: Point) -> list[Segment]:
+        """The equations at a point."""
+        return self._equations.at(point)
+
+    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+        """Residuals (R,) of coefficient equations at a point, the linear unknowns given."""
+        return self._equations.left(point, values)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A point of highest likelihood: the regression there, effects' columns among the others."""
+
+    frame: Frame
+    point: Point
+    design: Design
+    solution: Solution
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of all equations."""
+        return self.solution.log_likelihood
+
+    def gain_over(self, base: Estimate) -> float:
+        """Gain in ln L over the estimate of a structure that lacks something."""
+        return gain_over(base.design, base.log_likelihood, self.solution, self.frame.settings)
+
+    def value(self, unknown: Unknown) -> float:
+        """The estimate of a linear unknown."""
+        return float(self.solution.values[self.design.unknowns.index(unknown)])
+
+
+def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> Array:
+    """Residuals (R,) at a point with values of the linear unknowns."""
+    if frame.kinds == COEFFICIENT:
+        return frame.left(point, known)
+    fresh = design_of(frame.segments(point), frame.settings)
+    chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
+    return np.asarray(fresh.target - fresh.columns @ chosen)
+
+
+def effect_columns(
+    frame: Frame, known: Mapping[Unknown, float], point: Point, numbers: Sequence[tuple[int, int]]
+) -> Array:
+    """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
+
+    `known`: values of the linear unknowns; `numbers`: place of the effect and of its number.
+    """
+    here = residual_of(frame, known, point)
+    columns = np.zeros((here.size, len(numbers)))
+    for column, (place, number) in enumerate(numbers):
+        active = point.effects[place]
+        parameter = active.effect.parameters[number]
+        side = active.beside(number, parameter.step)
+        if side.values[number] == active.values[number]:  # at its upper limit
+            side = active.beside(number, -parameter.step)
+        moved = residual_of(frame, known, replace(point, effects=_put(point.effects, place, side)))
+        columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
+    return columns
+
+
+def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
+    """The values of a solution's unknowns that are no effect's numbers."""
+    pairs = zip(design.unknowns, solution.values.tolist(), strict=False)
+    return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
+
+
+def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
+    changed = list(effects)
+    changed[place] = active
+    return tuple(changed)
+
+
+def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
+    """The likeliest numbers of a structure.
+
+    Parameters
+    ----------
+    point : Point
+        Where to begin.
+    weights : Weights, optional
+        What the residuals are like to begin with.
+    """
+    point, design, solution = _regressed(frame, point, weights)
+    free = numbers_of(point.effects)
+    if not free:
+        return Estimate(frame, point, design, solution)
+    for _ in range(steps):
+        columns = effect_columns(frame, linear_values(design, solution), point, free)
+        names: list[Unknown] = [("effect", i, k) for i, k in free]
+        wide = design.beside(columns, names)
+        full = regress(wide, frame.settings, solution.weights)
+        linear = len(design.unknowns)
+        step = full.values[linear:]
+        moved, design_new, solved = _stepped(frame, point, design, full, free, step)
+        if moved is None:
+            break
+        gained = solved.log_likelihood - solution.log_likelihood
+        point, design, solution = moved, design_new, solved
+        if abs(gained) < CLOSE and _small(full, linear, step):
+            break
+    columns = effect_columns(frame, linear_values(design, solution), point, free)
+    wide = design.beside(columns, [("effect", i, k) for i, k in free])
+    full = solve(wide, solution.weights)
+    # The likelihood of the point itself, not of the linear step beyond it.
+    full = replace(full, log_likelihood=solution.log_likelihood, residuals=solution.residuals)
+    return Estimate(frame, point, wide, full)
+
+
+def numbers_of(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
+    """The place of each effect and of each of its numbers that are free."""
+    return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
+
+
+def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
+    """The regression of the terms, repeated where columns are made of the terms' values: lift in a drag polar.
+
+    Lift's own numbers come from lift and hardly from drag, so that a few rounds are enough.
+    """
+    design = design_of(frame.segments(point), frame.settings)
+    solution = regress(design, frame.settings, weights)
+    moved = _with_terms(point, design, solution.values)
+    if not any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries)):
+        return moved, design, solution
+    for _ in range(REPETITIONS):
+        before = moved.model.values
+        design = design_of(frame.segments(moved), frame.settings)
+        solution = regress(design, frame.settings, solution.weights)
+        moved = _with_terms(moved, design, solution.values)
+        change = np.abs(moved.model.values - before)
+        if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
+            break
+    return moved, design, solution
+
+
+def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
+    """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
+    place = {segment: s for s, segment in enumerate(found.design.segments)}
+    own = [place[each.recording, each.equation] for each in frame.segments(point)]
+    weights = found.solution.weights
+    return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
+
+
+def _small(full: Solution, linear: int, step: Array) -> bool:
+    deviation = np.sqrt(np.maximum(np.diag(full.covariance)[linear:], 1e-300))
+    return bool(np.all(np.abs(step) < 0.1 * deviation))
+
+
+def _stepped(
+    frame: Frame, point: Point, design: Design, full: Solution, free: Sequence[tuple[int, int]], step: Array
+) -> tuple[Point | None, Design, Solution]:
+    """The point after the step, shortened until the likelihood with the same colours does not fall."""
+    start = solve(design, full.weights)
+    share = 1.0
+    for _ in range(HALVINGS):
+        effects = list(point.effects)
+        for (i, k), change in zip(free, step, strict=True):
+            effects[i] = effects[i].beside(k, share * float(change))
+        trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
+        fresh = design_of(frame.segments(trial), frame.settings)
+        if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
+            solved = regress(fresh, frame.settings, full.weights)
+            return _with_terms(trial, fresh, solved.values), fresh, solved
+        share *= 0.4
+    return None, design, start
+
+
+def _with_terms(point: Point, design: Design, values: Array) -> Point:
+    """The point with the regression's values of its terms; of a constant the mean over recordings."""
+    changed = np.array(point.model.values)
+    constants: dict[Entry, list[float]] = {}
+    for unknown, value in zip(design.unknowns, values, strict=False):
+        if unknown[0] == "term":
+            changed[point.model.index(unknown[1])] = value  # type: ignore[arg-type]
+        elif unknown[0] == "one":
+            constants.setdefault(unknown[1], []).append(float(value))  # type: ignore[arg-type]
+    for entry, found in constants.items():
+        changed[point.model.index(entry)] = float(np.mean(found))
+    return replace(point, model=point.model.with_values(changed))

@@ -1,0 +1,1 @@
+"""Selection of structure in the regression: hypotheses, their price, entry and exchange, votes and alternatives."""

@@ -1,0 +1,135 @@
+"""Cross-validation over contiguous blocks: the vote of a recording's own parts where no other recording is left unseen.
+
+Each block is predicted with the numbers that the rest gives. With the innovations e, slopes S and information A of the
+whole regression, leaving rows b out moves the numbers by -(A - S_b' S_b)^-1 S_b' e_b, so that no regression is made
+anew (the block form of the deletion formula of Belsley, Kuh & Welsch, Regression Diagnostics, 1980, section 2.1).
+Innovations behind a block are made of it too, as many as the autoregression is long, and are left out with it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.design import Design
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.votes import LeftOver, Predicted, beside_constants
+from aerosid.equation_error.settings import EquationErrorSettings
+
+Array = NDArray[np.float64]
+
+FEWEST = 2
+"""Numerical: blocks below which nothing is left to predict from."""
+
+SHOWN = 1e-9
+"""Numerical: share of the whole information, 1, below which the rest shows nothing of a number."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A contiguous part of a recording: its place, and the first and one past the last sample in the band."""
+
+    recording: int
+    first: int
+    stop: int
+
+
+def blocks_of(found: Estimate) -> tuple[Block, ...]:
+    """The blocks of the fitted recordings: of several recordings each is one, of a single one its own parts.
+
+    Parts hold equal shares of what moves the coefficients, so that each excites the motion; as many as the settings
+    allow, none shorter than they ask for. Empty where a single recording is too short for two.
+    """
+    design, settings = found.design, found.frame.settings
+    lengths = _lengths(design)
+    if len(lengths) > 1:
+        return tuple(Block(place, 0, length) for place, length in sorted(lengths.items()))
+    ((place, length),) = lengths.items()
+    interval = found.frame.recordings[place].interval * found.frame.recordings[place].band.step
+    shares = np.cumsum(_motion(design, place, length))
+    for count in range(settings.blocks, FEWEST - 1, -1):
+        inner = np.searchsorted(shares, shares[-1] * np.arange(1, count) / count)
+        edges = [0, *inner.tolist(), length]
+        if min(np.diff(edges)) * interval >= settings.block_length:
+            return tuple(Block(place, a, b) for a, b in itertools.pairwise(edges))
+    return ()
+
+
+def _lengths(design: Design) -> dict[int, int]:
+    """Samples in the band of each recording, the fewest of its equations."""
+    lengths: dict[int, int] = {}
+    for s, (place, _) in enumerate(design.segments):
+        rows = design.rows(s)
+        lengths[place] = min(lengths.get(place, rows.stop - rows.start), rows.stop - rows.start)
+    return lengths
+
+
+def _motion(design: Design, place: int, length: int) -> Array:
+    """The square of each sample's coefficients about their means, each coefficient's sum one, (length,)."""
+    total = np.zeros(length)
+    for s, (recording, _) in enumerate(design.segments):
+        if recording == place:
+            values = design.target[design.rows(s)][:length]
+            squares = (values - values.mean()) ** 2
+            total += squares / max(float(squares.sum()), 1e-300)
+    return total
+
+
+def over_blocks(found: Estimate, blocks: Sequence[Block]) -> Predicted:
+    """What the rest of the recordings leaves of each coefficient of every block, by block and coefficient.
+
+    Constants are free there, and what follows the vane's reading beyond the inertial path is taken off.
+    """
+    design, solution, settings = found.design, found.solution, found.frame.settings
+    bread = np.diag(solution.covariance)
+    scale = np.sqrt(np.diag(corrected_covariance(design, solution)) / np.maximum(bread, 1e-300))
+    information = solution.slopes.T @ solution.slopes + np.diag(design.precisions**2)
+    free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "gust")]
+    kept = [p for p in range(len(design.unknowns)) if p not in set(free)]
+    result: dict[tuple[int, str], LeftOver] = {}
+    for number, block in enumerate(blocks):
+        inside, out = _rows(design, block, settings)
+        slopes = solution.slopes[out]
+        covariance = _inverse(information - slopes.T @ slopes, np.diag(information))
+        moved = -covariance @ (slopes.T @ solution.whitened[out])
+        covariance = covariance * np.outer(scale, scale)
+        for equation, rows in inside.items():
+            columns = design.columns[rows]
+            left = solution.residuals[rows] - columns @ moved
+            own = columns[:, free]
+            left, tilted = beside_constants(left, columns[:, kept], own)
+            uncertain = float(np.mean(np.sum((tilted @ covariance[np.ix_(kept, kept)]) * tilted, axis=1)))
+            measured = design.target[rows]
+            result[number, equation] = LeftOver(measured - measured.mean(), left, uncertain)
+    return result
+
+
+def _rows(
+    design: Design, block: Block, settings: EquationErrorSettings
+) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.int64]]:
+    """The rows of a block by coefficient, and all that are left out with it."""
+    inside, out = {}, []
+    for s, (place, equation) in enumerate(design.segments):
+        if place != block.recording or equation not in COEFFICIENT:
+            continue
+        rows = design.rows(s)
+        inside[equation] = np.arange(rows.start + block.first, rows.start + block.stop)
+        out.append(np.arange(rows.start + block.first, min(rows.start + block.stop + settings.order, rows.stop)))
+    return inside, np.concatenate(out)
+
+
+def _inverse(information: Array, whole: Array) -> Array:
+    """The inverse (P, P); what nothing shows any more keeps its number, as constants of a recording left out do.
+
+    `whole` (P,): the information of each number with nothing left out.
+    """
+    scale = np.sqrt(np.maximum(whole, 1e-300))
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    inverse = np.where(eigenvalues > SHOWN, 1.0 / np.maximum(eigenvalues, SHOWN), 0.0)
+    return np.asarray((vectors * inverse) @ vectors.T / np.outer(scale, scale))

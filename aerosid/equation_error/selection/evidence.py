@@ -1,0 +1,133 @@
+"""What a selected structure shows: each effect's numbers with their deviations, and whether they stand off none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.selection.stepwise import Chosen, Selected, without
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EvidenceFinding:
+    """One effect with its numbers on the fitted recordings.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    active : ActiveEffect or None
+        The effect with its numbers; None for a term.
+    value, std_error : float
+        Of its leading number; the deviation corrected for coloured residuals.
+    std_errors : tuple of float
+        Of all its numbers.
+    gain : float
+        In ln L: the fall when it is struck out of the final structure, or the rise when it entered.
+    witness : "kinematics" or "coefficients"
+        Which equations proved it.
+    unseen_better : bool or None
+        Whether the coefficients of unseen recordings, or blocks, are predicted better with it; None where not asked.
+    """
+
+    hypothesis: Hypothesis
+    active: ActiveEffect | None
+    value: float
+    std_error: float
+    std_errors: tuple[float, ...]
+    gain: float
+    witness: str
+    unseen_better: bool | None = None
+
+    @property
+    def null(self) -> float:
+        """The value at which it is none."""
+        return self.active.effect.parameters[0].null if self.active is not None else 0.0
+
+    @property
+    def ratio(self) -> float:
+        """Distance from none in its own deviations; of several numbers the most certain one counts."""
+        if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
+            return 0.0
+        if self.active is None or len(self.active.values) == 1:
+            return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
+        ratios = [
+            abs(value - parameter.null) / error
+            for value, parameter, error in zip(
+                self.active.values, self.active.effect.parameters, self.std_errors, strict=True
+            )
+            if error > 0.0
+        ]
+        return max(ratios, default=np.inf)
+
+
+def findings_of(
+    found: Estimate,
+    covariance: Array,
+    chosen: Sequence[Chosen],
+    worth: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
+    better: Mapping[tuple[str, str, str], bool] = MappingProxyType({}),
+) -> tuple[EvidenceFinding, ...]:
+    """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain.
+
+    `worth`: their gain in the whole structure, by label; what is not in it keeps that of its entry. `better`: whether
+    the unseen is predicted better with it.
+    """
+    deviations = np.sqrt(np.diag(covariance))
+    place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
+    rows = []
+    for each in chosen:
+        witness = "kinematics" if each.kinematic else "coefficients"
+        hypothesis = each.hypothesis
+        gain, unseen = worth.get(hypothesis.label, each.gain), better.get(hypothesis.label)
+        if hypothesis.entries:
+            (entry,) = hypothesis.entries
+            n = place.get(("term", entry))
+            value = found.point.model.value(entry)
+            error = float(deviations[n]) if n is not None else np.inf
+            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), gain, witness, unseen))
+            continue
+        for i, active in enumerate(found.point.effects):
+            if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
+                errors = tuple(float(deviations[place["effect", i, k]]) for k in range(len(active.values)))
+                first = active.values[0]
+                rows.append(EvidenceFinding(hypothesis, active, first, errors[0], errors, gain, witness, unseen))
+                break
+    return tuple(sorted(rows, key=_rank))
+
+
+def _rank(row: EvidenceFinding) -> tuple[bool, float]:
+    """Of instruments' faults the most certain first: which of them entered first depends on what else was missing."""
+    return (False, -row.ratio) if row.witness == "kinematics" else (True, -row.gain)
+
+
+def weakest(found: Estimate, chosen: Sequence[Chosen]) -> Chosen | None:
+    """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep."""
+    rows = findings_of(found, corrected_covariance(found.design, found.solution), chosen)
+    return weakest_of(rows, chosen, found.frame.settings.deviations)
+
+
+def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> Chosen | None:
+    """The chosen one whose finding is nearest to none, where that is nearer than so many of its deviations."""
+    labels = {each.hypothesis.label for each in chosen}
+    weak = [row for row in rows if row.ratio < deviations and row.hypothesis.label in labels]
+    if not weak:
+        return None
+    label = min(weak, key=lambda row: row.ratio).hypothesis.label
+    return next(each for each in chosen if each.hypothesis.label == label)
+
+
+def left_out(selected: Selected, gone: Chosen) -> Selected:
+    """The structure without one, estimated anew."""
+    found = selected.estimate
+    lone = estimate(found.frame, without(found.point, gone), found.solution.weights, steps=4)
+    return Selected(lone, tuple(each for each in selected.chosen if each is not gone))

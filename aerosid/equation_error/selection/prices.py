@@ -1,0 +1,129 @@
+"""Price of a hypothesis: Schwarz's criterion at prior odds that share a stated probability of a false alarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.selection.candidates import implausibility, told_apart
+
+Array = NDArray[np.float64]
+
+Label = tuple[str, str, str]
+"""Kind, channel or coefficient, and term of a hypothesis."""
+
+Name = tuple[str, ...]
+"""What tells a hypothesis apart: its label, of a place its axes too."""
+
+RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
+"""What a step of one coefficient, or the moment of a surface, says more simply; they take the share of a product of two
+factors."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """What other, independent equations show of a hypothesis.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Its numbers, in their units.
+    covariance : ndarray, shape (k, k)
+        Theirs.
+    gain : float
+        In ln L of those equations at these values.
+    credit : float
+        What of that gain counts towards the price.
+    """
+
+    values: tuple[float, ...]
+    covariance: Array
+    gain: float
+    credit: float
+
+    def gain_at(self, values: Sequence[float]) -> float:
+        """Gain in ln L at other values, to second order."""
+        return self.gain - 0.5 * self._distance(values)
+
+    def agrees(self, values: Sequence[float], deviations: float) -> bool:
+        """Whether other values lie within so many deviations."""
+        return self._distance(values) <= deviations**2
+
+    def _distance(self, values: Sequence[float]) -> float:
+        apart = np.array(values) - np.array(self.values)
+        return float(apart @ np.linalg.solve(self.covariance, apart))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """By which hypotheses enter: all that are asked share the stated odds of a false alarm.
+
+    Attributes
+    ----------
+    shares : mapping of label to float
+        Of the odds, their sum one: simple terms take more of it than products of many factors.
+    samples : int
+    false_alarm : float
+        Probability of any false alarm among all that are asked.
+    support : mapping of name to Support
+        What other equations show; both likelihoods are one product, and have to pay the price together.
+    """
+
+    shares: Mapping[Label, float]
+    samples: int
+    false_alarm: float
+    support: Mapping[Name, Support] = field(default_factory=dict)
+
+    def chance(self, hypothesis: Hypothesis) -> float:
+        """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
+        return self.shares.get(hypothesis.label, max(self.shares.values())) * self.false_alarm
+
+    def price(self, hypothesis: Hypothesis) -> float:
+        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
+        odds = -float(np.log(self.chance(hypothesis)))
+        return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+    def least_cost(self, hypothesis: Hypothesis) -> float:
+        """The price less the most that other equations gain by it: no number costs less."""
+        known = self.support.get(told_apart(hypothesis))
+        return self.price(hypothesis) - (known.credit if known is not None else 0.0)
+
+    def cost(self, hypothesis: Hypothesis, effects: Sequence[ActiveEffect]) -> float:
+        """The price, with what its numbers are unusual by, less what other equations gain by them.
+
+        `effects`: the hypothesis' own, with their numbers; none of a term.
+        """
+        known = self.support.get(told_apart(hypothesis))
+        gained = 0.0
+        if known is not None and known.credit > 0.0 and effects:
+            gained = known.gain_at(effects[0].values)
+        return self.price(hypothesis) + implausibility(effects) - gained
+
+
+def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
+    """The rules by which some hypotheses are judged on so many samples."""
+    weights = {}
+    for hypothesis in hypotheses:
+        factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
+        weights[hypothesis.label] = factor_odds ** max(factors - 1, 0)
+    for label in RARE:
+        weights[label] = factor_odds
+    total = sum(weights.values())
+    return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
+
+
+def own_effects(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
+    """The effects of a hypothesis with their numbers at a point."""
+    names = {(active.name, active.log) for active in hypothesis.effects}
+    return tuple(active for active in point.effects if active.values and (active.name, active.log) in names)
+
+
+def total_cost(rules: Rules, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
+    """What some hypotheses have to bring together with their numbers at a point."""
+    return sum(rules.cost(hypothesis, own_effects(point, hypothesis)) for hypothesis in hypotheses)

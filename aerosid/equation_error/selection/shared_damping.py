@@ -1,0 +1,66 @@
+"""The derivative of pitch rate as the sum that manoeuvres show: its own part, and that of an undeclared alphadot.
+
+A term of alphadot that the model lacks is taken in by the others as far as its whitened column is theirs (omitted
+variables: Klein & Morelli, Aircraft System Identification, section 5.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.candidates import scores, term_candidates
+from aerosid.flight_model.terms import parse_term
+
+MOMENT = "C_m"
+DAMPING, DOWNWASH = parse_term("q_hat"), parse_term("alpha_dot_hat")
+
+USUAL = (0.3, 0.5)
+"""Physical: C_m alphadot over C_m q of conventional aircraft, 1: downwash that reaches the tail late (Etkin & Reid,
+Dynamics of Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
+
+
+@dataclass(frozen=True)
+class SharedDamping:
+    """What C_m q_hat holds of a C_m alpha_dot_hat that the model lacks.
+
+    Attributes
+    ----------
+    value : float
+        The estimate of C_m q_hat, which is the sum.
+    share : float
+        How much of an alphadot derivative is in it, 1.
+    own : float
+        Share of alphadot's whitened column that no declared term explains, 1.
+    """
+
+    value: float
+    share: float
+    own: float
+
+    @property
+    def parts(self) -> tuple[float, float]:
+        """C_m q_hat's own part for the usual alphadot derivatives, the smaller size first."""
+        own = sorted((self.value / (1.0 + self.share * ratio) for ratio in USUAL), key=abs)
+        return own[0], own[1]
+
+
+def shared_damping(found: Estimate) -> SharedDamping | None:
+    """What C_m q_hat holds; None where the model has both terms or neither, or the flight tells them apart."""
+    damping: tuple[object, ...] = ("term", (MOMENT, DAMPING))
+    downwash = (MOMENT, DOWNWASH)
+    if damping not in found.design.unknowns or downwash in found.point.free:
+        return None
+    asked = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
+    candidates = term_candidates(found.frame, found, [asked])
+    (own,) = scores(found, candidates).own
+    if own >= found.frame.settings.distinct:
+        return None
+    white = whiten(found.design, candidates[0].columns, found.solution.weights)
+    answers = found.solution.covariance @ (found.solution.slopes.T @ white)
+    place = found.design.unknowns.index(damping)
+    return SharedDamping(float(found.solution.values[place]), float(np.asarray(answers)[place, 0]), float(own))

@@ -1,0 +1,347 @@
+"""Stepwise regression by Schwarz's criterion: selection, elimination and exchange at a stated false-alarm rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.design import Weights, design_of, gain_over, solve, uncoloured
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.selection.candidates import (
+    Candidate,
+    effect_candidates,
+    joined,
+    likeliest,
+    scores,
+    term_candidates,
+    to_first_order,
+    within_limits,
+)
+from aerosid.equation_error.selection.prices import Rules, own_effects
+from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses
+
+Array = NDArray[np.float64]
+
+Admitted = Callable[[Estimate, Hypothesis], bool]
+"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A hypothesis that entered, with its numbers at the estimate's point.
+
+    `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
+    """
+
+    hypothesis: Hypothesis
+    kinematic: bool
+    gain: float
+
+
+@dataclass(frozen=True)
+class Selected:
+    """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
+
+    `instead`: what was found to do in place of each, kept as long as the structure.
+    """
+
+    estimate: Estimate
+    chosen: tuple[Chosen, ...]
+    instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
+
+
+def forward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    kinematic: bool,
+    most: int,
+    coefficients: Sequence[str] = (),
+    admitted: Admitted = lambda _found, _hypothesis: True,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
+
+    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for.
+    """
+    refused: set[tuple[str, str, str]] = set()
+    while len(selected.chosen) < most:
+        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients)
+        if best is None:
+            return selected
+        found, hypothesis, gain = best
+        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
+        selected = backward(Selected(found, chosen), frame, rules, keep=hypothesis, told=told)
+    return selected
+
+
+def _best(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    refused: set[tuple[str, str, str]],
+    admitted: Admitted,
+    told: Callable[[str], None],
+    coefficients: Sequence[str],
+) -> tuple[Estimate, Hypothesis, float] | None:
+    base = selected.estimate
+    taken = {each.hypothesis.label for each in selected.chosen} | refused
+    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
+    candidates: list[Candidate] = []
+    if any(kind in COEFFICIENT for kind in frame.kinds):
+        candidates = term_candidates(frame, base, open_)
+        for each in (base, uncoloured_):
+            open_ += [h for h in sudden_hypotheses(frame, each, coefficients) if h.label not in taken]
+    candidates += effect_candidates(frame, base, open_)
+    if not candidates:
+        return None
+    order = list(
+        dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
+    )
+    tried: list[_Trial] = []
+    for linear in _ranked(base, [candidates[n] for n in order], rules):
+        if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
+            break
+        tried.append(_fitted(base, linear, rules))
+        tried.sort(key=lambda trial: -trial.net)
+    tried += [_fitted(base, linear, rules) for linear in _as_late(base, tried, candidates, rules)]
+    tried.sort(key=lambda trial: -trial.net)
+    told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
+    for trial in tried:
+        if trial.net <= 0.0:
+            continue
+        if within_limits(trial.estimate, trial.hypothesis) and admitted(trial.estimate, trial.hypothesis):
+            told(f"  enters {trial.hypothesis.label}")
+            return trial.estimate, trial.hypothesis, trial.estimate.gain_over(base)
+        told(f"  not admitted {trial.hypothesis.label}")
+        refused.add(trial.hypothesis.label)
+    return None
+
+
+def _fitted(base: Estimate, linear: _Linear, rules: Rules) -> _Trial:
+    """A hypothesis with all numbers estimated anew."""
+    found = estimate(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
+    own = found.point.effects[-1:] if linear.hypothesis.effects else ()
+    return _Trial(found.gain_over(base) - rules.cost(linear.hypothesis, own), found, linear.hypothesis)
+
+
+def _as_late(base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
+    """The other ways in which a control is late, where the likeliest of those tried says that it is.
+
+    What a column to a trial value says of a delay between two trial values is little where the noise is small: a lag,
+    which bends less, would be asked alone.
+    """
+    if not tried or tried[0].hypothesis.kind not in LATE_CONTROL:
+        return []
+    asked, where = {trial.hypothesis.kind for trial in tried}, tried[0].hypothesis.where
+    others = {
+        candidate.hypothesis.kind: candidate
+        for candidate in candidates
+        if candidate.hypothesis.where == where and candidate.hypothesis.kind in LATE_CONTROL - asked
+    }
+    return _ranked(base, tuple(others.values()), rules, least=-np.inf)
+
+
+def _begun(frame: Frame, base: Estimate, linear: _Linear) -> Point:
+    """The point to begin an estimate from: where the regression puts it, or at a trial value that is likelier.
+
+    What one column says of a delay of the length of a control's steps is far off; from there Gauss-Newton goes astray.
+    """
+    aimed = joined(base.point, linear.hypothesis)
+    if not linear.hypothesis.effects:
+        return aimed
+    (active,) = linear.hypothesis.effects
+    trials = [trial for trial in active.effect.parameters[0].trials if trial != active.effect.parameters[0].null]
+    if len(trials) < 2:
+        return aimed
+    points = [aimed]
+    for trial in trials:
+        moved = replace(active, values=(trial, *active.values[1:]))
+        points.append(replace(aimed, effects=(*aimed.effects[:-1], moved)))
+    designs = [design_of(frame.segments(point), frame.settings) for point in points]
+    likelihoods = [solve(design, linear.weights).log_likelihood for design in designs]
+    return points[int(np.argmax(likelihoods))]
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A hypothesis with all numbers estimated anew; `net`: its gain in ln L beyond its price."""
+
+    net: float
+    estimate: Estimate
+    hypothesis: Hypothesis
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """A hypothesis to first order in its numbers, which are set where the regression puts them; `net` as above."""
+
+    net: float
+    hypothesis: Hypothesis
+    weights: Weights
+
+
+def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules, least: float | None = None) -> list[_Linear]:
+    """Candidates that may pay their price, by their gain to first order with the colour estimated anew.
+
+    `least`: net gain from which on; by default that of the settings.
+    """
+    least = base.frame.settings.nearly if least is None else least
+    rows = []
+    for candidate in candidates:
+        solution, hypothesis = to_first_order(base, candidate)
+        cost = rules.least_cost(candidate.hypothesis)
+        net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - cost
+        if net >= least:
+            rows.append(_Linear(net, hypothesis, solution.weights))
+    return sorted(rows, key=lambda row: -row.net)
+
+
+LATE_CONTROL = frozenset({"control_delay", "control_lag"})
+"""Kinds that say of a control that it is late."""
+
+TIMINGS = (frozenset({"sensor_delay", "sensor_lag", "sensor_position"}), LATE_CONTROL)
+"""Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
+
+ONE_DISTANCE = (
+    frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
+    frozenset({("sensor_position", "V"), ("sensor_position", "a_x")}),
+    frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
+)
+"""Kinematics show how far each vane, and the pitot tube, is from its accelerometer, and not where either is."""
+
+
+def at_one_distance(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether kinematics tell the places of two sensors by their distance alone."""
+    return any({(one.kind, one.where), (other.kind, other.where)} <= distance for distance in ONE_DISTANCE)
+
+
+def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
+    """Whether a chosen hypothesis says already when the same channel answers, or how far two sensors are apart."""
+    name = (hypothesis.kind, hypothesis.where)
+    known = {(each.hypothesis.kind, each.hypothesis.where) for each in chosen}
+    if any(name in distance and known & distance for distance in ONE_DISTANCE):
+        return True
+    return any(
+        each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
+        for each in chosen
+        for kinds in TIMINGS
+    )
+
+
+def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
+    """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
+    scored = scores(base, candidates)
+    gains = scored.gains
+
+    def worth_asking(n: int) -> bool:
+        hypothesis = candidates[n].hypothesis
+        own = not hypothesis.entries or bool(scored.own[n] >= frame.settings.distinct)
+        return own and bool(gains[n] >= 0.3 * rules.least_cost(hypothesis))
+
+    return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
+
+
+def with_separation(
+    selected: Selected, frame: Frame, rules: Rules, coefficients: Sequence[str], told: Callable[[str], None]
+) -> Selected | None:
+    """The structure with flow separation beside what it has, where that pays its price; else None."""
+    best: tuple[float, Estimate, Hypothesis] | None = None
+    for hypothesis in separation_hypotheses(frame, selected.estimate, coefficients):
+        found = estimate(
+            frame, joined(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
+        )
+        net = found.gain_over(selected.estimate) - rules.price(hypothesis)
+        told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
+        if net > 0.0 and (best is None or net > best[0]):
+            best = net, found, hypothesis
+    if best is None:
+        return None
+    net, found, hypothesis = best
+    entered = Chosen(hypothesis, kinematic=False, gain=net + rules.price(hypothesis))
+    return Selected(found, (*selected.chosen, entered))
+
+
+def without(point: Point, chosen: Chosen) -> Point:
+    """The point without a hypothesis: its terms struck out, its effects gone."""
+    hypothesis = chosen.hypothesis
+    own = own_effects(point, hypothesis)
+    effects = tuple(active for active in point.effects if not any(active is one for one in own))
+    dropped = set(hypothesis.entries)
+    free = tuple(entry for entry in point.free if entry not in dropped)
+    return replace(point, model=point.model.without(dropped), free=free, effects=effects)
+
+
+def backward(
+    selected: Selected,
+    frame: Frame,
+    rules: Rules,
+    keep: Hypothesis | None = None,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Selected:
+    """The structure without what no longer pays its price."""
+    while True:
+        worst: tuple[float, Estimate, Chosen] | None = None
+        for each in selected.chosen:
+            if each.hypothesis is keep:
+                continue
+            lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+            own = own_effects(selected.estimate.point, each.hypothesis)
+            loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, own)
+            if loss < 0.0 and (worst is None or loss < worst[0]):
+                worst = loss, lone, each
+        if worst is None:
+            return selected
+        told(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
+        selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
+
+
+def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
+    """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
+    places = [
+        p
+        for p, unknown in enumerate(found.design.unknowns)
+        if unknown[0] == "effect" and found.point.effects[int(str(unknown[1]))].name == hypothesis.effects[0].name
+    ]
+    recordings = sorted({recording for recording, _ in found.design.segments})
+    if len(recordings) < 2 or len(places) != 1:
+        return True
+    settings = found.frame.settings
+    column = found.design.columns[:, places[0]]
+    _, effect, number = found.design.unknowns[places[0]]
+    active = found.point.effects[int(str(effect))]
+    distance = abs(active.values[int(str(number))] - active.effect.parameters[int(str(number))].null)
+    split = np.zeros((column.size, len(recordings)))
+    for s, (recording, _) in enumerate(found.design.segments):
+        rows = found.design.rows(s)
+        split[rows, recordings.index(recording)] = column[rows]
+    keep = [p for p in range(len(found.design.unknowns)) if p != places[0]]
+    bare = replace(
+        found.design,
+        columns=found.design.columns[:, keep],
+        unknowns=tuple(found.design.unknowns[p] for p in keep),
+        precisions=found.design.precisions[keep],
+    )
+    wide = bare.beside(split, [("alone", recording) for recording in recordings])
+    solved = solve(wide, found.solution.weights)
+    covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]
+    values = solved.values[-len(recordings) :]
+    for i in range(len(recordings)):
+        for j in range(i):
+            apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+            further = abs(values[i] - values[j]) - settings.agreement_share * distance
+            if further > settings.agreement * float(np.sqrt(max(apart, 1e-300))):
+                return False
+    return True

@@ -1,0 +1,162 @@
+"""The vote of recordings that are not fitted: explained variance of each coefficient, with and without an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.design import design_of
+from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.estimate import Estimate, Frame
+from aerosid.signals.fit_statistics import theil
+
+Array = NDArray[np.float64]
+
+LAGS = 10
+"""Numerical: samples in the band over which the squares of residuals may be correlated."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """How well a model predicts one coefficient of one recording from the measured motion, constants free there.
+
+    `r2` in the band of the motion; `theil`: Theil's inequality coefficient.
+    """
+
+    recording: str
+    fitted: bool
+    coefficient: str
+    r2: float
+    theil: float
+
+
+@dataclass(frozen=True)
+class LeftOver:
+    """One coefficient of one recording beside what a model says of it, constants free there.
+
+    `measured`, `left` (n,) about their means; `uncertain`: the mean square, on such a recording, of what the
+    deviations of the model's numbers do.
+    """
+
+    measured: Array
+    left: Array
+    uncertain: float
+
+
+Predicted = Mapping[tuple[int, str], LeftOver]
+"""By recording, or block of one, and coefficient."""
+
+
+Jumps = Mapping[tuple[int, str], Array]
+"""What happens suddenly in a recording of its own, (n, k), by recording and coefficient."""
+
+
+def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps = MappingProxyType({})) -> Predicted:
+    """What an estimate's own numbers leave of each coefficient of every recording.
+
+    `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
+    `jumps`: free as constants are, for no other recording could tell them.
+    """
+    design = design_of(frame.segments(found.point), frame.settings)
+    known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
+    rows_of = [found.design.unknowns.index(unknown) for unknown in known]
+    terms = [design.unknowns.index(unknown) for unknown in known]
+    covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
+    free = ("one",) if gusts else ("one", "gust")
+    own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
+    result = {}
+    for s, (recording, equation) in enumerate(design.segments):
+        if equation not in COEFFICIENT:
+            continue
+        rows = design.rows(s)
+        target, slopes = design.target[rows], design.columns[rows][:, terms]
+        constant = design.columns[rows][:, own]
+        if (recording, equation) in jumps:
+            constant = np.column_stack([constant, jumps[recording, equation]])
+        left, slopes = beside_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
+        uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
+        result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
+    return result
+
+
+def beside_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
+    """A residual (n,) and columns (n, K) beside a constant and what is a recording's `own` (n, C), fitted there."""
+    own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
+    basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
+    return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
+
+
+def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
+    """R^2 and Theil's coefficient of every coefficient and recording."""
+    rows = []
+    for (place, equation), each in left_over(frame, found).items():
+        recording, measured, left = frame.recordings[place], each.measured, each.left
+        spread = max(float(measured @ measured), 1e-300)
+        inequality = theil(measured, measured - left)
+        rows.append(
+            Share(
+                recording.name,
+                recording.fitted,
+                equation,
+                1.0 - float(left @ left) / spread,
+                inequality.coefficient if inequality else 0.0,
+            )
+        )
+    return tuple(rows)
+
+
+def beside_gusts(frame: Frame, found: Estimate, jumps: Jumps = MappingProxyType({})) -> Predicted:
+    """What an estimate's numbers leave of unseen recordings; what gusts do, which is as good as noise, taken off."""
+    every = left_over(frame, found, gusts=False, jumps=jumps)
+    return {key: each for key, each in every.items() if not frame.recordings[key[0]].fitted}
+
+
+def refused(before: Predicted, after: Predicted, doubt: float, least: float) -> bool:
+    """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
+
+    Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
+    R^2 by more than `least`. `before` and `after` beside gusts. An effect that one coefficient needs moves the
+    derivatives of the others a little, with what gusts left in them.
+    """
+    worse: dict[int, bool] = {}
+    lost: dict[int, float] = {}
+    for (place, equation), each in after.items():
+        change = each.left**2 - before[place, equation].left ** 2
+        rise, power = float(change.mean()), float(np.mean(each.measured**2))
+        beyond = rise - each.uncertain
+        worse[place] = worse.get(place, False) or (
+            beyond > doubt * _deviation_of_mean(change) and beyond > least * power
+        )
+        lost[place] = lost.get(place, 0.0) + rise / max(power, 1e-300)
+    return any(worse[place] and lost[place] > 0.0 for place in worse)
+
+
+def share_lost(before: Predicted, after: Predicted) -> float:
+    """By how much the unexplained shares of all unseen coefficients rise together."""
+    rises = [
+        float(np.mean(each.left**2 - before[key].left ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
+        for key, each in after.items()
+    ]
+    return float(sum(rises))
+
+
+def unconfirmed(before: Predicted, after: Predicted, coefficient: str) -> bool:
+    """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
+    falls = [
+        float(np.mean(before[key].left ** 2 - each.left**2)) for key, each in after.items() if key[1] == coefficient
+    ]
+    return bool(falls) and max(falls) <= 0.0
+
+
+def _deviation_of_mean(values: Array) -> float:
+    """Standard deviation of the mean of a coloured series (Newey & West, 1987)."""
+    centred = values - values.mean()
+    total = float(centred @ centred)
+    for lag in range(1, min(LAGS, values.size - 1) + 1):
+        total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * float(centred[lag:] @ centred[:-lag])
+    return float(np.sqrt(max(total, 0.0))) / values.size

@@ -1,0 +1,1 @@
+"""Stepwise selection of terms by partial correlation with the model error d(t)."""

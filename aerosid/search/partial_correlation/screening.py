@@ -1,0 +1,198 @@
+"""Screening of candidates by partial correlation with d(t), each passed through the same estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from aerosid.effects import OutputEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.effects_in_flight import OutOfRangeError
+from aerosid.estimation.score_test import Score
+from aerosid.model_error.flight_sweep import FlightSweeps
+from aerosid.model_error.partial_correlation import correlated_alone, correlated_together, remainders
+from aerosid.model_error.swept_model import Sweep
+from aerosid.search.partial_correlation.parts import plain_t_ratios
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
+from aerosid.signals.spectral_covariance import score_covariance
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Chord:
+    """A hypothesis with its derivatives taken over the distance of one of its trial values; `of`: its place."""
+
+    of: int
+    hypothesis: Hypothesis
+    trial: int
+
+    @property
+    def columns(self) -> int:
+        """How many numbers it makes free."""
+        return len(self.hypothesis.entries) + sum(active.slopes for active in self.hypothesis.effects)
+
+
+def chords_of(hypotheses: Sequence[Hypothesis]) -> list[Chord]:
+    """Every hypothesis by the chord of each of its trial values."""
+    return [
+        Chord(place, hypothesis.by_chord(trial), trial)
+        for place, hypothesis in enumerate(hypotheses)
+        for trial in range(max((len(p.trials) for a in hypothesis.effects for p in a.effect.parameters), default=1))
+    ]
+
+
+def screen(
+    sweeps: FlightSweeps,
+    current: Sweep,
+    hypotheses: Sequence[Hypothesis],
+    chords: Sequence[Chord],
+    settings: ModelErrorSearchSettings,
+    asked: int,
+) -> list[Score]:
+    """What the correlation of each candidate with d(t) is worth, by the chord that brings most.
+
+    Parameters
+    ----------
+    sweeps : FlightSweeps
+        The flights.
+    current : Sweep
+        The present structure's estimate.
+    hypotheses : sequence of Hypothesis
+        The candidates.
+    chords : sequence of Chord
+        Of those of them that are asked.
+    asked : int
+        How many candidates the search looks at, for p-values.
+    """
+    best: dict[int, Score] = {}
+    samples = sum(manoeuvre.flight.time.size for manoeuvre in sweeps.flights.manoeuvres)
+    room = max(settings.asked_at_once // samples, 1)
+    for some in _in_batches(chords, room):
+        for chord, found in zip(some, _screened(sweeps, current, some, settings, asked), strict=True):
+            gain, step, independence = found
+            known = best.get(chord.of)
+            if known is None or gain > known.gain:
+                best[chord.of] = Score(hypotheses[chord.of], gain, step, independence, chord.trial)
+    return list(best.values())
+
+
+def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, asked: int) -> float:
+    """Of a sensor's numbers by chance, their columns taken along the motion that controls and terms make.
+
+    d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
+    d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
+    says nothing of the sensor. Along the motion without d(t) they cannot. What is left there is coloured in each
+    channel and, where forces are left, between them: both are allowed for. Zero for what is no sensor's, and where that
+    motion cannot be flown.
+
+    Parameters
+    ----------
+    sweeps : FlightSweeps
+        The flights.
+    trial : Sweep
+        The structure with the candidate.
+    hypothesis : Hypothesis
+        The candidate.
+    asked : int
+        How many candidates the search looks at (Bonferroni).
+    """
+    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, OutputEffect)}
+    places: list[int] = []
+    away: list[float] = []
+    place = len(trial.swept.free)
+    for active in trial.swept.effects:
+        if (active.name, active.log) in entered:
+            places += range(place, place + active.slopes)
+            away += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
+        place += active.slopes
+    if not places:
+        return 0.0
+    try:
+        still = sweeps.undisturbed(trial)
+    except OutOfRangeError:
+        return 0.0
+    return min(1.0, asked * _chance(sweeps, still, places, np.array(away)))
+
+
+def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) -> float:
+    """Of known columns' numbers, `away` from none, by chance in noise coloured within and between the channels."""
+    known = still.fit.whitened(still.rows.known)
+    others = np.delete(known, places, axis=1)
+    others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
+    basis, strength, _ = np.linalg.svd(others, full_matrices=False)
+    basis = basis[:, strength > 1e-10 * strength[0]]
+    own = known[:, places]
+    left = own - basis @ (basis.T @ own)
+    size = np.linalg.norm(left, axis=0)
+    if float(np.min(size / np.linalg.norm(own, axis=0))) ** 2 <= sweeps.settings.colour.least_independence:
+        return 1.0
+    columns = left / size
+    # The residual as it would be with these numbers at none, to first order.
+    target = still.fit.whitened(still.rows.target[:, None])[:, 0] + own @ away
+    target -= basis @ (basis.T @ target)
+    solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
+    covariance, freedom = np.zeros((len(places), len(places))), 0.0
+    for x, e in _by_sample(sweeps, still, columns, target - columns @ solution):
+        of_flight, degrees = score_covariance(x, e)
+        covariance += of_flight
+        freedom += degrees
+    scores = columns.T @ target
+    statistic = float(scores @ np.linalg.pinv(covariance, hermitian=True) @ scores)
+    return float(special.fdtrc(scores.size, freedom, statistic / scores.size))
+
+
+def _by_sample(sweeps: FlightSweeps, still: Sweep, columns: Array, residual: Array) -> Iterator[tuple[Array, Array]]:
+    """Columns (N, outputs, k) and residuals (N, outputs) of each flight; zero where nothing was measured."""
+    for n, manoeuvre in enumerate(sweeps.flights.manoeuvres):
+        samples = manoeuvre.flight.measured.shape
+        x, e = np.zeros((*samples, columns.shape[1])), np.zeros(samples)
+        for part, (flight, output) in zip(still.fit.groups, still.rows.channels, strict=True):
+            if flight == n:
+                held = np.isfinite(manoeuvre.flight.measured[:, output])
+                x[held, output], e[held, output] = columns[part], residual[part]
+        yield x, e
+
+
+def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
+    """So many that their columns are no more; at least one."""
+    batch: list[Chord] = []
+    held = 0
+    for chord in chords:
+        if batch and held + chord.columns > columns:
+            yield batch
+            batch, held = [], 0
+        batch.append(chord)
+        held += chord.columns
+    if batch:
+        yield batch
+
+
+def _screened(
+    sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, asked: int
+) -> list[tuple[float, tuple[float, ...], float]]:
+    """Of each chord the chi-square of its numbers, their step and their independence."""
+    entries = list(dict.fromkeys(entry for chord in chords for entry in chord.hypothesis.entries))
+    effects = [active for chord in chords for active in chord.hypothesis.effects]
+    rows = sweeps.asked(current, entries, effects)
+    left = remainders(current.fit, rows.asked)
+    single = correlated_alone(current.fit, left, asked=asked)
+    ratios = single.ratio if settings.partial else plain_t_ratios(rows.target, rows.asked)
+    place = {entry: n for n, entry in enumerate(entries)}
+    column = len(entries)
+    found: list[tuple[float, tuple[float, ...], float]] = []
+    for chord in chords:
+        count = sum(active.slopes for active in chord.hypothesis.effects)
+        columns = [place[entry] for entry in chord.hypothesis.entries] + list(range(column, column + count))
+        column += count
+        if len(columns) == 1:
+            only = columns[0]
+            gain, step = float(ratios[only] ** 2), (float(single.coefficient[only]),)
+            found.append((gain, step, float(single.independence[only])))
+        else:
+            found.append(correlated_together(current.fit, left.among(np.array(columns))))
+    return found

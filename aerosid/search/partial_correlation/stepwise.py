@@ -1,0 +1,391 @@
+"""Stepwise selection of terms by partial correlation with the model error d(t).
+
+Parameswaran & Raol 1994, section 3.3, on any flight: d(t) of the present structure, candidates passed through the same
+estimator, partial correlation of each with d(t) in its coloured noise; the likeliest of the best few enters if its
+correlation is significant among so many; recursive least squares of all terms; again, until nothing in d(t)
+correlates. A late or slow control and a late, slow, scaled or biased sensor are columns too, to first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import OutputEffect
+from aerosid.effects.disturbance import gust
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.errors import EstimationError
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
+from aerosid.model_error.swept_model import Sweep, SweptModel
+from aerosid.search.findings import Finding, Part, found_among, named
+from aerosid.search.partial_correlation.parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
+from aerosid.search.partial_correlation.screening import chords_of, screen, undisturbed_p_value
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
+from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, shortlisted, worth
+from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump, thinned
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a search by d(t) found.
+
+    Attributes
+    ----------
+    before : Sweep
+        The declared structure.
+    completed : Sweep
+        With everything that entered.
+    parts : tuple of (Part, gain, p-value)
+        What entered, most certain first; the gain is the rise of -2 ln L when it is struck out.
+    alternatives : tuple of Finding
+        What could stand in place of a part.
+    rounds : tuple of tuple of Score
+        Scores of each round.
+    asked : int
+        How many candidates were looked at in each round.
+    unseen : tuple of str
+        Kinds of effect that d(t) cannot show, of those that were asked for.
+    """
+
+    before: Sweep
+    completed: Sweep
+    parts: tuple[tuple[Part, float, float], ...]
+    alternatives: tuple[Finding, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    asked: int
+    unseen: tuple[str, ...]
+
+
+def select(
+    start: SweptModel,
+    manoeuvres: Sequence[Manoeuvre],
+    coefficients: Sequence[str],
+    hypotheses: Sequence[Hypothesis],
+    settings: ModelErrorSearchSettings,
+    progress: Callable[[str], None] = lambda _stage: None,
+) -> Selection:
+    """What the model error of the declared structure says is missing.
+
+    Parameters
+    ----------
+    start : SweptModel
+        The declared structure with start values.
+    manoeuvres : sequence of Manoeuvre
+        The identification flights, one joint estimate.
+    coefficients : sequence of str
+        The aircraft's, in which model error is allowed.
+    hypotheses : sequence of Hypothesis
+        What may enter; those that d(t) cannot show are left out and named.
+
+    Raises
+    ------
+    EstimationError
+        Where the declared model with its model error cannot be flown.
+    """
+    search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
+    before = current = search.sweeps.estimate(start, polished=not settings.kept_statistics)
+    alternatives: list[Finding] = []
+    rounds: list[tuple[Score, ...]] = []
+    for n in range(settings.rounds):
+        progress(f"screening d(t), round {n + 1}")
+        scores = search.scores(current)
+        rounds.append(scores)
+        entered = search.entered(current, scores)
+        if entered is None:
+            break
+        current, others = entered
+        alternatives.extend(others)
+        current = search.pruned(current)
+    parts = search.judged(current)
+    held = {named(part.label) for part, _, _ in parts}
+    return Selection(
+        before,
+        current,
+        tuple(sorted(parts, key=lambda row: -row[1])),
+        tuple(other for other in alternatives if other.instead_of in held and _label(other) not in held),
+        tuple(rounds),
+        search.asked,
+        search.unseen,
+    )
+
+
+def _label(finding: Finding) -> str:
+    return named((finding.kind, finding.where, finding.term))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    hypothesis: Hypothesis
+    sweep: Sweep
+    price: float
+
+
+class _Search:
+    """One set of candidates on one set of flights."""
+
+    def __init__(
+        self,
+        manoeuvres: Sequence[Manoeuvre],
+        coefficients: Sequence[str],
+        hypotheses: Sequence[Hypothesis],
+        declared: SweptModel,
+        settings: ModelErrorSearchSettings,
+    ) -> None:
+        self.settings = settings
+        self.manoeuvres = tuple(manoeuvres)
+        self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
+        self.declared = declared
+        seen = [all(is_seen(active) for active in h.effects) for h in hypotheses]
+        self.seen = thinned([h for h, shown in zip(hypotheses, seen, strict=True) if shown], settings.jump_stride)
+        self.unseen = tuple(dict.fromkeys(h.kind for h, shown in zip(hypotheses, seen, strict=True) if not shown))
+        self.chords = chords_of(self.seen)
+        self.asked = len(self.seen)
+        self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
+        self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
+        self.refuted: set[tuple[str, str, str]] = set()
+        """Of candidates whose trial brought nothing where trials are held: they are not tried again."""
+
+    def _open(self, current: Sweep) -> list[int]:
+        """Places of the candidates that the structure does not hold yet."""
+        labels = {part.label for part in self.parts(current)}
+        labels |= {(*active.name, "") for active in self.declared.effects}
+        return [
+            place
+            for place, h in enumerate(self.seen)
+            if h.label not in labels and not near_a_jump(h, current.swept.effects, self.manoeuvres, self.settings)
+        ]
+
+    def parts(self, current: Sweep) -> list[Part]:
+        """What the structure holds beyond the declared one, with corrected deviations."""
+        return parts_of(current, self.declared, sum(self.sweeps.flights.distances))
+
+    def _p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
+        return wald_p_value(sweep, parts, self.asked, self.samples)
+
+    def scores(self, current: Sweep) -> tuple[Score, ...]:
+        """Every open candidate with what its correlation with d(t) is worth, greatest first."""
+        unheld = set(self._open(current))
+        late = at_outliers(current, self.seen, self.manoeuvres, self.settings)
+        chords = [chord for chord in self.chords if chord.of in unheld]
+        chords += [replace(chord, of=chord.of + len(self.seen)) for chord in chords_of(late)]
+        asked = (self.sweeps, current, (*self.seen, *late), chords, self.settings, self.asked)
+        return tuple(sorted(screen(*asked), key=lambda score: -worth(score, self.settings)))
+
+    def entered(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
+        """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
+        trials = [
+            *self._trials(current, shortlisted(scores, current, self.manoeuvres[0], self.settings, self.asked)),
+            *self._in_moving_air(current),
+        ]
+        for first in sorted(trials, key=lambda trial: trial.price):
+            trial = self._with_own_statistics(current, first)
+            if trial is None:
+                continue
+            new = self._new_parts(current, trial.sweep)
+            numbers = sum(len(part.std_errors) or 1 for part in new)
+            least = 2.0 * self.settings.evidence + numbers * np.log(self.values)
+            cheaper = trial.price < current.cost - self.settings.price and trial.sweep.cost < current.cost - least
+            if not new or not cheaper or not self._explains(current, trial.sweep, new):
+                continue
+            if any(part.is_disturbance for part in new):
+                return self.sweeps.estimate(trial.sweep.swept), []
+            if self._p_value(trial.sweep, new) > self.settings.false_alarm or is_at_a_limit(new):
+                continue
+            of_controls = undisturbed_p_value(self.sweeps, trial.sweep, trial.hypothesis, self.asked)
+            if of_controls > self.settings.false_alarm:
+                continue
+            others = [
+                self._rival(current, other, trial)
+                for other in trials
+                if other is not first and other.price - first.price < self.settings.reach
+            ]
+            whole = trial.sweep if self.settings.kept_statistics else self.sweeps.estimate(trial.sweep.swept)
+            if apparent_mass(whole.swept.model, self.manoeuvres[0]) >= self.settings.apparent_mass:
+                continue
+            return whole, [other for other in others if other is not None]
+        return None
+
+    def _trials(self, current: Sweep, shortlist: Sequence[Score]) -> list[_Trial]:
+        """Fits of the candidates: to first order where trials are held and that is exact, else flown."""
+        linear = [s for s in shortlist if self.settings.kept_statistics and is_linear(s.hypothesis)]
+        fits = list(zip(linear, first_order_trials(self.sweeps, current, linear), strict=True))
+        for score in sorted((s for s in shortlist if s not in linear), key=lambda score: -score.gain):
+            brought = max((current.cost - sweep.cost for _, sweep in fits), default=0.0)
+            if not self.settings.far_ahead or brought < self.settings.far_ahead * score.gain:
+                fits += [(score, sweep) for sweep in self._flown(current, score)]
+        if self.settings.kept_statistics:
+            self.refuted |= {score.hypothesis.label for score, sweep in fits if sweep.cost > current.cost}
+        return [
+            _Trial(score.hypothesis, sweep, sweep.cost + score.gain - worth(score, self.settings))
+            for score, sweep in fits
+            if apparent_mass(sweep.swept.model, self.manoeuvres[0]) < self.settings.apparent_mass
+        ]
+
+    def _with_own_statistics(self, current: Sweep, trial: _Trial) -> _Trial | None:
+        """A trial as it is compared with the structure before; None where it is not significant or cannot be flown."""
+        if not self.settings.kept_statistics or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
+            return trial
+        new = self._new_parts(current, trial.sweep)
+        if not new or self._p_value(trial.sweep, new) > self.settings.false_alarm:
+            return None
+        begun = self.sweeps.flights.carried(current.swept, trial.sweep.swept)
+        try:
+            sweep = self.sweeps.estimate(begun, polished=False)
+        except EstimationError:
+            return None
+        return replace(trial, sweep=sweep, price=trial.price - trial.sweep.cost + sweep.cost)
+
+    def _explains(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
+        """Whether d(t) becomes smaller in some coefficient, and no larger in any, where it is more than rounding.
+
+        Of a sensor only the second is asked: what it shows wrongly need not be in d.
+        """
+        before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
+        noticed = self.settings.noticed * self.settings.sweeps.least_spread
+        # Rounding of one coefficient's d is no price for another's.
+        counts = max(noticed, self.settings.least_rise * float(np.max(before - after)))
+        if np.any((after > self.settings.most_increase * before) & (after > counts)):
+            return False
+        there = before > noticed
+        of_sensors = all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new)
+        if of_sensors or not there.any():
+            return True
+        return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+
+    def _in_moving_air(self, current: Sweep) -> list[_Trial]:
+        """The structure in turbulence, where it is not already and some model error is left."""
+        if current.swept.statistics.gust is not None or not self.settings.gusts or not self._is_left(current):
+            return []
+        effect = gust()
+        numbers = tuple(parameter.trials[0] for parameter in effect.parameters)
+        statistics = replace(current.swept.statistics, gust=(numbers[0], numbers[1]))
+        try:
+            sweep = self.sweeps.estimate(
+                replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps
+            )
+        except EstimationError:
+            return []
+        if not self._moves_the_vane(sweep):
+            return []
+        extra = self.settings.price * (len(numbers) - 1)
+        return [_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra)]
+
+    def _moves_the_vane(self, sweep: Sweep) -> bool:
+        """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
+        assert sweep.swept.statistics.gust is not None
+        sigma, place = sweep.swept.statistics.gust[0], LONGITUDINAL.outputs.index("alpha")
+        pairs = zip(self.manoeuvres, self.sweeps.flights.airspeeds, strict=True)
+        return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
+
+    def _is_left(self, current: Sweep) -> bool:
+        """Whether d(t) is more than rounding in some coefficient."""
+        return max(current.swept.statistics.spread) > self.settings.noticed * self.settings.sweeps.least_spread
+
+    def _flown(self, current: Sweep, score: Score) -> list[Sweep]:
+        """The fit with one more candidate, from the best of its starts; none where it cannot be flown."""
+        settings = self.settings
+        sweeps = []
+        starts = self._starts(score)
+        whole = not settings.kept_statistics
+        for start in starts:
+            count = settings.trial_sweeps if len(starts) == 1 else 1
+            begun = self._with(current, start)
+            try:
+                sweeps.append(self.sweeps.estimate(begun, search=whole, sweeps=count, polished=whole))
+            except EstimationError:
+                continue
+        if len(starts) > 1 and sweeps:
+            best = min(sweeps, key=lambda sweep: sweep.cost)
+            sweeps = [self.sweeps.estimate(best.swept, sweeps=settings.trial_sweeps)]
+        sweeps = [
+            sweep for sweep in sweeps if apparent_mass(sweep.swept.model, self.manoeuvres[0]) < settings.apparent_mass
+        ]
+        return [min(sweeps, key=lambda sweep: sweep.cost)] if sweeps else []
+
+    def _starts(self, score: Score) -> list[Score]:
+        """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""
+        parameters = [p for active in score.hypothesis.effects for p in active.effect.parameters]
+        trials = max((len(parameter.trials) for parameter in parameters), default=1)
+        if trials < 2:
+            return [score]
+        beyond = tuple(np.inf for _ in score.start)
+        asked = (score.trial,) if self.settings.kept_statistics else range(trials)
+        return [replace(score, start=beyond, trial=trial) for trial in asked]
+
+    def _rival(self, current: Sweep, other: _Trial, chosen: _Trial) -> Finding | None:
+        new = self._new_parts(current, other.sweep)
+        if not new:
+            return None
+        return found_among(new[0], self.asked, current.cost - other.sweep.cost, named(chosen.hypothesis.label))
+
+    def _new_parts(self, current: Sweep, trial: Sweep) -> list[Part]:
+        held = {(part.label, part.time) for part in self.parts(current)}
+        return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
+
+    def _with(self, current: Sweep, score: Score) -> SweptModel:
+        """Where the fit of one more candidate begins."""
+        swept, hypothesis = current.swept, score.hypothesis
+        effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
+        if hypothesis.time is not None:
+            effects = tuple(moving(active, hypothesis.time, self.manoeuvres) for active in effects)
+        further = replace(
+            swept,
+            model=swept.model.extended(hypothesis.entries),
+            free=(*swept.free, *hypothesis.entries),
+            effects=(*swept.effects, *effects),
+        )
+        return self.sweeps.flights.carried(swept, further) if effects else further
+
+    def _without(self, current: Sweep, part: Part) -> SweptModel:
+        """The structure with a part struck out; what it did is left to d(t)."""
+        swept = current.swept
+        if part.is_disturbance:
+            left = replace(swept, statistics=replace(swept.statistics, gust=None))
+        elif part.entry is None:
+            left = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
+        else:
+            entry: Entry = part.entry
+            free = tuple(e for e in swept.free if e != entry)
+            left = replace(swept, model=swept.model.without([entry]), free=free)
+        return self.sweeps.flights.carried(swept, left)
+
+    def pruned(self, current: Sweep) -> Sweep:
+        """The structure without what later parts have made doubtful."""
+        while True:
+            parts = self.parts(current)
+            doubts = [(self._p_value(current, [part]), part) for part in parts]
+            worst = max(doubts, key=lambda doubt: (doubt[0], -doubt[1].ratio), default=None)
+            if worst is None or worst[0] <= self.settings.false_alarm:
+                return self._stilled(current)
+            current = self.sweeps.estimate(self._without(current, worst[1]))
+
+    def _stilled(self, current: Sweep) -> Sweep:
+        """The structure without turbulence that what entered later explains."""
+        moving = [part for part in self.parts(current) if part.is_disturbance]
+        if not moving:
+            return current
+        still = self.sweeps.estimate(self._without(current, moving[0]))
+        return still if still.cost - current.cost < self.settings.price * len(gust().parameters) else current
+
+    def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
+        """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
+        rows = []
+        for part in self.parts(current):
+            if self.settings.kept_statistics:
+                rows.append((part, part.ratio**2, self._p_value(current, [part])))
+                continue
+            try:
+                struck = self.sweeps.estimate(self._without(current, part), sweeps=self.settings.trial_sweeps).cost
+            except EstimationError:
+                struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
+            rows.append((part, struck - current.cost, self._p_value(current, [part])))
+        return rows

@@ -1,0 +1,152 @@
+"""Shortlist of candidates by their scores in d(t), and their first-order trials.
+
+A first-order trial regresses a candidate beside the known columns along the motion as it is flown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from aerosid.effects import KINDS
+from aerosid.effects.aerodynamic_terms import rarity
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.score_test import Score
+from aerosid.model_error.flight_sweep import FlightSweeps
+from aerosid.model_error.swept_model import Rows, Sweep, SweptModel
+from aerosid.search.partial_correlation.parts import is_believed
+from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
+
+Array = NDArray[np.float64]
+
+
+def worth(score: Score, settings: ModelErrorSearchSettings) -> float:
+    """What a candidate's correlation with d(t) brings, less what its numbers and its rarity cost."""
+    hypothesis = score.hypothesis
+    rare = sum(rarity(term) for _, term in hypothesis.entries)
+    rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
+    return score.gain - settings.price * (hypothesis.parameters - 1) - rare
+
+
+def shortlisted(
+    scores: Sequence[Score], current: Sweep, first: Manoeuvre, settings: ModelErrorSearchSettings, asked: int
+) -> list[Score]:
+    """The best few candidates, one a label, and the best of kinds whose first-order rank says little.
+
+    Parameters
+    ----------
+    scores : sequence of Score
+        The most worth first.
+    current : Sweep
+        The present structure's estimate.
+    first : Manoeuvre
+        A flight, for the density of the air and the mass.
+    asked : int
+        How many candidates the search looks at (Bonferroni).
+    """
+    least = float(special.ndtri(0.5 * settings.false_alarm / max(asked, 1))) ** 2
+    limit = settings.apparent_mass
+    scores = [score for score in scores if is_believed(score.hypothesis, score.start, current, first, limit)]
+    priced = [(score, worth(score, settings)) for score in scores]
+    best = max((value for score, value in priced if score.hypothesis.is_plain_term), default=0.0)
+    listed: dict[tuple[str, str, str], Score] = {}
+    for score, value in priced:
+        linear = settings.kept_statistics and score.hypothesis.is_plain_term
+        enough = value > settings.least_share * least and value >= settings.nearly_best * best * linear
+        # Where trials are held, those that must be flown are dear: one of each kind, below.
+        apart = settings.kept_statistics and _is_unlike(score.hypothesis)
+        if enough and not apart and len(listed) < settings.shortlist:
+            listed.setdefault(score.hypothesis.label, score)
+    greatest = max((score.gain for score in listed.values()), default=0.0)
+    kinds = {score.hypothesis.kind for score in listed.values()}
+    for score in scores:
+        kind = score.hypothesis.kind
+        enough = score.gain > max(settings.unlike_share * greatest, least)
+        if _is_unlike(score.hypothesis) and kind not in kinds and enough:
+            kinds.add(kind)
+            listed.setdefault(score.hypothesis.label, score)
+    return list(listed.values())
+
+
+def _is_unlike(hypothesis: Hypothesis) -> bool:
+    """Whether a first-order rank says little of the candidate's kind."""
+    return hypothesis.kind in KINDS and not KINDS[hypothesis.kind].follows_its_score
+
+
+def is_linear(hypothesis: Hypothesis) -> bool:
+    """Whether the response to a candidate is in proportion to its numbers: of terms, zeros and scales it is.
+
+    Not of what has several starts, nor of a sudden change, whose moment is a number more.
+    """
+    numbers = [parameter for active in hypothesis.effects for parameter in active.effect.parameters]
+    return hypothesis.time is None and all(len(parameter.trials) < 2 for parameter in numbers)
+
+
+def first_order_trials(sweeps: FlightSweeps, current: Sweep, scores: Sequence[Score]) -> list[Sweep]:
+    """What a fit of each candidate comes to in one step, the statistics of d(t) held and the noise's colour its own.
+
+    The motion with d(t) is the measured one whatever the structure lacks, so that the columns along it are those that
+    a trial would be fitted with.
+
+    Parameters
+    ----------
+    sweeps : FlightSweeps
+        The flights.
+    current : Sweep
+        The present structure's estimate.
+    scores : sequence of Score
+        The candidates, each of them linear.
+
+    Returns
+    -------
+    list of Sweep
+        In the order of the scores; of each the numbers of the candidate after its step, the others as they are.
+    """
+    if not scores:
+        return []
+    entries = list(dict.fromkeys(entry for score in scores for entry in score.hypothesis.entries))
+    effects = [active for score in scores for active in score.hypothesis.by_chord(score.trial).effects]
+    rows = sweeps.asked(current, entries, effects)
+    place = {entry: n for n, entry in enumerate(entries)}
+    column = len(entries)
+    found = []
+    for score in scores:
+        hypothesis = score.hypothesis
+        count = sum(active.slopes for active in hypothesis.effects)
+        beside = _beside(current.swept, rows, [place[e] for e in hypothesis.entries], range(column, column + count))
+        column += count
+        fit = sweeps.regressed(beside)
+        free, slopes = len(current.swept.free), current.swept.slopes
+        own = len(hypothesis.entries)
+        step = fit.coefficients[free : free + own]
+        moved = hypothesis.at(fit.coefficients[free + own + slopes : free + own + slopes + count].tolist(), score.trial)
+        model = current.swept.model.extended(hypothesis.entries)
+        values = model.values.copy()
+        values[model.indices(hypothesis.entries)] = step
+        swept = replace(
+            current.swept,
+            model=model.with_values(values),
+            free=(*current.swept.free, *hypothesis.entries),
+            effects=(*current.swept.effects, *moved.effects),
+        )
+        found.append(Sweep(swept, beside, fit, fit.cost + rows.log_sum, (), False))
+    return found
+
+
+def _beside(swept: SweptModel, rows: Rows, terms: Sequence[int], numbers: Sequence[int]) -> Rows:
+    """Rows with some of the asked columns among the known ones, in the places of a structure that holds them."""
+    free, slopes = len(swept.free), swept.slopes
+    known = rows.known
+    parts = (
+        known[:, :free],
+        rows.asked[:, list(terms)],
+        known[:, free : free + slopes],
+        rows.asked[:, list(numbers)],
+        known[:, free + slopes :],
+    )
+    return replace(rows, known=np.column_stack(parts), asked=rows.asked[:, :0])
