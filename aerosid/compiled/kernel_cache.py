@@ -17,7 +17,6 @@ import atexit
 import contextlib
 import hashlib
 import os
-import pickle
 import platform
 import sys
 import tempfile
@@ -35,6 +34,7 @@ from numba.core.caching import CompileResultCacheImpl, _Cache
 from numba.core.serialize import dumps
 
 from aerosid.compiled.kernel_digest import UnknownContentError, kernel_digest, sha256_of, signature_text
+from aerosid.compiled.stored_kernel import load
 from aerosid.compiled.user_folder import user_folder
 
 SHIPPED = Path(__file__).parent / "kernels"
@@ -108,14 +108,13 @@ class KernelCache(_Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel of these argument types, None where no file holds it."""
-        target_context.refresh()
         name = self._file_name(sig, target_context.codegen())
         if name is not None:
             stored = _read(SHIPPED / name) or _read(user_folder() / name) or _taken_over(user_folder() / name)
             if stored is not None:
                 # Whatever a file from another state of the machine may hold, the kernel can always be compiled.
                 with contextlib.suppress(Exception):
-                    return self._implementation().rebuild(target_context, pickle.loads(stored))
+                    return load(target_context, stored)
         for listener in _listeners:
             listener(self._dispatcher.py_func.__name__)
         return None
