@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 from aerosid.cli.output import command_line, mode
 from aerosid.cli.stage_progress import stages
-from aerosid.errors import LogError, UsageError
+from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
+from aerosid.manoeuvres import elevator_manoeuvres
 
 if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
     from aerosid.aircraft import Aircraft
@@ -28,9 +29,6 @@ _ONCE = (
     "Compiling the numerical kernels: once for this user, Python and processor "
     "(`aerosid warm-up` does it ahead, on all cores)."
 )
-
-FEWEST = 10
-"""Samples of a log without which nothing is estimated."""
 
 
 def loop_settings(
@@ -122,6 +120,11 @@ class RoledLogs:
     validation: tuple[FlightLog, ...]
     hold_out: tuple[FlightLog, ...] = ()
 
+    @property
+    def every(self) -> tuple[FlightLog, ...]:
+        """All of them."""
+        return (*self.identification, *self.validation, *self.hold_out)
+
 
 def read_roles(
     logs: Sequence[str],
@@ -160,10 +163,8 @@ def read_roles(
         for span in spans:
             role = (usual == ROLES[0] and span.role) or usual
             log = read_span(span, channels, held, across_holes=find and role == ROLES[0])
-            if find and role == ROLES[0]:
-                roled[role] += _found(log)
-            else:
-                roled[role].append(require_samples(log, FEWEST))
+            require_samples(log)
+            roled[role] += elevator_manoeuvres(log) if find and role == ROLES[0] else (log,)
     if not roled[ROLES[0]]:
         raise UsageError(
             "no log is left to identify from: every segment has another role; give one for identification."
@@ -190,39 +191,6 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
         replace(span, start=start, stop=stop, name=span.name or Path(span.path.name.removesuffix(".gz")).stem)
         for span in spans
     )
-
-
-def _found(log: FlightLog) -> tuple[FlightLog, ...]:
-    from aerosid.manoeuvres import find_manoeuvres, longitudinal_cuts
-
-    found = find_manoeuvres(log)
-    cuts = longitudinal_cuts(log, found)
-    if not cuts:
-        kinds = ", ".join(sorted({entry.kind for entry in found})) or "nothing"
-        raise LogError(
-            f"{log.path or log.name}: no elevator manoeuvre was found in it (found: {kinds}); see what `aerosid find` "
-            "lists with --rejected, and give a span as LOG@FROM:TO."
-        )
-    return cuts
-
-
-def refuse_unusable(roled: RoledLogs) -> None:
-    """Refuse a whole flight given as one manoeuvre, and angles recorded in degrees under a unit of radians.
-
-    Raises
-    ------
-    LogError
-        With the spans that look useful, or the channel and its unit.
-    """
-    from aerosid.logs.quality import degrees_findings
-    from aerosid.manoeuvres import whole_flight_sentence
-
-    for log in (*roled.identification, *roled.validation, *roled.hold_out):
-        wrong = degrees_findings(log)
-        if wrong:
-            raise LogError(f"{log.path or log.name}: {wrong[0]}")
-        if (sentence := whole_flight_sentence(log)) is not None:
-            raise LogError(sentence)
 
 
 def with_progress(

@@ -229,13 +229,15 @@ def close_loop_command(
     ] = False,
 ) -> int:
     """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
-    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, refuse_unusable, with_progress
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, with_progress
 
     roled = read_roles(logs, validate or [], channels, start, stop, hold_out=hold_out or [], find=find)
     from aerosid.aircraft import load_aircraft
+    from aerosid.manoeuvres import require_manoeuvre
 
     declared = load_aircraft(aircraft)
-    refuse_unusable(roled)
+    for log in roled.every:
+        require_manoeuvre(log)
     from aerosid.file_set import require_writable
 
     directory = out or Path("reports") / roled.identification[0].name

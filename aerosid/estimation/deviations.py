@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,18 @@ class Deviations:
     correlation_max: NDArray[np.float64]
     effects: NDArray[np.float64]
     effects_white: NDArray[np.float64]
+
+    def of_entries(self, places: Sequence[int]) -> Deviations:
+        """Those of some of the free entries, and of all effects."""
+        chosen = list(places)
+        return replace(
+            self,
+            corrected=self.corrected[chosen],
+            white=self.white[chosen],
+            published=self.published[chosen],
+            covariance=self.covariance[np.ix_(chosen, chosen)],
+            correlation_max=self.correlation_max[chosen],
+        )
 
 
 def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:

@@ -138,24 +138,21 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
         inputs[:, j] = _input(log, aircraft, name, notes)
     if "alpha" in axes.measured and "alpha" in log.positions:
         inputs[:, columns.index("alpha")] += _vane_motion(log)
+    substeps, ground = _substeps(log, aircraft, inputs), _ground(log)
+    outputs = tuple(name for name in axes.outputs if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest)
     extra = columns[len(input_columns_of(axes)) :]
-    variance = np.zeros(len(extra))
-    for j, name in enumerate(extra):
-        if name.startswith("delta_"):
-            variance[j] = channel_noise(log, name).deviation ** 2
+    noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
+    deviation = {name: channel_noise(log, name).deviation for name in noisy}
+    variance = np.array([deviation.get(name, 0.0) ** 2 for name in extra])
     measured = np.full((log.time.size, len(axes.outputs)), np.nan)
-    noise = np.full(len(axes.outputs), np.nan)
+    noise = np.array([deviation.get(name, np.nan) for name in axes.outputs])
     positions = np.zeros((len(axes.outputs), 3))
-    for i, name in enumerate(axes.outputs):
-        if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest:
-            measured[:, i] = log[name]
-            noise[i] = channel_noise(log, name).deviation
-            positions[i] = log.positions.get(name, (0.0, 0.0, 0.0))
-    substeps = _substeps(log, aircraft, inputs)
+    for name in outputs:
+        measured[:, axes.outputs.index(name)] = log[name]
+        positions[axes.outputs.index(name)] = log.positions.get(name, (0.0, 0.0, 0.0))
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
-    outputs = tuple(name for i, name in enumerate(axes.outputs) if np.isfinite(noise[i]))
-    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), _ground(log), axes)
+    return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), ground, axes)
 
 
 def _ground(log: FlightLog) -> float:

@@ -5,18 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
-from aerosid.signals.fit_statistics import noise_memories, whiteness
-
-
-def is_coloured(residual: NDArray[np.float64]) -> bool:
-    """Whether a residual (N,) repeats itself, slowly or swinging: Ljung and Box's test at one in ten thousand."""
-    found = whiteness(residual)
-    return found is not None and found.p_value < 1e-4
+from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:

@@ -129,6 +129,11 @@ class FlightLog:
         known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256, self.holes)
         return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256, *known)
 
+    @property
+    def mean_airspeed(self) -> float:
+        """Mean of the true airspeed, m/s; 0 where it was not recorded."""
+        return float(np.nanmean(self["V"])) if "V" in self and np.isfinite(self["V"]).any() else 0.0
+
     def __contains__(self, name: object) -> bool:
         return name in self.channels
 

@@ -15,6 +15,7 @@ from typing import Any
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog, longest_stretch
 from aerosid.logs.formats import read_log
+from aerosid.logs.formats.assembly import FEWEST_SAMPLES
 from aerosid.logs.formats.table import shown
 
 __all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
@@ -257,7 +258,7 @@ def _no_time() -> float:
     raise ValueError
 
 
-def require_samples(log: FlightLog, fewest: int) -> FlightLog:
+def require_samples(log: FlightLog, fewest: int = FEWEST_SAMPLES) -> FlightLog:
     """The log, where it holds enough samples to estimate anything.
 
     Raises

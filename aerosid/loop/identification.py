@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
@@ -191,7 +189,7 @@ def asked_of(
 ) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
     candidates = candidate_entries(aircraft, [*logs, *others])
-    return declared_model(aircraft, mean_airspeed(logs[0]), [term for _, term in candidates]), candidates
+    return declared_model(aircraft, logs[0].mean_airspeed, [term for _, term in candidates]), candidates
 
 
 def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]:
@@ -211,8 +209,3 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     manoeuvre = prepare(with_declared_noise(log, aircraft.noise, aircraft.resolution), aircraft, model.columns)
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
-
-
-def mean_airspeed(log: FlightLog) -> float:
-    """U0 of V_hat where the aircraft file gives none, m/s."""
-    return float(np.nanmean(log["V"])) if "V" in log and np.isfinite(log["V"]).any() else 0.0

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     )
     from aerosid.manoeuvres.settings import FinderSettings
     from aerosid.manoeuvres.whole_flight import (
+        elevator_manoeuvres,
         is_whole_flight,
-        longitudinal_cuts,
         longitudinal_manoeuvres,
+        require_manoeuvre,
         whole_flight_sentence,
     )
 
@@ -31,10 +32,11 @@ __all__ = [
     "FlightSegmentation",
     "FoundManoeuvre",
     "RejectedStretch",
+    "elevator_manoeuvres",
     "find_manoeuvres",
     "is_whole_flight",
-    "longitudinal_cuts",
     "longitudinal_manoeuvres",
+    "require_manoeuvre",
     "whole_flight_sentence",
 ]
 
@@ -42,7 +44,13 @@ _HOMES = {
     "found": ("CONDITIONS", "KINDS"),
     "segmentation": ("FlightSegmentation", "FoundManoeuvre", "RejectedStretch", "find_manoeuvres"),
     "settings": ("FinderSettings",),
-    "whole_flight": ("is_whole_flight", "longitudinal_cuts", "longitudinal_manoeuvres", "whole_flight_sentence"),
+    "whole_flight": (
+        "elevator_manoeuvres",
+        "is_whole_flight",
+        "longitudinal_manoeuvres",
+        "require_manoeuvre",
+        "whole_flight_sentence",
+    ),
 }
 """Module of each public name."""
 

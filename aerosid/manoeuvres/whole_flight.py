@@ -7,13 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aerosid.errors import LogError
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.quality import degrees_findings
 from aerosid.manoeuvres.settings import FinderSettings
 
 if TYPE_CHECKING:
     from aerosid.manoeuvres.segmentation import FlightSegmentation, FoundManoeuvre
 
-__all__ = ["LONGITUDINAL", "is_whole_flight", "longitudinal_cuts", "longitudinal_manoeuvres", "whole_flight_sentence"]
+__all__ = [
+    "LONGITUDINAL",
+    "elevator_manoeuvres",
+    "is_whole_flight",
+    "longitudinal_manoeuvres",
+    "require_manoeuvre",
+    "whole_flight_sentence",
+]
 
 LONGITUDINAL = ("doublet", "211", "3211", "steps", "sweep", "multisine", "short_period")
 """Kinds that identify longitudinal derivatives about one trim, if the elevator was moved."""
@@ -39,12 +48,42 @@ def is_whole_flight(log: FlightLog, settings: FinderSettings = USUAL) -> bool:
     return fast > 3.0 * settings.standing and bool(np.mean(stands) > settings.standing_share)
 
 
-def longitudinal_cuts(log: FlightLog, found: FlightSegmentation) -> tuple[FlightLog, ...]:
-    """The cuts of a log that identify longitudinal derivatives, each named for its kind and beginning."""
-    return tuple(
+def elevator_manoeuvres(log: FlightLog, settings: FinderSettings = USUAL) -> tuple[FlightLog, ...]:
+    """The cuts of a log that identify longitudinal derivatives, each named for its kind and beginning.
+
+    Raises
+    ------
+    LogError
+        Where it holds none, with the kinds that it holds.
+    """
+    from aerosid.manoeuvres.segmentation import find_manoeuvres  # late: most logs are no whole flight
+
+    found = find_manoeuvres(log, settings=settings)
+    cuts = tuple(
         replace(log.between(entry.cut_from, entry.cut_to), name=f"{log.name}_{entry.start:.0f}_{entry.kind}")
         for entry in longitudinal_manoeuvres(found)
     )
+    if not cuts:
+        kinds = ", ".join(sorted({entry.kind for entry in found})) or "nothing"
+        raise LogError(
+            f"{log.path or log.name}: no elevator manoeuvre was found in it (found: {kinds}); see what `aerosid find` "
+            "lists with --rejected, and give a span as LOG@FROM:TO."
+        )
+    return cuts
+
+
+def require_manoeuvre(log: FlightLog, settings: FinderSettings = USUAL) -> None:
+    """Refuse a whole flight given as one manoeuvre, and angles recorded in degrees under a unit of radians.
+
+    Raises
+    ------
+    LogError
+        With the spans that look useful, or the channel and its unit.
+    """
+    if wrong := degrees_findings(log):
+        raise LogError(f"{log.path or log.name}: {wrong[0]}")
+    if (sentence := whole_flight_sentence(log, settings)) is not None:
+        raise LogError(sentence)
 
 
 def longitudinal_manoeuvres(found: FlightSegmentation) -> tuple[FoundManoeuvre, ...]:

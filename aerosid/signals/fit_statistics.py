@@ -90,6 +90,12 @@ def whiteness(residual: NDArray[np.float64]) -> Whiteness | None:
     return Whiteness(rho, statistic, float(chdtrc(lags, statistic)))
 
 
+def is_coloured(residual: NDArray[np.float64]) -> bool:
+    """Whether a residual (N,) repeats itself, slowly or swinging, by Ljung and Box's test."""
+    found = whiteness(residual)
+    return found is not None and found.p_value < WHITENESS.doubt
+
+
 def noise_memories(time: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
     """How much of each sample of a sensor's own noise is left in the next one, (C,).
 

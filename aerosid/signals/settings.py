@@ -33,6 +33,42 @@ class NoiseSettings:
 
 
 @dataclass(frozen=True)
+class ReprocessingSettings:
+    """When an estimate of noise is not to be believed, since samples are not a sensor's own; chosen.
+
+    Attributes
+    ----------
+    finest : float
+        Of the channel's range, 1: a sensor whose noise is less does not exist; 16 bits over the range leave 1.5e-5, and
+        their quantum over sqrt(12) is 4e-6. Effect: below it the channel counts as filtered.
+    repeated_share : float
+        Of the steps of a channel that moves, 1: with more of them zero, samples are repeated.
+    level_share : float
+        Distinct values over samples, 1: with fewer, repeated samples are those of a coarse quantum.
+    straight_share : float
+        Of the second differences of a channel that moves, 1: with more of them zero within rounding, it is
+        interpolated.
+    rounding : float
+        Of the channel's range, 1: differences below it are zero. Seven printed digits leave 1e-7.
+    fewest : int
+        Samples, or steps, below which nothing is doubted.
+    window : int
+        Samples within which a channel that moves travels.
+    travel : float
+        Of the channel's range, 1, that it travels within the window where it moves.
+    """
+
+    finest: float = 2e-5
+    repeated_share: float = 0.4
+    level_share: float = 0.1
+    straight_share: float = 0.4
+    rounding: float = 2e-7
+    fewest: int = 20
+    window: int = 21
+    travel: float = 0.01
+
+
+@dataclass(frozen=True)
 class PrefilterSettings:
     """Settings of the common cut-off and of its filter.
 
@@ -98,6 +134,7 @@ class ColourSettings:
 
 
 NOISE = NoiseSettings()
+REPROCESSING = ReprocessingSettings()
 PREFILTER = PrefilterSettings()
 WHITENESS = WhitenessSettings()
 COLOUR = ColourSettings()

@@ -17,8 +17,8 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-BEFORE = 36
-"""Climbs at revision 59b9641, 1."""
+MOST_CLIMBS = 10
+"""Climbs, 1: what stands; a third of those at revision 59b9641 would be 12."""
 
 FLIGHTS = {"FlightLog", "Manoeuvre"}
 """Types of a flight."""
@@ -119,7 +119,7 @@ def test_the_logs_climb_back_up_at_most_a_third_as_often_as_before() -> None:
     route = package.way(("cli.main", "close_loop_command"))
     reached = {module.split(".")[0] for module, _ in route}
     assert {"loop", "estimation", "compatibility", "logs"} <= reached
-    assert package.climbs(route) <= BEFORE / 3
+    assert package.climbs(route) <= MOST_CLIMBS
 
 
 if __name__ == "__main__":

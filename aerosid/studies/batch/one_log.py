@@ -10,13 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from aerosid.aircraft import Aircraft
-from aerosid.errors import LogError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import parse_span, read_span, require_samples
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.manoeuvres import whole_flight_sentence
+from aerosid.manoeuvres import require_manoeuvre
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
 
@@ -25,8 +24,6 @@ CONDITION = ("V", "h", "mach", "alpha", "mass")
 
 TRIM_TIME = 1.0
 """s; the condition is the mean over the first of the log, before the manoeuvre changes it."""
-
-FEWEST = 10
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,10 @@ def close_one(task: BatchTask, key: str) -> Row:
     """
     path, name = task.paths[key]
     span = parse_span(path)
-    log = require_samples(read_span(span, task.channels), FEWEST)
+    log = require_samples(read_span(span, task.channels))
     if not span.whole:
         log = replace(log, name=name)
-    if (sentence := whole_flight_sentence(log)) is not None:
-        raise LogError(sentence)
+    require_manoeuvre(log)
     result = close_loop([log], task.aircraft, settings=task.settings)
     if task.reports is not None:
         write_report(result, task.reports / name, interactive=False)  # 5 MB less a log

@@ -16,7 +16,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import Entry, controls_of
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import identify, mean_airspeed
+from aerosid.loop.identification import identify
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.findings import Finding
 from aerosid.studies.monte_carlo.plan import Catalogue
@@ -96,7 +96,7 @@ def estimate_known(
     LogError, EstimationError
         As of `identify`.
     """
-    plain = declared_model(aircraft, mean_airspeed(log), [term for _, term in structure])
+    plain = declared_model(aircraft, log.mean_airspeed, [term for _, term in structure])
     manoeuvre = prepare(log, aircraft, plain.columns)
     given = declared_effects(aircraft, controls_of(plain), [manoeuvre])
     declared = with_columns_of(plain, (*given, *effects))

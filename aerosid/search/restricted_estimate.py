@@ -1,0 +1,76 @@
+"""Restricted estimation: a structure re-estimated with some of its coefficients fixed at given values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.search.attribution import Attribution
+from aerosid.search.equation_error_attribution import with_initial_states
+from aerosid.search.final_significance import significant
+from aerosid.search.finding_rows import findings_of
+from aerosid.search.structure_search import StructureSearch
+from aerosid.signals.restricted_least_squares import restricted_least_squares
+
+
+def restricted_estimate(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
+    """The findings and the estimate with some entries fixed, by the estimator that the findings are from.
+
+    Parameters
+    ----------
+    found : Attribution
+        With these entries free.
+    values : mapping of Entry to float
+        What they are fixed at, in the coefficient's unit.
+    search : StructureSearch
+        The flights that were fitted, with the settings.
+
+    Raises
+    ------
+    EstimationError
+        Where the others cannot be estimated beside them.
+    """
+    if found.regressed:
+        return _restricted_regression(found, values, search)
+    return significant(_restricted_likelihood(found, values, search), search)
+
+
+def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
+    """The maximum-likelihood estimate of the others, from where all were free."""
+    completed = found.completed
+    numbers = completed.model.values.copy()
+    for entry, value in values.items():
+        numbers[completed.model.index(entry)] = value
+    places = [n for n, entry in enumerate(completed.free) if entry not in values]
+    free = tuple(completed.free[n] for n in places)
+    start = replace(completed, model=completed.model.with_values(numbers), free=free)
+    restricted = found.estimated_anew(start, search.manoeuvres)
+    uncertainty = found.completed_deviations.of_entries(places)
+    beside = found.filter_error
+    if beside is not None:
+        beside = replace(beside, values=beside.values[places], deviations=beside.deviations[places])
+    findings = findings_of(search, restricted, uncertainty)
+    return replace(
+        found, completed=restricted, completed_deviations=uncertainty, filter_error=beside, findings=findings
+    )
+
+
+def _restricted_regression(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
+    """The regression of the others, and its simulation with initial states of its own."""
+    completed, uncertainty = found.completed, found.completed_deviations
+    fixed = [n for n, entry in enumerate(completed.free) if entry in values]
+    rest = [n for n, entry in enumerate(completed.free) if entry not in values]
+    places = completed.model.indices(completed.free)
+    numbers = completed.model.values.copy()
+    numbers[places] = restricted_least_squares(
+        completed.model.values[places], uncertainty.covariance, fixed, [values[completed.free[n]] for n in fixed]
+    )
+    model = completed.model.with_values(numbers)
+    free = tuple(completed.free[n] for n in rest)
+    estimate = with_initial_states(model, free, completed.effects, search.manoeuvres)
+    findings = tuple(
+        replace(finding, value=model.value(finding.entry)) if finding.entry in free else finding
+        for finding in found.findings
+    )
+    return replace(found, completed=estimate, completed_deviations=uncertainty.of_entries(rest), findings=findings)
