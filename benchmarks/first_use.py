@@ -70,6 +70,7 @@ class Run(NamedTuple):
 def run(command: tuple[str, ...], cache: str | None = None) -> Run:
     """What a command took, from the folder of the checkout; `cache`: where its kernels are kept."""
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"} | ({"AEROSID_CACHE_DIR": cache} if cache else {})
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # the libraries have their bytecode; ours is kept as theirs is
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.perf_counter()
     process = subprocess.Popen(

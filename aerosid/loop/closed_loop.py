@@ -12,6 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import told_of_patterns
@@ -45,6 +46,7 @@ from aerosid.search.suggested_terms import told_of_unproven
 Told = Callable[[ClosedLoop], None]
 
 
+@one_blas_thread()
 def close_loop(
     identification: Sequence[FlightLog],
     aircraft: Aircraft,

@@ -26,6 +26,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from aerosid.errors import AerosidError, EstimationError, UsageError
+from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.studies.journal import Journal, Row
 
 Task = Callable[[str], Row]
@@ -185,6 +186,7 @@ class _Work:
                 self.waiting.appendleft(early)
 
 
+@one_blas_thread()
 def run_items(task: Task, items: Sequence[str]) -> list[tuple[str, Row]]:
     """The results of some items, in their order: what a worker does."""
     return [(key, _guarded(task, key)) for key in items]
