@@ -12,7 +12,8 @@ MISSING = "–"
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 _LOWEST_POWER, _HIGHEST_POWER = -4, 5
-"""Powers of ten between which a number is written without one: 0.000123 and 98700 are still read at a glance."""
+"""Display: powers of ten between which a number is written without one: 0.000123 and 98700 are still read at
+a glance."""
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from aerosid.logs.recording import Recording
 
 UNUSABLE = 3
-"""Exit code where a log cannot be used."""
+"""Format: exit code where a log cannot be used."""
 
 
 def check_command(

@@ -43,9 +43,9 @@ app = typer.Typer(
 _DEBUG = "--debug"
 
 _CYCLES_SOUGHT_AFTER = 500_000
-"""Objects made beyond those released, after which Python looks for cycles among them. A run imports some two thousand
-modules and keeps what it makes; with Python's 700 the looking takes a tenth of its time. With this a short run ends
-before the first one, which takes a tenth of a second for each hundred thousand objects, nearly all of modules."""
+"""Numerical: objects made beyond those released, after which Python looks for cycles among them. A run imports some two
+thousand modules and keeps what it makes; with Python's 700 the looking takes a tenth of its time. With this a short run
+ends before the first one, which takes a tenth of a second for each hundred thousand objects, nearly all of modules."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

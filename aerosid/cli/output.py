@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 SCHEMA = 1
+"""Format: version of the JSON documents of all verbs."""
+
 WHERE_TO = "--out"
 ABOUT_THE_CALL = ("--strict", "--json", "--quiet", "--debug")
 """Words that change the exit code or what is printed, and no number."""

@@ -51,7 +51,7 @@ def progress_bar(what: str) -> Iterator[tuple[Announce, Tick]]:
 
 
 LINES = 20
-"""At most so many lines of a whole run."""
+"""Display: lines of a whole run at most."""
 
 
 def _lines(what: str) -> tuple[Announce, Tick]:

@@ -21,13 +21,13 @@ BEGUN: Mapping[str, tuple[float, float]] = {
     "estimating the model error d(t)": (0.57, 0.98),
     "designing the next flight": (0.66, 0.99),
 }
-"""Least and greatest share of the whole time that has passed where a stage begins: on the sample flight, a flight of
-JSBSim, HFB-320, ATTAS, Twin Otter and three spans of the Citation by the default method, 10 to 120 s each, and on 20 s
-of the Citation by the likelihood, 519 s. The search takes by far the most of it where much is missing, so that only a
-range is honest. No method passes all stages; the last is the same."""
+"""Display: least and greatest share of the whole time that has passed where a stage begins: on the sample flight, a
+flight of JSBSim, HFB-320, ATTAS, Twin Otter and three spans of the Citation by the default method, 10 to 120 s each,
+and on 20 s of the Citation by the likelihood, 519 s. The search takes by far the most of it where much is missing,
+so that only a range is honest. No method passes all stages; the last is the same."""
 
 LEAST_SHARE = 0.03
-"""Share below which what has passed says nothing of what remains."""
+"""Display: share, 1, of the whole time below which what has passed says nothing of what remains."""
 
 
 def remaining(stage: str, elapsed: float) -> tuple[float, float] | None:

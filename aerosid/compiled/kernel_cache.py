@@ -43,20 +43,21 @@ SHIPPED = Path(__file__).parent / "kernels"
 SUFFIX = ".nbc"
 
 KEPT = 60 * 86400.0
-"""Age [s] since the last use from which a kernel's file is removed, when another one is written. Each edit of a kernel
-leaves the old file behind, and nothing else would ever take it away."""
+"""Numerical: age, s, since the last use from which a kernel's file is removed, when another one is written. Each edit
+of a kernel leaves the old file behind, and nothing else would ever take it away."""
 
 _REFRESHED = 86400.0
-"""Age [s] from which a use is noted in the file's time; noting each would write to disk at each start."""
+"""Numerical: age, s, from which a use is noted in the file's time; noting each would write to disk at each start."""
 
 CLAIM = ".compiling"
 """Suffix of the file that names the process which compiles a kernel."""
 
 PATIENCE = 120.0
-"""Age [s] of such a file from which its process is taken for dead: twice the time of the largest kernel on a busy
-machine. Waiting for less would compile twice what a loaded machine compiles slowly."""
+"""Numerical: age, s, of such a file from which its process is taken for dead: twice the time of the largest kernel on a
+busy machine. Waiting for less would compile twice what a loaded machine compiles slowly."""
 
 _POLL = 0.05
+"""Numerical: s between two looks for the kernel that another process compiles."""
 
 _CHECKSUM = hashlib.sha256().digest_size
 

@@ -8,7 +8,7 @@ from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.layout import Layout, layout_of
 
 GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s^2]."""
+"""Standard: acceleration of free fall, m/s^2, ISO 80000-3."""
 
 _LONGITUDINAL = layout_of(LONGITUDINAL)
 

@@ -12,11 +12,11 @@ from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.layout import Layout, leading_columns, load_places, output_count, output_places, state_count
 from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
+from aerosid.flight_model.settings import SIMULATION
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 
-ALPHA_LIMIT = 1.5
-"""A simulation that leaves this angle of attack or sideslip [rad] has failed: the model is not meant for tumbling."""
+ALPHA_LIMIT = SIMULATION.flow_angle
 
 
 class Flight(NamedTuple):

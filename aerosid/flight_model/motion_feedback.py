@@ -22,10 +22,11 @@ from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 
 AGREEMENT = 1e-11
-"""What the effects add and the motion agree to this, in units of a coefficient: differences of simulations hold."""
+"""Numerical: units of a coefficient to which what the effects add and the motion agree: differences of simulations
+hold."""
 
 ROUNDS = 20
-"""Rounds within one interval before it is left as it is; three to five are usual."""
+"""Numerical: rounds within one interval before it is left as it is; three to five are usual."""
 
 
 class _March(NamedTuple):

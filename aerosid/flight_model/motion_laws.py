@@ -27,7 +27,8 @@ class Law(IntEnum):
 
 SEPARATION, GROUND = int(Law.SEPARATION), int(Law.GROUND)
 REMEMBERED = 4
-"""Numbers that a law hands on to the next sample: separation keeps alpha, alpha before it, static and actual point."""
+"""Layout: numbers that a law hands on to the next sample: separation keeps alpha, alpha before it, static and actual
+point."""
 
 
 class Feedback(NamedTuple):

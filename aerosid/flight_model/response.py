@@ -118,7 +118,7 @@ def trace_stretch(
 
 
 LANES = 8
-"""Columns are made up to a multiple of this: the widest vectors of today's processors hold as many numbers."""
+"""Layout: columns are made up to a multiple of this: the widest vectors of today's processors hold as many numbers."""
 
 
 @njit_inline

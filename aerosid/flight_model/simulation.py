@@ -16,15 +16,16 @@ from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LATERAL, LONGITUDINAL
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight, simulate_outputs
+from aerosid.flight_model.settings import SIMULATION
 from aerosid.flight_model.workspace import make_workspace
 from aerosid.logs.flight_log import FlightLog
 from aerosid.nomenclature import CHANNELS
 
 ALTITUDE = 1500.0
-"""m; where a simulated manoeuvre begins."""
+"""Design: m; where a simulated manoeuvre begins."""
 
 SPEED_OF_SOUND = 340.29
-"""m/s, where the simulated flight has no atmosphere of its own."""
+"""Physical: m/s, at sea level in the standard atmosphere; where the simulated flight has no atmosphere of its own."""
 
 
 class Balance(NamedTuple):
@@ -61,14 +62,10 @@ BALANCES = (
 """Bank takes the place of a surface that the model lacks: else the wings are level."""
 
 _START = {"alpha": 0.05, "thrust": 0.1}
-"""rad and weights; where the search for a trim begins, zero for the others."""
-
-_FURTHEST = {"alpha": 0.6, "beta": 0.6, "phi": 0.6, "delta_e": 1.0, "delta_a": 1.0, "delta_r": 1.0}
-"""rad; a balance beyond is none that anybody flies."""
-
+"""Numerical: rad and weights; where the search for a trim begins, zero for the others."""
 
 _NOTHING = 1e-12
-"""rad; angles of a trim below this are zero."""
+"""Numerical: rad; angles of a trim below this are zero."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +152,7 @@ def trim(
     found = dict(zip(unknowns, solution.x.tolist(), strict=True))
     # Rounding may stop the solver short of its tolerance; what counts is that nothing accelerates.
     balanced = float(np.max(np.abs(accelerations(solution.x)))) < 1e-9
-    if not balanced or any(abs(found.get(name, 0.0)) > furthest for name, furthest in _FURTHEST.items()):
+    if not balanced or any(abs(found.get(name, 0.0)) > furthest for name, furthest in SIMULATION.trim.items()):
         ended = ", ".join(f"{name} {found[name]:.3g} rad" for name in unknowns if name != "thrust")
         raise EstimationError(
             f"no trim was found at {airspeed:g} m/s (the search ended at {ended}); try another airspeed or density."

@@ -52,7 +52,11 @@ VARIABLE_COUNT = len(VARIABLES)
 SHAPES: tuple[Shape, ...] = ("plain", "abs", "pos")
 _PRINTED_FIRST = ("alpha", "q_hat", "delta_e", "V_hat", "alpha_dot_hat", "C_T", "mach", "beta", "delta_f", "C_L", "C_Z")
 _LONGEST_TEXT = 200
+"""Format: characters of a term at most."""
+
 _HIGHEST_POWER = 9
+"""Format: power of a factor at most."""
+
 _TOKEN = re.compile(
     r"[ \t]*(?:(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
     r"|(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"

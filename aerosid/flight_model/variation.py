@@ -19,7 +19,7 @@ from aerosid.flight_model.sampling_interval import pass_on_through
 from aerosid.flight_model.workspace import Workspace
 
 NODES = 3
-"""Where partial derivatives are evaluated in a span: at its start, in the middle and at its end."""
+"""Numerical: instants of a span at which partial derivatives are evaluated: its start, its middle and its end."""
 
 
 class Span(NamedTuple):

@@ -8,15 +8,19 @@ from typing import Any
 import numpy as np
 
 from aerosid.logs.recording import TICKS, AnyArray, Clock, FloatArray, Recording, Stream
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import DEFAULTS, Span, StampSettings, back_steps, flight_span, holes, unusable
 from aerosid.signals.resampling import median_step
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
-_SPARKS = 24  # characters of a sparkline
-_NAMED = 4  # streams in one sentence
-_SPAN_OF = 20  # samples of a stream that counts for the recording's span: less is settings and events
-_SINCE_1970 = 1e8  # s
+_SPARKS = 24
+"""Display: characters of a sparkline."""
+
+_NAMED = 4
+"""Display: streams in one sentence."""
+
 _LARGEST = 1e150
+"""Numerical: numbers beyond, in any unit, are left out of ranges: their squares leave the range of doubles."""
 
 
 @dataclass(frozen=True)
@@ -173,13 +177,13 @@ def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, w
 
 def _dated(clock: Clock) -> bool:
     """Whether most stamps count from 1970."""
-    return clock.ticks.size > 0 and float(np.median(clock.ticks)) * clock.tick > _SINCE_1970
+    return clock.ticks.size > 0 and float(np.median(clock.ticks)) * clock.tick > READING.dated
 
 
 def _origin(dated: list[Clock]) -> int:
     """A whole second before the first stamp that counts from 1970; 0 without any."""
     early = [clock.ticks.astype(np.float64) * clock.tick for clock in dated]
-    first = min((float(np.min(moments[moments > _SINCE_1970])) for moments in early), default=0.0)
+    first = min((float(np.min(moments[moments > READING.dated])) for moments in early), default=0.0)
     return int(first)
 
 
@@ -253,7 +257,7 @@ def _span_notes(
     span = flight_span([_seconds(clock, origin) for clock in clocks], settings)
     if span is None:
         return []
-    within = [s for s in streams if s.first is not None and s.samples >= _SPAN_OF]
+    within = [s for s in streams if s.first is not None and s.samples >= READING.fewest_of_stream]
     start, stop = _common_span(within, span)
     outside = []
     if span.after:

@@ -12,7 +12,9 @@ from aerosid.logs.recording import IntArray
 
 _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d{1,6}))?\s*")
 _DATES = (re.compile(r"\s*(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})\s*"), re.compile(r"\s*(\d{1,2})\.(\d{1,2})\.(\d{4})\s*"))
-_DAY = 86_400_000_000  # us
+_DAY = 86_400_000_000
+"""Standard: us of a day."""
+
 _HALF_DAY = _DAY // 2
 
 

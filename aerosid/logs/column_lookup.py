@@ -9,7 +9,8 @@ from aerosid.logs.formats.table import shown
 from aerosid.logs.recording import Column, Recording, Stream
 
 _SEPARATORS = (".", "/")
-_NAMED = 12  # names of what is there, in a message
+_NAMED = 12
+"""Display: names of what is there, in a message."""
 
 
 class LookupProblem(ValueError):

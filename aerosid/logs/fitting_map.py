@@ -6,8 +6,8 @@ from aerosid.logs.column_lookup import Found, LookupProblem, find_column
 from aerosid.logs.formats import FORMATS, ready_maps
 from aerosid.logs.formats.channel_map import ChannelColumnMap, load_channel_map
 from aerosid.logs.recording import Recording
+from aerosid.logs.settings import READING
 
-LEAST = 4  # channels of a map that a recording must hold before the map is proposed for it
 _TEXT = ("text", "ascii", "csv")  # readings of one kind of file, which a map for text reads all
 
 
@@ -22,7 +22,7 @@ def fitting_ready_map(recording: Recording) -> str | None:
     Returns
     -------
     str or None
-        As `channels` takes it; None where no map finds `LEAST` channels.
+        As `channels` takes it; None where no map finds `READING.fewest_mapped` channels.
     """
     form = FORMATS.get(recording.format)
     if form is not None and form.ready_map is not None:
@@ -30,7 +30,7 @@ def fitting_ready_map(recording: Recording) -> str | None:
     kind = "text" if recording.format in _TEXT else recording.format
     fits = {name: len(found_in(recording, name)) for name, path in ready_maps().items() if _format(name) == kind}
     best = max(fits, key=lambda name: fits[name], default=None)
-    return best if best is not None and fits[best] >= LEAST else None
+    return best if best is not None and fits[best] >= READING.fewest_mapped else None
 
 
 def _format(name: str) -> str | None:

@@ -6,7 +6,9 @@ from bisect import bisect_right
 from datetime import UTC, date, datetime, timedelta
 
 _EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
-_WEEK = 604_800  # s
+_WEEK = 604_800
+"""Standard: s of a week."""
+
 # First day of each offset GPS - UTC of 1, 2, ... s: IERS Bulletin C. No leap second has been announced since.
 LEAP_SECONDS_FROM = (
     date(1981, 7, 1), date(1982, 7, 1), date(1983, 7, 1), date(1985, 7, 1), date(1988, 1, 1), date(1990, 1, 1),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.settings import COURSES
 
 
 def pitch_factor(log: FlightLog) -> float | None:
@@ -21,7 +22,7 @@ def pitch_factor(log: FlightLog) -> float | None:
     phi, r = (log.channels.get(name, zero) for name in ("phi", "r"))
     rate = log["q"] * np.cos(phi) - r * np.sin(phi)
     there = np.isfinite(rate) & np.isfinite(log["theta"])
-    if np.count_nonzero(there) < 20:
+    if np.count_nonzero(there) < COURSES.fewest:
         return None
     time, rate, theta = log.time[there], rate[there], log["theta"][there]
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
@@ -29,7 +30,7 @@ def pitch_factor(log: FlightLog) -> float | None:
     both = np.column_stack([integral, theta])
     integral, theta = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
     power = float(integral @ integral) * float(theta @ theta)
-    if power == 0.0 or abs(float(integral @ theta)) < 0.7 * math.sqrt(power):
+    if power == 0.0 or abs(float(integral @ theta)) < COURSES.agreeing * math.sqrt(power):
         return None
     return float(integral @ theta) / float(integral @ integral)
 
@@ -43,8 +44,8 @@ def answer_to_elevator(log: FlightLog) -> float | None:
     if "delta_e" not in log or "q" not in log:
         return None
     there = np.isfinite(log["delta_e"]) & np.isfinite(log["q"])
-    window = max(1, round(0.2 / log.interval))
-    if np.count_nonzero(there) < 20 + 2 * window:
+    window = max(1, round(COURSES.window / log.interval))
+    if np.count_nonzero(there) < COURSES.fewest + 2 * window:
         return None
     elevator, q = log["delta_e"][there], log["q"][there]
     total = np.concatenate([[0.0], np.cumsum(0.5 * (elevator[1:] + elevator[:-1]))])

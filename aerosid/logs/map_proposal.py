@@ -15,6 +15,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import ready_maps
 from aerosid.logs.formats.channel_map import load_channel_map
 from aerosid.logs.recording import TICKS, FloatArray, Recording
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import unusable
 from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
 from aerosid.signals.resampling import interpolate_to, median_step
@@ -46,7 +47,6 @@ _NAMES: dict[str, tuple[str, ...]] = {
 _UNIT_IN_NAME = {"_deg": "deg", "_degps": "deg/s", "_kt": "kt", "_ft": "ft", "_g": "g", "_rad": "rad", "_m_s": "m/s",
                  "_rad_s": "rad/s", "_m_s2": "m/s^2", "_kts": "kt", "_fps": "ft/s", "_mps": "m/s", "_radps": "rad/s",
                  "_rps": "rad/s",                  "_mps2": "m/s^2", "_ms2": "m/s^2", "_m": "m", "_1": "1"}  # fmt: skip
-_1990, _2100 = 631_152_000.0, 4_102_444_800.0  # s since 1970
 _TABLES = ("csv", "ascii", "mat")  # formats whose maps always name the column of time
 _TIME = ("time", "t", "ts", "times", "timestamp", "timeus", "dastimearray")
 
@@ -195,7 +195,7 @@ def _time_column(recording: Recording) -> tuple[str, str] | None:
 
 def _tick_by_size(values: FloatArray) -> str:
     """The unit in which the stamps are a date of our time, or else their step is one of a millisecond to a minute."""
-    dated = [unit for unit, tick in TICKS.items() if _1990 < values[0] * tick < _2100]
+    dated = [unit for unit, tick in TICKS.items() if READING.dated_days[0] < values[0] * tick < READING.dated_days[1]]
     if dated:
         return dated[0]
     step = median_step(values)

@@ -13,12 +13,10 @@ from aerosid.logs.formats.assembly import Assembled, Place, derive, glossary_fac
 from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
 from aerosid.logs.raster import DEFAULTS, RasterSettings, Track, onto_one_raster
 from aerosid.logs.recording import TICKS, Clock, FloatArray, IntArray, Recording, Stream
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import back_steps, flight_span, spread_repeats, unusable
 from aerosid.logs.stream_alignment import MappedChannel, align_streams, unaligned_streams
 
-_SINCE_1970 = 1e8  # s: stamps beyond are a date, and time then counts from the recording's first second
-_LOOSE_STAMPS = 1e-3  # s; two stamps of one sample that differ by more, or vary so much, are worth a sentence
-_LARGEST_DELAY = 1.0  # s between sampling and writing; more is another clock's zero
 _WHOLE_CLOCK = ("HH:MM:SS", "H:M:S", "DDD:HH:MM:SS")  # units of a time that is read as text
 
 
@@ -240,14 +238,14 @@ def _stamp_notes(channel: MappedChannel) -> list[str]:
         jitter = float(late.max() - late.min())
         zero = float(other.ticks[0]) * other.tick - float(mine.ticks[0]) * mine.tick
         # Of two clocks that show unlike times of day only how they run against each other means anything.
-        if abs(zero) < _LARGEST_DELAY and (abs(zero) > 0.0 or jitter > 0.0):
+        if abs(zero) < READING.largest_delay and (abs(zero) > 0.0 or jitter > 0.0):
             late = late + zero
             middle = 1e3 * float(np.median(late))
             range_of = f"{1e3 * float(late.min()):.3g} to {1e3 * float(late.max()):.3g}"
             notes.append(
                 f"{channel.name}: stamps are {mine.name}; {other.name} is later by {middle:.3g} ms ({range_of})"
             )
-        elif jitter > _LOOSE_STAMPS:
+        elif jitter > READING.loose_stamps:
             drift = 1e6 * float(np.polynomial.polynomial.polyfit(mine.seconds(mine.ticks[0]), late, 1)[1])
             notes.append(
                 f"{channel.name}: stamps are {mine.name}; {other.name} runs within {jitter:.3g} s of it and drifts by "
@@ -259,7 +257,7 @@ def _stamp_notes(channel: MappedChannel) -> list[str]:
 def _origin(channels: list[MappedChannel]) -> int:
     """Zero of the log's time on the recorder's clock, s: a whole second where stamps are dates, else 0."""
     first = min(float(channel.clock.ticks.min()) * channel.clock.tick for channel in channels)
-    return int(first) if first > _SINCE_1970 else 0
+    return int(first) if first > READING.dated else 0
 
 
 def _start_notes(recording: Recording, origin: int) -> list[str]:

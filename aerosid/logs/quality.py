@@ -12,18 +12,10 @@ from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
+from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number, plain
 
-GAP = 2.5  # median intervals without a sample
-UNEVEN = 0.02  # spread of the intervals over their median
-STUCK_SHARE = 0.2  # of the record without a change, in a channel that otherwise moves
-STUCK_SAMPLES = 20
-EXCITED = 3.0  # variation over noise
-WRONG_ANSWER = 0.3  # the right sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five aircraft
-MOST_RADIANS = {"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2}  # 99 % of the samples lie within
-MOST_DEFLECTION = 1.2  # rad, of any surface
-BANKED = math.radians(10.0)
 NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
 HELPFUL = ("theta", "a_x", "a_z")
 
@@ -189,9 +181,9 @@ def check_log(log: FlightLog) -> LogQuality:
     """
     interval = log.interval
     steps = np.diff(log.time)
-    gap_at = np.flatnonzero(steps > GAP * interval)
+    gap_at = np.flatnonzero(steps > QUALITY.gap * interval)
     gaps = tuple((float(log.time[k]), float(steps[k])) for k in gap_at)
-    even = steps[steps <= GAP * interval]
+    even = steps[steps <= QUALITY.gap * interval]
     unevenness = float((even.max() - even.min()) / interval)
     channels = tuple(_channel_quality(log, name) for name in log.channels)
     by_name = {channel.name: channel for channel in channels}
@@ -250,7 +242,7 @@ def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
     controls = [channels[name] for name in there if name.startswith("delta_")]
     if not controls:
         findings.append(Finding(Problem.NO_CONTROL, "controls"))
-    elif not any(control.excitation > EXCITED for control in controls):
+    elif not any(control.excitation > QUALITY.excited for control in controls):
         findings.append(Finding(Problem.CONTROL_AT_REST, ", ".join(control.name for control in controls)))
     findings += [Finding(Problem.HELPFUL, name, CHANNELS[name].name) for name in HELPFUL if name not in channels]
     return findings
@@ -260,11 +252,10 @@ def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], un
     findings = []
     if gaps:
         start, length = max(gaps, key=lambda gap: gap[1])
-        detail = (
-            f"{len(gaps)} of more than {GAP:g} intervals, the longest {number(length)} s after {number(start, 6)} s"
-        )
+        longest = f"{number(length)} s after {number(start, 6)} s"
+        detail = f"{len(gaps)} of more than {QUALITY.gap:g} intervals, the longest {longest}"
         findings.append(Finding(Problem.GAPS, "time", detail))
-    if unevenness > UNEVEN:
+    if unevenness > QUALITY.uneven:
         detail = f"intervals of {log.interval:.4g} s spread by {100.0 * unevenness:.3g} %"
         findings.append(Finding(Problem.UNEVEN, "time", detail))
     return findings
@@ -293,13 +284,13 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     if channel.minimum == channel.maximum:
         return [*findings, Finding(Problem.CONSTANT, name, f"{number(channel.minimum, 4)} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])
-    if channel.stuck > max(STUCK_SHARE * duration, STUCK_SAMPLES * log.interval):
+    if channel.stuck > max(QUALITY.stuck_share * duration, QUALITY.stuck_samples * log.interval):
         findings.append(Finding(Problem.STUCK, name, f"for {number(channel.stuck)} s"))
     elif cut := cut_at(values):
         findings.append(Finding(Problem.SATURATED, name, f"{number(cut, 4)} {channel.unit}"))
     if coarse:
         findings.append(Finding(Problem.COARSE, name, f"steps of {number(channel.quantum)} {channel.unit}"))
-    if channel.excitation < EXCITED:
+    if channel.excitation < QUALITY.excited:
         findings.append(Finding(Problem.WEAK, name, f"{number(channel.excitation, 2)} times"))
     return findings
 
@@ -309,13 +300,13 @@ def degrees_findings(log: FlightLog) -> list[Finding]:
     return [
         Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
         for name in log.channels
-        if (most := _most_radians(log, name)) > MOST_RADIANS.get(name, MOST_DEFLECTION)
+        if (most := _most_radians(log, name)) > QUALITY.most_radians.get(name, QUALITY.most_deflection)
     ]
 
 
 def _most_radians(log: FlightLog, name: str) -> float:
     """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
-    angle = name in MOST_RADIANS or name.startswith("delta_")
+    angle = name in QUALITY.most_radians or name.startswith("delta_")
     if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
         return 0.0
     return float(np.nanquantile(np.abs(log[name]), 0.99))
@@ -326,19 +317,19 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
     findings = []
     if "phi" in log and np.isfinite(log["phi"]).any():
         bank = float(np.nanmax(np.abs(log["phi"])))
-        if bank > BANKED:
+        if bank > QUALITY.banked:
             findings.append(Finding(Problem.LATERAL, "phi", f"bank reaches {math.degrees(bank):.0f} deg"))
     findings += degrees_findings(log)
     slope = pitch_factor(log)
-    if slope is not None and slope < -0.3:
+    if slope is not None and slope < QUALITY.opposite:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))
-    elif slope is not None and (slope > 20.0 or 0.0 < slope < 0.05):
+    elif slope is not None and (slope > QUALITY.other_unit[1] or 0.0 < slope < QUALITY.other_unit[0]):
         findings.append(Finding(Problem.ANGLE_UNIT, "theta, q", f"factor {slope:.3g}"))
     answer = answer_to_elevator(log)
-    if answer is not None and answer > WRONG_ANSWER:
+    if answer is not None and answer > QUALITY.wrong_answer:
         findings.append(Finding(Problem.CONTROL_SIGN, "delta_e, q", f"correlation {answer:.2g}"))
     if "a_z" in log and np.isfinite(log["a_z"]).any():
         mean = float(np.nanmean(log["a_z"]))
-        if not -25.0 < mean < -4.0:
+        if not QUALITY.level_load[0] < mean < QUALITY.level_load[1]:
             findings.append(Finding(Problem.LOAD_FACTOR, "a_z", f"mean {mean:.3g} m/s^2"))
     return findings

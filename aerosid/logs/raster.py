@@ -8,6 +8,7 @@ import numpy as np
 
 from aerosid.errors import LogError
 from aerosid.logs.recording import FloatArray
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import StampSettings, hole_notes, holes
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.resampling import (
@@ -26,7 +27,6 @@ MOTION = (
     "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z",
 )  # fmt: skip
 CONTROL = "delta_"
-_SAME = 0.02  # rates that differ by less are one, in a note
 _CIRCLE = ("phi", "psi")  # angles that pass the end of their range in flight
 
 
@@ -325,6 +325,6 @@ def _brought_note(track: Track, base: Track | float, interval: float, settings: 
         if _drives(track.name):
             return f"interpolated {rates} as a slow quantity"
         return f"{1.0 / step:.3g} Hz: kept at the instants nearest its own samples, missing between"
-    if abs(step - interval) < _SAME * interval:
+    if abs(step - interval) < READING.same_rate * interval:
         return "interpolated between its own samples, of the same rate"
     return f"interpolated {rates}"

@@ -19,7 +19,8 @@ AnyArray = NDArray[Any]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s, of one count of a clock by its unit
+TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Standard: s of one count of a clock by its unit."""
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aerosid.logs.flight_log import FloatArray
-
-SPIKE = 10.0  # noise standard deviations off both neighbours, and so many times what the neighbourhood does
-SATURATED_SAMPLES = 5  # in a row at the channel's own extreme
+from aerosid.logs.settings import QUALITY
 
 
 def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
@@ -31,13 +29,13 @@ def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[
     with np.errstate(invalid="ignore"):
         height = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
     low, high = np.nanpercentile(values, [0.5, 99.5])
-    candidates = np.flatnonzero(height > max(SPIKE * noise, 0.1 * float(high - low), 1e-12)) + 1
+    candidates = np.flatnonzero(height > max(QUALITY.spike * noise, QUALITY.spike_share * float(high - low), 1e-12)) + 1
     kept = []
     for k in candidates:
         around = np.concatenate([values[max(k - 5, 0) : k], values[k + 1 : k + 6]])
         local = np.abs(np.diff(around))
         local = local[np.isfinite(local)]
-        if local.size and height[k - 1] > SPIKE * float(np.median(local)):
+        if local.size and height[k - 1] > QUALITY.spike * float(np.median(local)):
             kept.append(k)
     return np.array(kept, dtype=np.intp)
 
@@ -79,6 +77,6 @@ def cut_at(values: FloatArray) -> float | None:
         here = held[first] == extreme
         longest_here = int(length[here].max())
         longest_elsewhere = int(length[~here].max(initial=1))
-        if longest_here >= SATURATED_SAMPLES and longest_here > 2 * longest_elsewhere:
+        if longest_here >= QUALITY.saturated_samples and longest_here > 2 * longest_elsewhere:
             return extreme
     return None

@@ -8,19 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.settings import DUPLICATES
 from aerosid.nomenclature import CHANNELS
-
-LEAST = 2
-"""Samples of one file in both spans from which on they overlap: spans that touch share the one at which they do."""
-
-LEAST_ROWS = 10
-"""Distinct rows in both files from which on they hold the same flight: chance makes none of several noisy channels."""
-
-LEAST_CHANNELS = 3
-"""Channels that must move in both for rows to be compared: fewer agree by chance where a recorder is coarse."""
-
-DIGITS = 9
-"""Significant digits that are compared: two maps may bring the same decimals to SI with different roundings."""
 
 
 def shared_samples(one: FlightLog, other: FlightLog) -> tuple[float, float] | None:
@@ -33,17 +22,17 @@ def shared_samples(one: FlightLog, other: FlightLog) -> tuple[float, float] | No
     """
     if _is_same_file(one, other):
         both = one.time[(one.time >= other.time[0]) & (one.time <= other.time[-1])]
-        return (float(both[0]), float(both[-1])) if both.size >= LEAST else None
+        return (float(both[0]), float(both[-1])) if both.size >= DUPLICATES.fewest else None
     names = [
         name
         for name in one.channels
         if name in other and name in CHANNELS and min(_range(one[name]), _range(other[name])) > 0.0
     ]
-    if len(names) < LEAST_CHANNELS:
+    if len(names) < DUPLICATES.fewest_channels:
         return None
     (mine, times), (theirs, _) = _rows(one, names), _rows(other, names)
     shared = np.isin(mine, theirs)
-    if np.unique(mine[shared]).size < LEAST_ROWS:
+    if np.unique(mine[shared]).size < DUPLICATES.fewest_rows:
         return None
     return float(times[shared][0]), float(times[shared][-1])
 
@@ -65,6 +54,6 @@ def _rows(log: FlightLog, names: list[str]) -> tuple[NDArray[np.void], NDArray[n
     complete = np.isfinite(table).all(axis=1)
     table = table[complete]
     size = np.abs(table)
-    scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.where(size > 0.0, size, 1.0))))
+    scale = 10.0 ** (DUPLICATES.digits - 1 - np.floor(np.log10(np.where(size > 0.0, size, 1.0))))
     whole = np.ascontiguousarray(np.rint(table * scale) / scale) + 0.0  # -0.0 and 0.0 are one number
     return whole.view(np.dtype((np.void, whole.dtype.itemsize * len(names)))).ravel(), log.time[complete]

@@ -15,8 +15,8 @@ from typing import Any
 from aerosid.errors import LogError, UsageError
 from aerosid.logs.flight_log import FlightLog, longest_stretch
 from aerosid.logs.formats import read_log
-from aerosid.logs.formats.assembly import FEWEST_SAMPLES
 from aerosid.logs.formats.table import shown
+from aerosid.logs.settings import READING
 
 __all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
 
@@ -26,6 +26,7 @@ ROLES = ("identification", "validation", "hold_out")
 _SPAN = re.compile(r"(?P<path>.+)@(?P<start>[^:@]*):(?P<stop>[^:@]*)", re.DOTALL)
 _COLUMNS = ("log", "from", "to", "role", "name")
 _LARGEST_FILE = 10_000_000
+"""Format: bytes of a segment file at most."""
 
 
 @dataclass(frozen=True)
@@ -258,7 +259,7 @@ def _no_time() -> float:
     raise ValueError
 
 
-def require_samples(log: FlightLog, fewest: int = FEWEST_SAMPLES) -> FlightLog:
+def require_samples(log: FlightLog, fewest: int = READING.fewest_samples) -> FlightLog:
     """The log, where it holds enough samples to estimate anything.
 
     Raises

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from aerosid.logs.recording import AnyArray, Clock, FloatArray, IntArray, Stream
 
-_NAMED = 8  # holes in one sentence
+_NAMED = 8
+"""Display: holes in one sentence."""
 
 
 @dataclass(frozen=True)

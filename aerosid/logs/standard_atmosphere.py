@@ -11,18 +11,20 @@ Quantity = TypeVar("Quantity", float, NDArray[np.float64])
 """A number, or an array of one each sample."""
 
 SEA_LEVEL_PRESSURE = 101325.0
-"""Pa; ISO 2533:1975, with the values below."""
+"""Standard: Pa; ISO 2533:1975, with the values below."""
 SEA_LEVEL_TEMPERATURE = 288.15
-"""K"""
+"""Standard: K."""
 LAPSE_RATE = 0.0065
-"""K/m, up to the tropopause."""
+"""Standard: K/m, up to the tropopause."""
 TROPOPAUSE = 11000.0
-"""m, geopotential; isothermal from there up to 20 km."""
+"""Standard: m, geopotential; isothermal from there up to 20 km."""
 GAS_CONSTANT = 287.05287
-"""J/(kg K), of dry air."""
+"""Standard: J/(kg K), of dry air."""
 RATIO_OF_HEATS = 1.4
+"""Standard: ratio of specific heats of air, 1."""
+
 GRAVITY = 9.80665
-"""m/s^2"""
+"""Standard: acceleration of free fall, m/s^2, ISO 80000-3."""
 
 SEA_LEVEL_DENSITY = SEA_LEVEL_PRESSURE / (GAS_CONSTANT * SEA_LEVEL_TEMPERATURE)
 

@@ -11,10 +11,9 @@ from aerosid.logs.column_lookup import Found
 from aerosid.logs.formats.assembly import Place
 from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
 from aerosid.logs.recording import Clock, FloatArray
+from aerosid.logs.settings import READING
 from aerosid.nomenclature import CHANNELS
 from aerosid.signals.clock_alignment import ClockFit, fit_clocks
-
-_SURE = 3.0  # standard errors of the offset from which on two clocks are said to differ
 
 
 @dataclass
@@ -103,7 +102,7 @@ def unaligned_streams(channels: list[MappedChannel], mapping: ChannelMap) -> lis
         if reference.name not in CHANNELS or reference.found[0].stream is other.found[0].stream:
             continue
         fit = fit_clocks(*_finite(reference), *_finite(other))
-        if fit is not None and abs(fit.offset) > _SURE * fit.offset_std:
+        if fit is not None and abs(fit.offset) > READING.clocks_apart * fit.offset_std:
             notes.append(f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] does it')
     return notes
 

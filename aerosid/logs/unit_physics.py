@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats.units import UnitProblem, conversion
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
+from aerosid.logs.settings import COURSES, QUALITY
 from aerosid.nomenclature import CHANNELS
 
 
@@ -28,7 +29,7 @@ class ProposalSettings:
         Of the greatest airspeed; samples slower are on the ground.
     right_answer : float
         Correlation of the elevator's with the pitch acceleration's changes that tells the elevator's sign; -0.4 to
-        -0.85 on doublets and 3-2-1-1 of five aircraft (`quality.WRONG_ANSWER`).
+        -0.85 on doublets and 3-2-1-1 of five aircraft (`QualitySettings.wrong_answer`).
     """
 
     likeness: float = 0.12
@@ -104,7 +105,6 @@ _PAIRS = (
     ("deg", "rad/s", float(np.degrees(1.0))),
     ("rad", "deg/s", float(np.radians(1.0))),
 )
-_LARGEST_PITCH = 1.6  # rad: a pitch angle never exceeds a quarter turn, so larger numbers are degrees
 # Angles and rates of an instrument are written in one unit.
 _ALIKE = (("phi", "theta"), ("psi", "theta"), ("alpha", "theta"), ("beta", "theta"), ("p", "q"), ("r", "q"))
 
@@ -120,7 +120,7 @@ def _judge_angles(channels: dict[str, ProposedChannel], log: FlightLog, settings
     size = float(np.nanmax(np.abs(log["theta"])))
     for angle, rate, expected in _PAIRS:
         like = abs(abs(slope) / expected - 1.0) < 2.0 * settings.likeness
-        by_size = expected != 1.0 or (size > _LARGEST_PITCH) == (angle == "deg")
+        by_size = expected != 1.0 or (size > QUALITY.most_radians["theta"]) == (angle == "deg")
         if like and by_size:
             for name, unit in (("theta", angle), ("q", rate)):
                 if not channels[name].unit:
@@ -189,14 +189,14 @@ def _judge_altitude(channels: dict[str, ProposedChannel], log: FlightLog, settin
     climb = log["V"] * conversion(channels["V"].unit, "m/s").factor * np.sin(angle)
     there = np.isfinite(climb) & np.isfinite(log["h"])
     time, climb, altitude = log.time[there], climb[there], log["h"][there]
-    if time.size < _FEWEST:
+    if time.size < COURSES.fewest:
         return
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(time))])
     trend = np.column_stack([np.ones_like(time), time - time.mean()])
     both = np.column_stack([integral, altitude])
     left, right = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
     power = float(left @ left)
-    if power == 0.0 or float(right @ right) == 0.0 or np.corrcoef(left, right)[0, 1] < _AGREEING:
+    if power == 0.0 or float(right @ right) == 0.0 or np.corrcoef(left, right)[0, 1] < COURSES.agreeing:
         return
     slope = float(left @ right) / power
     for unit in ("m", "ft"):
@@ -204,10 +204,6 @@ def _judge_altitude(channels: dict[str, ProposedChannel], log: FlightLog, settin
         if abs(slope / expected - 1.0) < 3.0 * settings.likeness:
             channels["h"].unit = unit
             channels["h"].reasons.append(f"altitude rate = {slope:.3g} V sin(gamma)")
-
-
-_FEWEST = 20  # samples that a comparison needs
-_AGREEING = 0.7  # correlation from which two courses are one, as in `pitch_factor`
 
 
 def _judge_elevator(channels: dict[str, ProposedChannel], log: FlightLog, settings: ProposalSettings) -> None:

@@ -9,7 +9,10 @@ from aerosid.logs.channel_listing import Listing
 from aerosid.notation import number
 
 _HOLES_NAMED = 3
-_MOST_CHANNELS = 400  # rows on a screen; the rest is counted, and in full with --json
+"""Display: holes of a recording that a sentence names."""
+
+_MOST_CHANNELS = 400
+"""Display: rows on a screen; the rest is counted, and in full with --json."""
 
 
 def print_channels(listing: Listing, channel_map: str, path: str, console: Console) -> None:

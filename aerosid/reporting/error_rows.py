@@ -12,7 +12,7 @@ from aerosid.notation import SUPERSCRIPTS, listed
 from aerosid.reporting.roles import label_of
 
 MOST_TICKS = 2
-"""Spaces between the numbers of the scale: more would touch one another."""
+"""Display: spaces between the numbers of the scale at most: more would touch one another."""
 
 
 def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]:

@@ -11,14 +11,12 @@ from aerosid.aircraft import Aircraft
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.standard_atmosphere import calibrated_airspeed, density_altitude, mach_number
 from aerosid.notation import number
+from aerosid.reporting.settings import REMARKS
 from aerosid.reporting.words import shown_unit
 
 NOT_RECORDED = "not recorded"
 FOOT, KNOT = 0.3048, 1852.0 / 3600.0
-"""m, m/s"""
-
-_STEADY = 0.005
-"""Share of its mean by which a quantity may vary and still be told as one number."""
+"""Standard: m, m/s."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ def _shown(log: FlightLog, name: str, digits: int = 4) -> str:
     values = unit.factor * log[name][np.isfinite(log[name])]
     mean, low, high = (float(value) for value in (values.mean(), values.min(), values.max()))
     text = number(mean, digits)
-    if high - low > _STEADY * max(abs(mean), 1e-9):
+    if high - low > REMARKS.steady * max(abs(mean), 1e-9):
         text += f" ({number(low, digits)} to {number(high, digits)})"
     return f"{text} {unit.text}".rstrip()
 

@@ -25,7 +25,7 @@ COLOURS = {role: f"#{i:02x}fe{i:02x}" for i, role in enumerate(ROLES, start=1)}
 """The stand-in colour of each role."""
 
 FONT_SIZE = 8.0
-"""pt; on A4 a figure is printed at about its own size."""
+"""Display: pt; on A4 a figure is printed at about its own size."""
 
 _SETTINGS: Any = {
     "svg.fonttype": "none",  # text for the reader, the search and the screen reader, not outlines

@@ -11,6 +11,7 @@ from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
 from aerosid.notation import listed, number
+from aerosid.reporting.settings import REMARKS
 from aerosid.reporting.words import effect_name, shown_unit
 
 DECISIONS = {
@@ -37,15 +38,6 @@ TONES = {
     Verdict.UNEXPLAINED: "poor",
     Verdict.INCONSISTENT_DATA: "poor",
 }
-
-_WORSE = 0.98
-"""Error without an effect over error with it below which the effect is told to predict worse."""
-
-_CHANCE = 0.05
-"""p-value of its number from which a named effect is told to be possible by chance."""
-
-_ABOVE_NOISE = 1.5
-"""Times its noise from which a channel's remaining error is worth a sentence."""
 
 
 def unproven(result: ClosedLoop) -> tuple[str, ...]:
@@ -74,7 +66,7 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
         gain = (
             effect.evidence.validation_gain if effect.evidence.hold_out_gain is None else effect.evidence.hold_out_gain
         )
-        if gain is not None and gain < _WORSE:
+        if gain is not None and gain < REMARKS.worse:
             yield (
                 f"Without {effect_name(effect)}, everything else estimated again, the flights that were not fitted are "
                 f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
@@ -90,7 +82,7 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
     if hidden:
         yield f"The flights hold too little information on {listed(hidden)}."
     for effect in result.effects:
-        if effect.evidence.p_value > _CHANCE:
+        if effect.evidence.p_value > REMARKS.chance:
             chance = number(100.0 * effect.evidence.p_value, 2)
             yield (
                 f"{effect_name(effect)} is named by what it brings to the likelihood; its number alone, "
@@ -131,8 +123,12 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
     diverged = [row.channel for row in rows if row.after is None]
     if diverged:
         yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
-    shifted = [row for row in rows if row.after and row.trimmed is not None and row.after > _ABOVE_NOISE * row.trimmed]
-    grown = [row for row in rows if row.after and row.trimmed is not None and row.trimmed > _ABOVE_NOISE * row.after]
+    shifted = [
+        row for row in rows if row.after and row.trimmed is not None and row.after > REMARKS.above_noise * row.trimmed
+    ]
+    grown = [
+        row for row in rows if row.after and row.trimmed is not None and row.trimmed > REMARKS.above_noise * row.after
+    ]
     if shifted:
         fallen = listed([_change(row, row.after, row.trimmed) for row in shifted])
         price = listed([_change(row, row.after, row.trimmed, "grows") for row in grown])
@@ -142,7 +138,7 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
             f"{f', or more is missing: that of {price}' if price else ''}."
         )
     known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
-    above = [row for row in known if (_rest(row) or 0.0) > _ABOVE_NOISE * row.noise > 0.0]
+    above = [row for row in known if (_rest(row) or 0.0) > REMARKS.above_noise * row.noise > 0.0]
     if above:
         times = [
             f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" if measured else row.channel

@@ -15,9 +15,7 @@ from aerosid.manoeuvres import FlightSegmentation
 from aerosid.notation import MISSING, listed, number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 from aerosid.reporting.result_json import portable
-
-_WORSE = 1.02
-"""Times its error as recorded from which on a corrected channel is told to fit less well."""
+from aerosid.reporting.settings import REMARKS
 
 
 def print_quality(quality: LogQuality, console: Console) -> None:
@@ -106,7 +104,7 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
 
 def told_of_worse(agreement: KinematicConsistency) -> str:
     """Which channels fit less well corrected than as recorded, and why that may be; empty where none does."""
-    worse = [row for row in agreement.channels if row.after > _WORSE * row.before]
+    worse = [row for row in agreement.channels if row.after > REMARKS.corrected_worse * row.before]
     places = [
         f"{listed([row.channel for row in worse if row.log == log])} of {log}"
         for log in dict.fromkeys(row.log for row in worse)

@@ -13,6 +13,7 @@ from aerosid.reporting.next_flight_schema import NextFlightEntry
 from aerosid.reporting.schema_types import Number, Row, Text
 
 SCHEMA = 1
+"""Format: version of result.json."""
 
 
 Role = Literal["identification", "validation", "hold_out", "aircraft"]

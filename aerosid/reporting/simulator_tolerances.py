@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.loop.result import ClosedLoop
+from aerosid.reporting.settings import SIMULATOR_TESTS
 
 FloatArray = NDArray[np.float64]
-
-GRAVITY = 9.80665
 
 SHORT_PERIOD = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.10 (short period dynamics)"
 PHUGOID = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.9 (phugoid dynamics)"
@@ -69,22 +69,8 @@ BRIEF_RESPONSES = (
 """Of roll and yaw the paragraphs allow 10 % where that is more, which is not made use of."""
 
 PERIOD, TIME_TO_HALF, DAMPING_RATIO = 0.10, 0.10, 0.02
-"""Of the phugoid: shares of the measured period and time to half or double amplitude; or of the damping ratio."""
-
-_LONGEST_INPUT = 15.0
-"""s from the first to the last move of the control; a 3-2-1-1 for a transport takes 7 to 12 s."""
-
-_BEFORE, _FREE = 1.0, 5.0
-"""s before a movement and of free response after it that belong to the test; movements closer are one."""
-
-_STEADY_SPEED = 0.15
-"""Share of the airspeed that it may vary by in the test of a brief response."""
-
-_MOVE, _WITHIN = 0.1, 0.2
-"""A control moves where it changes by more than this share of its range within so many s."""
-
-_SWING = 0.005
-"""Least standard deviation of the airspeed, share of its mean, of a phugoid that can be measured."""
+"""Standard: of the phugoid, 1: shares of the measured period and time to half or double amplitude; or of the damping
+ratio. 14 CFR Part 60, entry 2.c.9."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +117,15 @@ def brief_responses(log: FlightLog, test: BriefResponse = SHORT_PERIOD_TEST) -> 
     for i, (first, last) in enumerate(movements):
         end = movements[i + 1][0] if i + 1 < len(movements) else float(log.time[-1])
         end = min([end, *(begin for begin, _ in others if begin >= last)])
-        start, stop = max(first - _BEFORE, float(log.time[0])), min(last + _FREE, end)
+        start, stop = max(first - SIMULATOR_TESTS.before, float(log.time[0])), min(last + SIMULATOR_TESTS.free, end)
         inside = (log.time >= start) & (log.time <= stop)
         alone = not any(begin < last and over > first for begin, over in others)
-        if last - first <= _LONGEST_INPUT and alone and _steady(log, inside) and _answered(log, inside, test):
+        if (
+            last - first <= SIMULATOR_TESTS.longest_input
+            and alone
+            and _steady(log, inside)
+            and _answered(log, inside, test)
+        ):
             found.append(Stretch(start, stop))
     return tuple(found)
 
@@ -143,14 +134,14 @@ def _steady(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
     if "V" not in log:
         return True
     speed = log["V"][inside & np.isfinite(log["V"])]
-    return bool(speed.size and np.ptp(speed) <= _STEADY_SPEED * float(np.mean(speed)))
+    return bool(speed.size and np.ptp(speed) <= SIMULATOR_TESTS.steady_speed * float(np.mean(speed)))
 
 
 def _answered(log: FlightLog, inside: NDArray[np.bool_], test: BriefResponse) -> bool:
     for channel in test.asked:
         if channel in log:
             values = log[channel][inside & np.isfinite(log[channel])]
-            if values.size and np.ptp(values) > 2.0 * test.tolerances[channel]:
+            if values.size and np.ptp(values) > SIMULATOR_TESTS.answer * test.tolerances[channel]:
                 return True
     return False
 
@@ -166,14 +157,14 @@ def free_phugoid(log: FlightLog) -> tuple[float, float] | None:
     if not movements or "V" not in log:
         return None
     ends = [*(first for first, _ in movements[1:]), float(log.time[-1])]
-    rests = [(last + _FREE, end) for (_, last), end in zip(movements, ends, strict=True)]
+    rests = [(last + SIMULATOR_TESTS.free, end) for (_, last), end in zip(movements, ends, strict=True)]
     start, stop = max(rests, key=lambda rest: rest[1] - rest[0])
     speed = log["V"][(log.time >= start) & (log.time <= stop)]
     speed = speed[np.isfinite(speed)]
-    if speed.size < 10:
+    if speed.size < SIMULATOR_TESTS.fewest:
         return None
     mean = float(np.mean(speed))
-    if stop - start < math.sqrt(2.0) * math.pi * mean / GRAVITY or float(np.std(speed)) < _SWING * mean:
+    if stop - start < math.sqrt(2.0) * math.pi * mean / GRAVITY or float(np.std(speed)) < SIMULATOR_TESTS.swing * mean:
         return None
     return start, stop
 
@@ -195,7 +186,7 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
     """
     held = np.isfinite(values)
     t, y = time[held] - time[0], values[held]
-    if t.size < 10:
+    if t.size < SIMULATOR_TESTS.fewest:
         return None
 
     def left(parameters: FloatArray) -> FloatArray:
@@ -209,7 +200,7 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
     bounds = ([-0.5 * rate, 0.3 * rate], [2.0 * rate, 3.0 * rate])
     fitted = least_squares(left, [0.02 * rate, rate], bounds=bounds, x_scale=[0.1 * rate, rate])
     decay, found = (float(number) for number in fitted.x)
-    if 2.0 * float(fitted.cost) > 0.5 * float(np.sum((y - y.mean()) ** 2)):
+    if 2.0 * float(fitted.cost) > SIMULATOR_TESTS.fitted * float(np.sum((y - y.mean()) ** 2)):
         return None
     return Oscillation(2.0 * math.pi / found, decay / math.hypot(decay, found), math.log(2.0) / decay)
 
@@ -315,12 +306,12 @@ def _movements(log: FlightLog, control: str) -> list[tuple[float, float]]:
         return []
     held = np.isfinite(log[control])
     time, surface = log.time[held], log[control][held]
-    if time.size < 10 or np.ptp(surface) <= 0.0:
+    if time.size < SIMULATOR_TESTS.fewest or np.ptp(surface) <= 0.0:
         return []
-    later = np.interp(time + _WITHIN, time, surface)
-    moving = time[np.abs(later - surface) > _MOVE * np.ptp(surface)]
+    later = np.interp(time + SIMULATOR_TESTS.within, time, surface)
+    moving = time[np.abs(later - surface) > SIMULATOR_TESTS.move * np.ptp(surface)]
     if not moving.size:
         return []
-    breaks = np.flatnonzero(np.diff(moving) > _FREE)
+    breaks = np.flatnonzero(np.diff(moving) > SIMULATOR_TESTS.free)
     firsts, lasts = moving[np.r_[0, breaks + 1]], moving[np.r_[breaks, moving.size - 1]]
-    return [(float(first), float(last) + _WITHIN) for first, last in zip(firsts, lasts, strict=True)]
+    return [(float(first), float(last) + SIMULATOR_TESTS.within) for first, last in zip(firsts, lasts, strict=True)]

@@ -19,6 +19,7 @@ RESPONSES = ("measured", "declared", "before", "after")
 """What residuals.csv holds of each channel, in this order."""
 
 _ROWS_AT_ONCE = 8192
+"""Numerical: rows that are written at once."""
 
 
 def derivatives_csv(result: ClosedLoop) -> str:

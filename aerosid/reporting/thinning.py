@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 DRAWN_WHOLE = 2000
-"""Samples up to which a history is drawn as it is."""
+"""Display: samples up to which a history is drawn as it is."""
 
 BINS = 600
-"""Spans that a longer one is drawn in: more than a figure of 19 cm can show on paper."""
+"""Display: spans that a longer one is drawn in: more than a figure of 19 cm can show on paper."""
 
 
 def envelope(

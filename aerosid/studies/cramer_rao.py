@@ -27,10 +27,14 @@ from aerosid.studies.noisy_inputs import InputPath, input_path
 FloatArray = NDArray[np.float64]
 
 MOST_NUMBERS = 6000
-"""Samples times channels up to which the dense covariance is formed, 0.3 GB: where an effect acts on noisy inputs."""
+"""Numerical: samples times channels up to which the dense covariance is formed, 0.3 GB: where an effect acts on noisy
+inputs."""
 
-_INPUT_STEP = 1e-6  # rad, or the unit of the channel
+_INPUT_STEP = 1e-6
+"""Numerical: rad, or the unit of the channel, of a difference by an input."""
+
 _VALUE_STEP = 1e-5
+"""Numerical: share, 1, of a value by which it is moved for a difference."""
 
 
 @dataclass(frozen=True)

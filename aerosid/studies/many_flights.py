@@ -19,13 +19,15 @@ from aerosid.flight_model.terms import LIFT, Term, lift_first
 FloatArray = NDArray[np.float64]
 
 LONGEST_STEP = 0.01
-"""s, of the fourth-order Runge-Kutta integration."""
+"""Numerical: s, of the fourth-order Runge-Kutta integration at most."""
 
 _GRAVITY = 9.80665
+"""Standard: acceleration of free fall, m/s^2, ISO 80000-3; written anew, since these equations share nothing with the
+flight model."""
 
 
 _STEP = {"u": 1e-3, "v": 1e-3, "w": 1e-3, "h": 1e-2}
-"""m/s and m; of rates and angles 1e-6 rad/s and rad."""
+"""Numerical: m/s and m, of differences by a state; of rates and angles 1e-6 rad/s and rad."""
 
 
 def state_steps(axes: Axes) -> tuple[float, ...]:

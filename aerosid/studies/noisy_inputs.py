@@ -20,7 +20,8 @@ from aerosid.studies.many_flights import fly_states, observed, state_steps, step
 
 FloatArray = NDArray[np.float64]
 
-_INPUT_STEP = 1e-6  # rad, or the unit of the channel
+_INPUT_STEP = 1e-6
+"""Numerical: rad, or the unit of the channel, of a difference by an input."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from aerosid.errors import AerosidError, EstimationError, UsageError
 from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.studies.journal import Journal, Row
+from aerosid.studies.settings import WORKERS
 
 Task = Callable[[str], Row]
 """From an item's key to its result; sent to workers, so that it is a function of a module or a `partial` of one."""
@@ -35,10 +36,9 @@ Task = Callable[[str], Row]
 FAILURE = "failure"
 """The key of a result that says in a sentence why there is none."""
 
-_AHEAD = 2  # chunks for each worker: one in hand, one waiting beside it
-_SUSPECT = 2  # deaths around an item from which on it is tried alone
-_ALONE = 2  # deaths alone after which it is given up
-_BREAKDOWNS = 10
+_AHEAD = 2
+"""Numerical: chunks for each worker: one in hand, one waiting beside it."""
+
 _Chunk = tuple[str, ...]
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -161,12 +161,12 @@ class _Work:
         return not self.flying or not any(self._suspect(items) for items in (self.waiting[0], *self.flying.values()))
 
     def _suspect(self, items: _Chunk) -> bool:
-        return any(self.deaths[key] >= _SUSPECT for key in items)
+        return any(self.deaths[key] >= WORKERS.suspect for key in items)
 
     def take_back(self) -> None:
         """Let what was under way wait again: suspects one by one and last, what died alone again no more."""
         self.breakdowns += 1
-        if self.breakdowns > _BREAKDOWNS:
+        if self.breakdowns > WORKERS.breakdowns:
             raise EstimationError(
                 f"worker processes died {self.breakdowns} times in a row without finishing anything; look for a "
                 "lack of memory, and start again with fewer --workers to go on."
@@ -176,12 +176,12 @@ class _Work:
         for items in chunks:
             self.deaths.update(items)
             for key in items:
-                if alone and self.deaths[key] >= _SUSPECT + _ALONE:
+                if alone and self.deaths[key] >= WORKERS.suspect + WORKERS.alone:
                     self.lost[key] = "its worker process died each time it was tried, at last with no other beside it"
                     self.breakdowns = 0
-                elif self.deaths[key] >= _SUSPECT:
+                elif self.deaths[key] >= WORKERS.suspect:
                     self.waiting.append((key,))
-            early = tuple(key for key in items if self.deaths[key] < _SUSPECT)
+            early = tuple(key for key in items if self.deaths[key] < WORKERS.suspect)
             if early:
                 self.waiting.appendleft(early)
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.shared_samples import LEAST_ROWS, shared_samples
+from aerosid.logs.settings import DUPLICATES
+from aerosid.logs.shared_samples import shared_samples
 from aerosid.loop.roles import require_separate
 
 CHANNELS = ("V", "alpha", "q", "delta_e")
@@ -36,7 +37,7 @@ def test_one_file_overlaps_itself_by_its_spans() -> None:
     assert shared_samples(unhashed, first) == pytest.approx((8.0, 9.9))
 
 
-@given(st.integers(0, 150), st.integers(LEAST_ROWS, 50), st.floats(-1e3, 1e3))
+@given(st.integers(0, 150), st.integers(DUPLICATES.fewest_rows, 50), st.floats(-1e3, 1e3))
 def test_a_cut_is_known_again_whatever_its_clock_says(start: int, length: int, shift: float) -> None:
     whole = recorded(2)
     part = slice(start, start + length)
@@ -50,7 +51,7 @@ def test_a_cut_is_known_again_whatever_its_clock_says(start: int, length: int, s
 def test_two_flights_and_few_rows_share_nothing() -> None:
     one, two = recorded(3), recorded(4)
     assert shared_samples(one, two) is None
-    few = {name: np.where(np.arange(200) < LEAST_ROWS - 1, one[name], two[name]) for name in CHANNELS}
+    few = {name: np.where(np.arange(200) < DUPLICATES.fewest_rows - 1, one[name], two[name]) for name in CHANNELS}
     assert shared_samples(FlightLog("few", one.time, few), one) is None
     still = {name: np.zeros(200) for name in CHANNELS}
     assert shared_samples(FlightLog("ground", one.time, still), FlightLog("ground too", one.time, still)) is None

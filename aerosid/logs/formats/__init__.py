@@ -21,6 +21,7 @@ from aerosid.logs.formats.missing_library import require_extra
 from aerosid.logs.formats.native_csv import looks_native
 from aerosid.logs.formats.table import RawTable, shown
 from aerosid.logs.recording import Recording, Stream, column
+from aerosid.logs.settings import READING
 
 if TYPE_CHECKING:
     from aerosid.logs.formats.channel_map import ChannelMap
@@ -124,26 +125,22 @@ def _read_whole(path: Path, channels: Channels | None, recording: Recording | No
     return with_fuel_used(log)
 
 
-LARGEST = 1e30
-"""In SI or the file's unit: no sensor reads more, and squares of what does leave the range of doubles."""
-
-
 def _require_measurable(log: FlightLog) -> None:
     """Nothing, where every number can be one of a sensor.
 
     Raises
     ------
     LogError
-        Where a channel, or the time, holds a number beyond `LARGEST`.
+        Where a channel, or the time, holds a number beyond `READING.largest`.
     """
     for name, values in {"time": log.time, **log.channels}.items():
-        beyond = np.flatnonzero(np.abs(values) > LARGEST)
+        beyond = np.flatnonzero(np.abs(values) > READING.largest)
         if beyond.size:
             k = int(beyond[0])
             place = f"{values[k]:.3g} at {log.time[k]:g} s (sample {k + 1})"
             raise LogError(
-                f"{log.path}: channel {name} holds {place}, which no sensor reads (at most {LARGEST:g}); check its "
-                "column and unit, or leave the field empty for a missing sample."
+                f"{log.path}: channel {name} holds {place}, which no sensor reads (at most {READING.largest:g}); check "
+                "its column and unit, or leave the field empty for a missing sample."
             )
 
 

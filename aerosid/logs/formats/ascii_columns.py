@@ -10,8 +10,11 @@ from aerosid.logs.formats.table import RawTable
 
 _DELIMITERS: tuple[str | None, ...] = (",", ";", "\t", None)
 _NAME_WITH_UNIT = re.compile(r"(.+?)\s*(?!\[\d+\])[\[(]([^\[\]()]*)[\])]")  # `q[0]` is an element of an array
-_SAMPLE, _ROWS = 65536, 40  # bytes, and rows at their end, that show what rows are like
-_HEADER_LIMIT = 500  # lines of text before the first row of numbers: enough for any recorder's preamble
+_SAMPLE, _ROWS = 65536, 40
+"""Format: bytes, and rows at their end, that show what rows are like."""
+
+_HEADER_LIMIT = 500
+"""Format: lines of text before the first row of numbers at most: enough for any recorder's preamble."""
 
 
 def read_ascii_columns(data: bytes, path: str) -> RawTable:

@@ -14,15 +14,12 @@ from aerosid.logs.derived_channels import LAWS
 from aerosid.logs.flight_log import ChannelSource, FloatArray, Position
 from aerosid.logs.formats.table import RawTable, shown
 from aerosid.logs.formats.units import UnitProblem, conversion
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import hole_notes, holes, spread_repeats
 from aerosid.nomenclature import CHANNELS
 
 if TYPE_CHECKING:
     from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap, ColumnMap
-
-FEWEST_SAMPLES = 10
-# Recorders leave words such as 1e-304 in a channel that has not started; no sensor resolves that little.
-_UNINITIALISED = 1e-200
 
 
 @dataclass
@@ -203,13 +200,13 @@ def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
     if cuts.shape[0] == 0:
         return [log]
     starts = [0, *np.searchsorted(log.time, cuts[:, 1]), log.time.size]
-    spans = [(a, b) for a, b in pairwise(starts) if b - a >= FEWEST_SAMPLES]
+    spans = [(a, b) for a, b in pairwise(starts) if b - a >= READING.fewest_samples]
     if not spans:
         raise LogError(
-            f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {FEWEST_SAMPLES} samples; record without "
-            "interruption."
+            f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {READING.fewest_samples} samples; record "
+            "without interruption."
         )
-    log.notes += hole_notes([(low, high) for low, high in cuts.tolist()], len(spans), FEWEST_SAMPLES)
+    log.notes += hole_notes([(low, high) for low, high in cuts.tolist()], len(spans), READING.fewest_samples)
     return [
         replace(log, time=log.time[a:b], channels={name: values[a:b] for name, values in log.channels.items()})
         for a, b in spans
@@ -249,9 +246,9 @@ def glossary_factor(name: str, unit: str) -> float:
 
 
 def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
-    if time.size < FEWEST_SAMPLES:
+    if time.size < READING.fewest_samples:
         held = f"{time.size} sample{'s' * (time.size != 1)}"
-        raise LogError(f"{path}: the log holds {held}, but at least {FEWEST_SAMPLES} are needed; export more.")
+        raise LogError(f"{path}: the log holds {held}, but at least {READING.fewest_samples} are needed; export more.")
     missing = np.flatnonzero(~np.isfinite(time))
     if missing.size:
         raise LogError(f"{path}: {table.row_label(int(missing[0]))} has no time; complete or remove it.")
@@ -334,7 +331,7 @@ def _source(entry: ColumnMap, unit: str, table: RawTable, delay: float) -> Chann
 
 def initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
     """The recorded columns; what a recorder left in them before the channel started is missing."""
-    word = (recorded != 0.0) & (np.abs(recorded) < _UNINITIALISED)
+    word = (recorded != 0.0) & (np.abs(recorded) < READING.uninitialised)
     count = int(np.count_nonzero(word))
     if not count:
         return recorded

@@ -18,8 +18,14 @@ from aerosid.logs.stamps import boot_numbers
 
 MAGIC = b"\xa3\x95\x80"
 _HEAD_LENGTH = 3
+"""Format: bytes that begin each message: two marks and its type."""
+
 _FMT = 128
+"""Format: type of the message that declares the others."""
+
 _FMT_LENGTH = 89
+"""Format: bytes of that message."""
+
 # The format of a format is presumed: some files bring it late or never.
 FMT_FIELDS = ("Type", "Length", "Name", "Format", "Columns")
 # Letter of a field: its numpy type and the divisor that the letter itself carries. Division, because 250/100 is 2.5
@@ -37,6 +43,7 @@ _INSTANCE_UNIT = "#"
 _NO_MULTIPLIER = "-?"
 BOOKKEEPING = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG")
 _FIX_3D = 3
+"""Format: status of a GPS message from which on position and time are fixed."""
 
 
 @dataclass

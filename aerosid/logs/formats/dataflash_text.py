@@ -18,7 +18,8 @@ from aerosid.logs.formats.dataflash import (
 )
 from aerosid.logs.recording import TICKS, Clock, Column, FloatArray, IntArray, Recording, Stream, column
 
-_LAST_STAMP = 2.0**53  # in its unit; whole numbers beyond are none of a clock
+_LAST_STAMP = 2.0**53
+"""Numerical: largest stamp, in its unit; doubles hold no whole numbers beyond."""
 
 
 def read_dataflash_text(data: bytes, path: str) -> Recording:

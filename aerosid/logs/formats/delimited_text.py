@@ -15,6 +15,7 @@ import numpy as np
 from aerosid.errors import LogError
 from aerosid.logs.clock_text import looks_like_clock, looks_like_date, microseconds_of_clock
 from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, Recording, Stream, column
+from aerosid.logs.settings import READING
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,11 +24,12 @@ _DELIMITERS = (",", ";", "\t", "|")
 # A number in brackets is an element of an array and no unit.
 _NAME_WITH_UNIT = re.compile(r"(.*\S)\s*[\[(]\s*(?!\d+\s*[\])])([^\[\]()]*?)\s*[\])]")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_HEADER_LIMIT = 200  # lines before the first row of data
-_LOOKED_AT = 40  # rows that tell the mark of decimals
-# Share of a row's filled fields that are numbers or clock times: a header has next to none, and an avionics row with
-# its names of stations and modes still far more.
-_NUMERIC_SHARE = 0.3
+_HEADER_LIMIT = 200
+"""Format: lines before the first row of data at most."""
+
+_LOOKED_AT = 40
+"""Format: rows that tell the mark of decimals."""
+
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "real,_time", "t_s", "time_s")
 _MICROSECONDS = "timestamp"  # PX4's tools write this column in us, and no unit
 
@@ -145,7 +147,7 @@ def _fields(line: str, delimiter: str) -> list[str]:
 def _is_data(fields: list[str]) -> bool:
     filled = [word for word in fields if word]
     numbers = sum(_is_number(word) or looks_like_clock(word) or looks_like_date(word) for word in filled)
-    return bool(filled) and numbers >= _NUMERIC_SHARE * len(filled)
+    return bool(filled) and numbers >= READING.numeric_share * len(filled)
 
 
 def _is_number(word: str) -> bool:

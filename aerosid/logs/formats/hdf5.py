@@ -17,7 +17,8 @@ from aerosid.logs.recording import AnyArray, Column, Recording, Stream
 MAGIC = b"\x89HDF\r\n\x1a\n"
 MATLAB_MAGIC = b"MATLAB 7.3"
 _MATLAB_TEXT = b"char"
-_MOST_COLUMNS = 256  # of one matrix: beyond, it is a picture or a field and no set of channels
+_MOST_COLUMNS = 256
+"""Format: columns of one matrix at most: beyond, it is a picture or a field and no set of channels."""
 
 
 def read_hdf5(data: bytes, path: str) -> Recording:

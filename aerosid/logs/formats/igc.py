@@ -12,7 +12,9 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import TICKS, Clock, Recording, Stream, column
 
-_DAY = 86_400_000  # ms
+_DAY = 86_400_000
+"""Standard: ms of a day."""
+
 _UNITS = {"lat": "deg", "lon": "deg", "pressure_alt": "m", "gps_alt": "m"}
 _NOT_NUMBERS = ("time", "validity", "datetime", "datetime_local")
 

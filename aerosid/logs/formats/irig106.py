@@ -14,9 +14,14 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import Clock, Column, Recording, Stream, column
 
-TICK = 1e-7  # s: the relative time counter runs at 10 MHz
-_COUNTER = (1 << 48) - 1  # the counter has 48 bits
-_WORD = 4  # bytes of a discrete's state and of an ARINC 429 word
+TICK = 1e-7
+"""Format: s of one count: the relative time counter runs at 10 MHz."""
+
+_COUNTER = (1 << 48) - 1
+"""Format: largest count: the counter has 48 bits."""
+
+_WORD = 4
+"""Format: bytes of a discrete's state and of an ARINC 429 word."""
 
 
 @dataclass

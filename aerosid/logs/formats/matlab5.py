@@ -13,7 +13,8 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.matlab5_elements import check_elements
 from aerosid.logs.formats.table import FloatArray, RawTable
 
-_DEEPEST = 6  # nested structs: beyond, it is no log
+_DEEPEST = 6
+"""Format: nested structs at most: beyond, it is no log."""
 
 
 def read_matlab5(data: bytes, path: str) -> RawTable:

@@ -8,14 +8,27 @@ from math import prod
 from typing import Literal
 
 _HEADER = 128
+"""Format: bytes of the file's header."""
+
 _MATRIX, _COMPRESSED = 14, 15
+"""Format: types of elements that hold an array, or others compressed."""
+
 # Bytes of one number by the element's type: miINT8 to miUTF32 of the MAT-File Format.
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
+"""Format: bytes of one number by the element's type, miINT8 to miUTF32."""
+
 _CELL, _STRUCT, _CHAR = 1, 2, 4
+"""Format: classes of arrays of arrays, of structs and of text."""
+
 _NUMBERS = range(6, 16)  # classes mxDOUBLE to mxUINT64
-_WITHOUT_SIZES = (16, 17)  # classes of functions and of objects of newer kind
-_DEEPEST = 50  # arrays within arrays
-_LONGEST = 2**28  # values of one array
+_WITHOUT_SIZES = (16, 17)
+"""Format: classes of functions and of objects of newer kind."""
+
+_DEEPEST = 50
+"""Format: arrays within arrays at most."""
+
+_LONGEST = 2**28
+"""Format: values of one array at most."""
 
 
 class DamagedElement(ValueError):

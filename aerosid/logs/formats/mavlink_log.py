@@ -12,11 +12,16 @@ from aerosid.compiled import njit
 from aerosid.errors import LogError
 from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, IntArray, Recording, Stream
+from aerosid.logs.settings import READING
 from aerosid.logs.stamps import boot_numbers
 
 _DIALECT = "pymavlink.dialects.v20.ardupilotmega"  # holds the common messages and the autopilots' own
-_STAMP = 8  # bytes before each message: us since 1970, big-endian
-_LONGEST = 255  # bytes of a payload
+_STAMP = 8
+"""Format: bytes before each message: us since 1970, big-endian."""
+
+_LONGEST = 255
+"""Format: bytes of a payload at most."""
+
 _TYPES = {
     "int8_t": "<i1", "uint8_t": "<u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "char": "S1",
@@ -25,7 +30,6 @@ _TYPES = {
 _UNITS = {"degE7": "1e-7 deg", "cdeg": "cdeg", "rad/s": "rad/s", "mrad/s": "mrad/s", "mG": "mg", "degC": "degC"}
 # Stamps in the messages, of the aircraft's own clock since its start; time_usec may also count since 1970.
 _OWN = {"time_boot_ms": "ms", "time_usec": "us"}
-_SINCE_1970 = 1e9  # s: more than thirty years are no time since a start
 
 
 def read_tlog(data: bytes, path: str) -> Recording:
@@ -153,7 +157,7 @@ def _stream(
     for field, unit in _OWN.items():
         if field in message.fieldnames:
             stamps = _field(raw, found, mine, layout, field, None).astype(np.int64)
-            if stamps.max() * TICKS[unit] < _SINCE_1970:
+            if stamps.max() * TICKS[unit] < READING.unix_clock:
                 clocks.insert(0, Clock(field, stamps, TICKS[unit]))
     columns: dict[str, Column] = {}
     for field in message.fieldnames:

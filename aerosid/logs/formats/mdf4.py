@@ -19,7 +19,9 @@ from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import AnyArray, Clock, Column, Recording, Stream
 
 MAGIC = (b"MDF     ", b"UnFinMF ")
-_MASTER = (2, 3)  # types of channels that hold stamps
+_MASTER = (2, 3)
+"""Format: types of channels that hold stamps."""
+
 _NUMBER_TYPES = range(6)  # integers and floats of both byte orders; text and byte arrays have higher numbers
 _FRAMES = "CAN_DataFrame"
 

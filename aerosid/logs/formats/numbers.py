@@ -10,8 +10,12 @@ import numpy as np
 from aerosid.errors import LogError
 from aerosid.logs.formats.table import FloatArray, shown
 
-_BLOCK = 20_000  # lines
-_FEW = 100_000  # fields, which take less time one by one than the import of pandas
+_BLOCK = 20_000
+"""Numerical: lines that are converted at once."""
+
+_FEW = 100_000
+"""Numerical: fields, which take less time one by one than the import of pandas."""
+
 _MISSING = frozenset({"", "nan", "+nan", "-nan"})
 
 

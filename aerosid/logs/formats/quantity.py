@@ -9,6 +9,7 @@ from aerosid.logs.formats.units import UnitProblem, conversion
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _LONGEST = 80
+"""Format: characters of a quantity at most."""
 
 
 def read_quantity(text: str, wanted: str) -> float:

@@ -15,12 +15,19 @@ from aerosid.logs.recording import TICKS, Clock, Column, Recording, Stream, colu
 MAGIC = b"ULog\x01\x12\x35"
 _TYPES = frozenset(b"FDIMPQARSOLCB")
 _FILLING = "_padding"  # bytes that align a message and measure nothing
-_HEADER = 16  # bytes before the first message
-_CHAIN = 6  # whole messages in a row, from one that has a type's letter by chance, are none by chance
+_HEADER = 16
+"""Format: bytes before the first message."""
+
+_CHAIN = 6
+"""Format: whole messages in a row, from one that has a type's letter by chance, that are none by chance."""
+
 # PX4's own clocks: when the sensor was read, then when the topic was published.
 _CLOCKS = ("timestamp_sample", "timestamp")
 _FIX_3D = 3
-_NO_CLOCK_BEFORE = 946_684_800_000_000  # us, 2000-01-01: a receiver without a fix says 1970 or 1980
+"""Format: type of a GPS fix from which on position and time are fixed."""
+
+_NO_CLOCK_BEFORE = 946_684_800_000_000
+"""Format: us since 1970 of 2000-01-01: a receiver without a fix says 1970 or 1980."""
 
 
 def read_ulog(data: bytes, path: str) -> Recording:

@@ -12,7 +12,9 @@ from aerosid.logs.formats.table import shown
 if TYPE_CHECKING:
     import pint
 
-_LONGEST = 40  # characters: no unit is longer, and absurd text is refused before it is parsed
+_LONGEST = 40
+"""Format: characters of a unit at most: none is longer, and absurd text is refused before it is parsed."""
+
 _FACTOR = re.compile(
     r"(?P<name>1(?!\d)|[^\W\d]+|°[A-Za-z]?|%|-+)"
     r"(?:(?:\s*(?:\^|\*\*)\s*\(?)?(?P<power>(?:(?<![A-Za-z_])[+-])?\d)\)?(?!\d))?"

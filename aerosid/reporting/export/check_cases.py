@@ -10,8 +10,13 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.terms import LIFT, Factor
 
 _NOMINAL = {"alpha": 0.05, "V": 70.0, "rho": 1.0, "thrust": 2000.0, "mass": 2000.0, "mach": 0.3}
+"""Design: SI; where the check cases begin, zero for the other variables."""
+
 _MOVED = {"alpha": 0.11, "V": 84.0, "rho": 0.8, "thrust": 5000.0, "mass": 1800.0, "mach": 0.42}
+"""Design: SI; where the check cases move these variables to."""
+
 _SMALL, _NEGATIVE = 0.07, -0.06
+"""Design: SI; where they move all the others to, and some once more to the other side."""
 
 
 @dataclass(frozen=True)

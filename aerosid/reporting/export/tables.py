@@ -14,6 +14,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.reporting.export.options import Exported, ExportOptions, named, origin
 
 SCHEMA = 1
+"""Format: version of the exported tables."""
 
 
 def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:

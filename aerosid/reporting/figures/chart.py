@@ -32,7 +32,8 @@ DASHES: dict[str, tuple[float, ...]] = {
     "trimmed": (7.0, 1.5, 1.5, 1.5),
     "tolerance-edge": (0.8, 1.6),
 }
-"""Strokes and gaps, pt, by which lines are told apart without their colours; a role that is not here is solid."""
+"""Display: strokes and gaps, pt, by which lines are told apart without their colours; a role that is not
+here is solid."""
 
 WORDS: dict[str, str] = {
     "measured": "measured",

@@ -12,7 +12,7 @@ from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted, term_label
 
 _DRAWN = 1500
-"""Points of one plot: a longer record is drawn at regular samples."""
+"""Display: points of one plot: a longer record is drawn at regular samples."""
 
 
 def cross_plots(pictures: Sequence[RegressorPicture]) -> Chart:

@@ -32,13 +32,13 @@ from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.thinning import envelope
 
 DRAWN_WHOLE = 3000
-"""Samples up to which a history stays whole; a browser pans so many points of every strip smoothly."""
+"""Display: samples up to which a history stays whole; a browser pans so many points of every strip smoothly."""
 
 BINS = 1000
-"""Spans that a longer one is drawn in."""
+"""Display: spans that a longer one is drawn in."""
 
 _PIXELS_PER_POINT = 2.3
-"""As many as keep the labels of a strip and of its residual apart."""
+"""Display: pixels of a point: as many as keep the labels of a strip and of its residual apart."""
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}")
 
 

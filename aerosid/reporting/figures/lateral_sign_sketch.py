@@ -13,6 +13,8 @@ from aerosid.reporting.figures.arrows import arc, arrow, head, line
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Mark, Outline, Panel, Role, Words
 
 _WIDTH, _HEIGHT = 540.0, 228.0
+"""Display: pt, of the drawing."""
+
 _ABOVE, _BEHIND = np.array([134.0, 124.0]), np.array([406.0, 124.0])  # centres of gravity
 _SIDESLIP = math.radians(-18.0)  # direction of flight as drawn: to the right of the nose, the wind from the right
 _RUDDER, _AILERON = math.radians(26.0), 13.0  # trailing edge left; pt below the wing

@@ -12,18 +12,28 @@ from aerosid.notation import plain
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Limits, Mark, Panel
 
 WIDTH = 540.0
-"""Width of every chart, pt: on A4 it is printed at about its own size."""
+"""Display: width of every chart, pt: on A4 it is printed at about its own size."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 60.0, 8.0, 6.0, 30.0
+"""Display: pt, margins of a panel."""
+
 MOST_PLACES = 5
-"""Decimals at an axis; smaller steps are written with a power of ten."""
+"""Display: decimals at an axis; smaller steps are written with a power of ten."""
 
 ACROSS = 14
-"""Characters, subscript braces counted, of a line of a label beside a low panel; longer ones are set upright."""
+"""Display: characters, subscript braces counted, of a line of a label beside a low panel; longer ones are
+set upright."""
 _GAP_ACROSS, _GAP_UP = 60.0, 38.0
+"""Display: pt between tiles."""
+
 _TILE_HEIGHT = 104.0
+"""Display: pt."""
+
 _TALL = 50.0
+"""Display: pt; a panel that is lower has half as many levels."""
+
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+"""Display: steps of an axis, in powers of ten."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +87,7 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
 
 
 _FEW = 3
-"""Channels up to which a chart may be parted behind the first; of more, one alone says little."""
+"""Display: channels up to which a chart may be parted behind the first; of more, one alone says little."""
 
 
 def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
@@ -153,7 +163,7 @@ def ticks(limits: Limits, most: int) -> tuple[float, ...]:
 
 
 _DIGIT = 4.8
-"""Width of a digit at an axis, pt."""
+"""Display: width of a digit at an axis, pt."""
 
 
 def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
@@ -168,7 +178,7 @@ def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
 
 
 _LINE = 7.5
-"""Height of a number at an axis, pt."""
+"""Display: height of a number at an axis, pt."""
 
 
 def _above(limits: Limits, most: int, height: float) -> tuple[float, ...]:

@@ -28,7 +28,11 @@ if TYPE_CHECKING:
     from reportlab.pdfgen.canvas import Canvas
 
 _SMALL_FONT, _FONT = 6.5, 8.0
+"""Display: pt."""
+
 _TALL = 50.0
+"""Display: pt; a panel that is lower writes its label across."""
+
 _PART = re.compile(r"_\{(\w+)\}|([^_]+|_)")
 
 

@@ -13,6 +13,8 @@ from aerosid.reporting.figures.arrows import arc, arrow, head, line
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Mark, Outline, Panel, Role, Words
 
 _WIDTH, _HEIGHT = 540.0, 196.0
+"""Display: pt, of the drawing."""
+
 _CENTRE = np.array([250.0, 112.0])  # of gravity
 _PITCH, _PATH = math.radians(14.0), math.radians(-4.0)  # theta, and the direction of flight
 _DEFLECTION = math.radians(-24.0)  # of the elevator: trailing edge down

@@ -10,7 +10,9 @@ from aerosid.reporting.figures.chart import Chart, Corridor, Line, Mark, Role
 from aerosid.reporting.figures.layout import Tile, limits_around, tiled
 from aerosid.reporting.words import shown_unit, subscripted
 
-_HEIGHT = 70.0  # pt
+_HEIGHT = 70.0
+"""Display: pt, of a panel."""
+
 _ROLES: dict[str, Role] = {"declared": "declared", "completed": "after"}
 
 

@@ -15,16 +15,23 @@ from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
 
 CHANNELS_A_CHART = 8
-"""Channels in one figure: a flight is compared on one sheet."""
+"""Display: channels in one figure: a flight is compared on one sheet."""
 
 TALLEST = 570.0
-"""Height, pt, that a figure's strips are pressed into: with legend and caption it fills a page of A4."""
+"""Display: height, pt, that a figure's strips are pressed into: with legend and caption it fills a page of A4."""
 
 INPUTS_DRAWN = 3
+"""Display: controls under the channels at most."""
 
-_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 30.0, 46.0, 50.0  # heights, pt
+_MAIN, _RESIDUAL, _INPUT, _EQUATION = 62.0, 30.0, 46.0, 50.0
+"""Display: pt, heights of strips."""
+
 _WITHIN, _BETWEEN = 4.0, 12.0
+"""Display: pt between a strip and its residual, and between channels."""
+
 _LONGEST_LABEL = 16
+"""Display: characters of a strip's label at most."""
+
 _MODELS: tuple[Role, ...] = ("declared", "before", "after")
 _RESIDUALS: tuple[Role, ...] = ("before", "trimmed", "after")
 

@@ -24,13 +24,17 @@ from aerosid.reporting.figures.layout import ACROSS, label_lines, tick_texts
 from aerosid.reporting.thinning import envelope, unbroken
 
 FONT_SIZE = 8.0
-"""pt."""
+"""Display: pt."""
 
 _FINE = 10.0
-"""Histories are drawn to this share of a point, in whole numbers: two thirds of the characters of decimals."""
+"""Display: histories are drawn to this share of a point, in whole numbers: two thirds of the characters of decimals."""
 
 _SMALL_FONT = 6.5
+"""Display: pt."""
+
 _TALL = 50.0
+"""Display: pt; a panel that is lower has smaller type, and its label across."""
+
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}((?:(?!_\{)[^<])*)")
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 

@@ -30,7 +30,8 @@ from aerosid.reporting.templating import page_environment, page_style
 __all__ = ["cut_name", "write_segmentation"]
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_DIGITS = 9  # of a cut's numbers: a clock of an hour keeps its tenth of a millisecond
+_DIGITS = 9
+"""Display: digits of a cut's numbers: a clock of an hour keeps its tenth of a millisecond."""
 
 
 def cut_name(log: FlightLog, manoeuvre: FoundManoeuvre, names: Counter[str]) -> str:

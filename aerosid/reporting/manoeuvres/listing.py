@@ -13,8 +13,10 @@ from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
 __all__ = ["SCHEMA", "segmentation_json"]
 
 SCHEMA = 1
+"""Format: version of the listing."""
 
-_CLOCK_DIGITS = 6  # decimals of a time, s: a microsecond
+_CLOCK_DIGITS = 6
+"""Display: decimals of a time in s: a microsecond."""
 
 
 def segmentation_json(segmentation: FlightSegmentation, log: FlightLog) -> dict[str, Any]:

@@ -17,10 +17,17 @@ __all__ = ["manoeuvre_chart", "overview_chart"]
 _LATERAL = ("dutch_roll", "aperiodic_roll", "spiral", "turn", "steady_turn")
 _CHANNELS = ("q", "alpha", "a_z", "theta", "V")
 _LATERAL_CHANNELS = ("p", "r", "phi", "a_y", "beta")
-_HEIGHT, _GAP = 46.0, 10.0  # pt
+_HEIGHT, _GAP = 46.0, 10.0
+"""Display: pt, of a strip and between strips."""
+
 _MOST_POINTS = 1500
-_LEAST_SHARE = 0.1  # of a channel's range in the recording: what a strip shows at least, or rest would look like motion
-_PADDING = 1.5  # times the lead-in, that is shown to either side of a cut
+"""Display: points of one strip at most."""
+
+_LEAST_SHARE = 0.1
+"""Display: share of a channel's range in the recording that a strip shows at least, or rest would look like motion."""
+
+_PADDING = 1.5
+"""Display: times the lead-in that is shown to either side of a cut."""
 
 
 def manoeuvre_chart(log: FlightLog, manoeuvre: FoundManoeuvre) -> Chart | None:

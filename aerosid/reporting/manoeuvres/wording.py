@@ -6,6 +6,7 @@ import math
 
 from aerosid.manoeuvres import FoundManoeuvre
 from aerosid.manoeuvres.information import ExpectedDeviation
+from aerosid.reporting.settings import REMARKS
 
 __all__ = ["KIND_WORDS", "air_words", "condition_words", "moved_words", "surface_words", "worth_words"]
 
@@ -31,8 +32,8 @@ KIND_WORDS = {
 
 _SURFACES = {"delta_e": "elevator", "delta_a": "aileron", "delta_r": "rudder"}
 
-_CALM, _LIGHT, _MODERATE = 0.01, 0.05, 0.15  # g, root-mean-square; light turbulence peaks at about 0.2 g
 _WORTH_SHOWN = 6
+"""Display: manoeuvres that a sentence names at most."""
 
 
 def surface_words(channel: str) -> str:
@@ -72,7 +73,7 @@ def air_words(turbulence: float) -> str:
     """Calm, light, moderate or severe, with the number that says so."""
     if not math.isfinite(turbulence):
         return "not known"
-    names = ((_CALM, "calm"), (_LIGHT, "light"), (_MODERATE, "moderate"))
+    names = ((REMARKS.calm, "calm"), (REMARKS.light, "light"), (REMARKS.moderate, "moderate"))
     name = next((name for limit, name in names if turbulence < limit), "severe")
     return f"{name} ({turbulence:.3f} g)"
 

@@ -26,20 +26,24 @@ from aerosid.reporting.paper.tables import table
 from aerosid.reporting.paper.typeface import colours, registered, style
 
 _TEXT, _QUIET, _HEADING = 8.0, 7.0, 10.0
+"""Display: pt, sizes of type."""
+
 _LEAST = 120.0
-"""Room, pt, that the headings and the first rows of a long table need."""
+"""Display: room, pt, that the headings and the first rows of a long table need."""
 
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
+"""Display: pt, type and height of a figure's key."""
+
 _NAMES = 92.0
-"""Width, pt, of the column of names in a list of facts."""
+"""Display: width, pt, of the column of names in a list of facts."""
 _CARD, _CARD_EDGE = 363.0, 10.0
-"""Width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
+"""Display: width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
 
 _BETWEEN = 12.0
-"""Room between parts that stand next to one another, pt."""
+"""Display: room between parts that stand next to one another, pt."""
 
 _SMALL = 0.62
-"""Scale of a figure of class `small`."""
+"""Display: scale of a figure of class `small`."""
 
 _SKIPPED = {"fieldset", "svg", "script", "style"}
 

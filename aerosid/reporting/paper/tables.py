@@ -15,14 +15,18 @@ from aerosid.reporting.paper.inline import escaped, markup, printable
 from aerosid.reporting.paper.typeface import colours, style
 
 _SIZE, _HEAD_SIZE, _HASH_SIZE = 7.0, 6.5, 5.2
+"""Display: pt, type of rows, of headings and of check sums."""
+
 _PADDING = 3.0
+"""Display: pt inside a cell."""
+
 _LONG = 12
-"""Rows beyond which a table may begin on one page and end on another."""
+"""Display: rows beyond which a table may begin on one page and end on another."""
 _SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
 _SCALES = (1.0, 0.94, 0.88, 0.82, 0.76)
-"""Of the type in a table, the largest first: the smallest that is still read on paper is 5.3 pt."""
+"""Display: scales of the type in a table, the largest first: the smallest that is still read on paper is 5.3 pt."""
 _LONGEST_WORD = 130.0
-"""Width, pt, that one word may claim; a longer one, a path as a rule, is broken after its separators."""
+"""Display: width, pt, that one word may claim; a longer one, a path as a rule, is broken after its separators."""
 _PIECES = re.compile(r"[^/\\_.,-]+[/\\_.,-]*|[/\\_.,-]+")
 
 

@@ -32,7 +32,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
 
 
 _ACROSS, _TILES = 3, 6
-"""Pictures in a row, and those that are drawn where no more terms entered."""
+"""Display: pictures in a row, and those that are drawn where no more terms entered."""
 
 
 def _plots(drawn: Sequence[RegressorPicture], found: Mapping[tuple[str, str], float], figures: FigureBook) -> Figure:

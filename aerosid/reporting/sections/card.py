@@ -49,7 +49,7 @@ _SENSES = {
 }
 
 _PLACES = {"n_z": 2}
-"""Decimals on the card, as far as instruments can be read; 1 where it is not said."""
+"""Display: decimals on the card, as far as instruments can be read; 1 where it is not said."""
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:

@@ -31,10 +31,11 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
 
 
 _BESIDE = 9
-"""Effects up to which they stand beside the errors on paper: more would fill a column that cannot go on overleaf."""
+"""Display: effects up to which they stand beside the errors on paper: more would fill a column that cannot go on
+overleaf."""
 
 _SIDE_BY_SIDE = 3
-"""Coefficients whose derivatives stand next to one another."""
+"""Display: coefficients whose derivatives stand next to one another."""
 
 
 def _threes(rows: Sequence[DerivativeRow]) -> list[dict[str, list[DerivativeRow]]]:

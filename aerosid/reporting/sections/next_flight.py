@@ -13,7 +13,8 @@ from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.words import shown_unit, subscripted
 
-_STRIP, _GAP = 46.0, 12.0  # pt
+_STRIP, _GAP = 46.0, 12.0
+"""Display: pt, of a strip and between strips."""
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:

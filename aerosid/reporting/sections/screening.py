@@ -10,7 +10,7 @@ from aerosid.model_error.screening import ScreeningRow
 from aerosid.reporting.figures.numbered import FigureBook
 
 LISTED = 16
-"""Candidates in the report: what lies further back brought nothing; result.json holds all."""
+"""Display: candidates in the report: what lies further back brought nothing; result.json holds all."""
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:

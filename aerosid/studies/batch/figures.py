@@ -14,7 +14,7 @@ from aerosid.studies.batch.table import Measured
 from aerosid.studies.batch.table_texts import UNITS
 
 DEVIATIONS = 2.0
-"""Half length of an error bar in reported deviations."""
+"""Display: half length of an error bar in reported deviations."""
 
 
 def usual_abscissa(rows: Mapping[str, Mapping[str, float | None]]) -> str:

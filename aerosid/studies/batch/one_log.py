@@ -18,12 +18,10 @@ from aerosid.loop.settings import LoopSettings
 from aerosid.manoeuvres import require_manoeuvre
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
+from aerosid.studies.settings import BATCH
 
 CONDITION = ("V", "h", "mach", "alpha", "mass")
 """Channels that say at which condition a manoeuvre began, SI; the mass is the one it was reduced with."""
-
-TRIM_TIME = 1.0
-"""s; the condition is the mean over the first of the log, before the manoeuvre changes it."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +115,9 @@ def _at_first(log: FlightLog, name: str) -> float | None:
     if name not in log:
         return None
     held = np.isfinite(log[name])
-    first = np.flatnonzero(held & (log.time <= log.time[0] + TRIM_TIME))
-    if first.size < 5:
-        first = np.flatnonzero(held)[:5]
+    first = np.flatnonzero(held & (log.time <= log.time[0] + BATCH.trim_time))
+    if first.size < BATCH.fewest:
+        first = np.flatnonzero(held)[: BATCH.fewest]
     return float(np.mean(log[name][first])) if first.size else None
 
 

@@ -12,13 +12,11 @@ from scipy.special import chdtrc
 
 from aerosid.studies.batch.one_log import CONDITION
 from aerosid.studies.journal import Row
+from aerosid.studies.settings import BATCH
 
 FloatArray = NDArray[np.float64]
 Structure = tuple[tuple[str, str, str], ...]
 """Kind, place and term of each effect that a model holds beside the declared ones."""
-
-ALIKE = 0.01
-"""p-value of Cochran's Q below which a mean is marked: one honest set of repeats in a hundred."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,7 @@ class TableRow:
     @property
     def homogeneous(self) -> bool:
         """Whether the repeats may be estimates of one number: otherwise their mean is none that an aircraft has."""
-        return self.p_value is None or self.p_value >= ALIKE
+        return self.p_value is None or self.p_value >= BATCH.alike
 
     @property
     def honest(self) -> float | None:

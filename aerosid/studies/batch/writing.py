@@ -16,6 +16,7 @@ from aerosid.studies.batch.table import structure_of
 from aerosid.studies.batch.table_texts import manoeuvres_csv, table_csv, table_latex, table_markdown
 
 SCHEMA = 1
+"""Format: version of batch.json."""
 
 
 def batch_json(batch: Batch) -> dict[str, Any]:

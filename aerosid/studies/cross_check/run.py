@@ -16,7 +16,7 @@ from aerosid.studies.paper.table4 import SNRS
 
 AIRCRAFT = ("L410", "DHC6", "c310", "t6texan2", "fokker50", "737")
 AMPLITUDE = 0.04
-"""rad: alpha moves by 2 to 4 degrees."""
+"""Design: rad, of the elevator: alpha moves by 2 to 4 degrees."""
 
 
 @dataclass(frozen=True)

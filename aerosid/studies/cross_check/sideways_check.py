@@ -17,11 +17,11 @@ from aerosid.studies.jsbsim.control_inputs import ControlInput, sequence
 from aerosid.studies.jsbsim.derivatives import LATERAL_COEFFICIENTS, LATERAL_VARIABLES
 from aerosid.studies.jsbsim.plan import FlightPlan
 from aerosid.studies.jsbsim.stock import CONDITIONS
+from aerosid.studies.settings import CROSS_CHECK
 
-LEAST = 0.001
-"""An estimate agrees as well where it is off by no more than this: derivatives of zero are none of 5 %."""
+_UNIT, _INTERVAL = 1.0, 0.04
+"""Design: s; half the doublets, and between samples."""
 
-_UNIT, _INTERVAL = 1.0, 0.04  # s; half the doublets, and between samples
 _SPANWISE = {"p_hat": "p", "r_hat": "r"}
 
 
@@ -113,5 +113,5 @@ def compare_sideways(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Comp
                 coefficient, variable, estimate, float(spread), row["frozen"], row["self_consistent"], row["chord"],
                 False, shown[coefficient, variable],
             )  # fmt: skip
-            rows.append(held_to_truth(made, LEAST))
+            rows.append(held_to_truth(made, CROSS_CHECK.least))
     return tuple(rows)

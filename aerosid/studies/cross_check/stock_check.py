@@ -19,12 +19,7 @@ from aerosid.studies.jsbsim.control_inputs import manoeuvre
 from aerosid.studies.jsbsim.flight import fly_jsbsim
 from aerosid.studies.jsbsim.plan import FlightPlan, JsbsimFlight
 from aerosid.studies.jsbsim.stock import CONDITIONS
-
-DEVIATIONS = 3.0
-SHARE = 0.05
-"""An estimate agrees within three of its deviations, or within this share of the truth."""
-BENDS = 0.01
-"""Where local and chord slope differ by more than this share, the tables bend."""
+from aerosid.studies.settings import CROSS_CHECK
 
 _COMPARED = (
     ("C_Z", "alpha"),
@@ -67,7 +62,7 @@ class Compared:
     @property
     def truth(self) -> float:
         """What the estimate is held to: the local slope, the chord where the tables bend."""
-        bent = abs(self.chord - self.self_consistent) > BENDS * abs(self.self_consistent)
+        bent = abs(self.chord - self.self_consistent) > CROSS_CHECK.bends * abs(self.self_consistent)
         return self.chord if bent else self.self_consistent
 
 
@@ -190,7 +185,7 @@ def compare(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...
 
 def held_to_truth(row: Compared, least: float = 0.0) -> Compared:
     """The row with its judgement: within so many deviations or a share of the truth, or no further off than `least`."""
-    allowed = max(DEVIATIONS * row.std_error, SHARE * abs(row.truth), least)
+    allowed = max(CROSS_CHECK.deviations * row.std_error, CROSS_CHECK.share * abs(row.truth), least)
     return replace(row, agrees=bool(abs(row.estimate - row.truth) <= allowed))
 
 

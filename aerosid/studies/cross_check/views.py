@@ -13,17 +13,19 @@ from aerosid.notation import MISSING
 from aerosid.studies.cross_check.effects_check import EffectCheck, Outcome
 from aerosid.studies.cross_check.paper_flight import PaperFlight
 from aerosid.studies.cross_check.sideways_check import SidewaysCheck
-from aerosid.studies.cross_check.stock_check import DEVIATIONS, SHARE, StockCheck
+from aerosid.studies.cross_check.stock_check import StockCheck
 from aerosid.studies.cross_check.tables import TablePoint
 from aerosid.studies.paper.view import TableView, number, scientific
+from aerosid.studies.settings import CROSS_CHECK
 
 _AGREEMENT = (
     "The declared aircraft with both alpha^2 terms as external force and moment, trimmed by each on its own; frames of "
     "1 ms, Adams-Bashforth of third order, a flat planet at rest."
 )
 _AGREES = (
-    f"Agreement: within {DEVIATIONS:g} corrected deviations or {100 * SHARE:g} % of the derivative that JSBSim's own "
-    "forces have with alphadot self-consistent; of the chord over the flown range where the tables bend."
+    f"Agreement: within {CROSS_CHECK.deviations:g} corrected deviations or {100 * CROSS_CHECK.share:g} % of the "
+    "derivative that JSBSim's own forces have with alphadot self-consistent; of the chord over the flown range where "
+    "the tables bend."
 )
 _ERRORS = (
     "Errors are root-mean-square over the measurement's noise, the median of the channels. Flown again: the completed "

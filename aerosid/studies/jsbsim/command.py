@@ -20,7 +20,10 @@ from aerosid.studies.jsbsim.properties import SURFACES
 from aerosid.studies.jsbsim.stock import CONDITIONS, stock_aircraft
 
 _UNITS = {"doublet": 1.0, "3211": 0.6, "sweep": 0.5, "multisine": 0.5, "211": 0.8}
+"""Design: s, unit of each input."""
+
 _DIGITS = 10
+"""Format: digits of the written log."""
 
 
 def flight_plan(
@@ -122,7 +125,7 @@ def control_inputs(
 
 
 _DURATION = 14.0
-"""s, of one input."""
+"""Design: s, of one input."""
 
 
 def _inputs(

@@ -13,7 +13,7 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.studies.jsbsim.properties import AT_TRIM, DEVIATIONS, FLAP, GEAR, SURFACES
 
 PLANET_RADIUS = 6.378e9
-"""m: a thousand times the Earth's, so that neither curvature nor the fall of gravity with height is left."""
+"""Design: m: a thousand times the Earth's, so that neither curvature nor the fall of gravity with height is left."""
 
 
 NO_ACTUATORS: Mapping[str, ET.Element] = MappingProxyType({})

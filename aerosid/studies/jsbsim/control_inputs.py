@@ -17,9 +17,10 @@ from aerosid.logs.formats import read_log
 
 Array = NDArray[np.float64]
 START = 1.0
-"""s of trimmed flight before the manoeuvre."""
+"""Design: s of trimmed flight before the manoeuvre."""
 PAUSE = 4.0
-"""s from the end of one control's input to the next one's begin: a Dutch roll of a light aircraft has come to rest."""
+"""Design: s from the end of one control's input to the next one's begin: a Dutch roll of a light aircraft has come to
+rest."""
 ELEVATOR = "delta_e"
 
 
@@ -207,4 +208,4 @@ SHAPES: Mapping[str, Callable[[Array, float, float], Array]] = MappingProxyType(
 """What --input names, beside files."""
 
 _UNITS_LONG = {"doublet": 2.0, "3211": 7.0, "211": 4.0}
-"""Of those that end by themselves, in units; the others last as long as the flight."""
+"""Design: units of time of those that end by themselves; the others last as long as the flight."""

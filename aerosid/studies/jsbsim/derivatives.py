@@ -21,13 +21,17 @@ Array = NDArray[np.float64]
 
 COEFFICIENTS = ("C_X", "C_Z", "C_m")
 VARIABLES = ("alpha", "q_hat", "delta_e", "V_hat")
-_CLIMB = 0.6  # rad: a path angle that changes alphadot and nothing else
+_CLIMB = 0.6
+"""Numerical: rad; a path angle that changes alphadot and nothing else."""
+
 _STEPS = {"alpha": 0.0026, "q": 0.005, "delta_e": 0.0026, "airspeed": 0.5}
+"""Numerical: rad, rad/s and m/s, of central differences."""
 
 
 LATERAL_COEFFICIENTS = LATERAL.coefficients
 LATERAL_VARIABLES = ("beta", "p_hat", "r_hat", "delta_a", "delta_r")
 _LATERAL_STEPS = {"beta": 0.0026, "p": 0.01, "r": 0.005, "delta_a": 0.0026, "delta_r": 0.0026}
+"""Numerical: rad and rad/s, of central differences."""
 
 
 @dataclass(frozen=True)

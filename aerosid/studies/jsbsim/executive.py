@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.errors import EstimationError
+from aerosid.flight_model.settings import SIMULATION
 from aerosid.reporting.export.jsbsim_units import FOOT, INCH, POUND_FORCE, SLUG
 from aerosid.studies.jsbsim.properties import AT_TRIM, DEVIATIONS, PLANET, THRUST, THRUST_PLACE
 
@@ -49,7 +50,7 @@ RECORDED = {
 """What is read after every frame: JSBSim's property and the factor to SI. Nx and Nz would be a frame old."""
 
 _SETTLING = 6
-_LARGEST_ALPHA = 1.5
+"""Numerical: initialisations in a row, after which JSBSim's initial condition no longer changes."""
 
 
 @dataclass(frozen=True)
@@ -272,10 +273,10 @@ class Executive:
                 run()
             row = [read(name) for name in names]
             table[k] = row
-            if not abs(row[names.index("aero/alpha-rad")]) < _LARGEST_ALPHA:
+            if not abs(row[names.index("aero/alpha-rad")]) < SIMULATION.flow_angle:
                 raise EstimationError(
-                    f"the flight leaves |alpha| < {_LARGEST_ALPHA:g} rad after {k * fdm.get_delta_t():.2f} s; reduce "
-                    "the amplitude."
+                    f"the flight leaves |alpha| < {SIMULATION.flow_angle:g} rad after {k * fdm.get_delta_t():.2f} s; "
+                    "reduce the amplitude."
                 )
         factors = np.array([factor for _, factor in RECORDED.values()])
         return dict(zip(RECORDED, (table * factors).T, strict=True))

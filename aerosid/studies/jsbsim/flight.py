@@ -43,6 +43,8 @@ Array = NDArray[np.float64]
 
 _ELEVATOR_TRAVEL = math.radians(25.0)
 _FLAP_TRAVEL = 30.0
+"""Design: deg, of full flap in a configuration made from an aircraft file."""
+
 _APPLIED = ("control_lag", "control_delay", "control_rate_limit", "control_deadband")
 _SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "sensor_position")
 

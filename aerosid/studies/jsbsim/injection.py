@@ -39,9 +39,10 @@ ICED = {
     ("C_m", "q_hat"): -0.035,
     ("C_m", "delta_e"): -0.10,
 }
-"""What tailplane and wing ice took from the Twin Otter's derivatives (Bragg et al., AIAA 2000-0360)."""
+"""Design: share, 1, that tailplane and wing ice took from the Twin Otter's derivatives (Bragg et al., AIAA
+2000-0360)."""
 ICED_DRAG = -0.021
-"""And what it added to C_X."""
+"""Design: units of C_X that the ice added."""
 
 _WIND_AT_20_FEET = 7.5 * KNOT  # for each step of severity: 15 kt where turbulence is light
 

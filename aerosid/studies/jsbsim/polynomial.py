@@ -22,10 +22,10 @@ CARRYING = {
     "C_Z": {"alpha": -5.0, "q_hat": -5.0, "delta_e": -0.4},
     "C_m": {"1": 0.03, "alpha": -1.0, "q_hat": -18.0, "delta_e": -1.5},
 }
-"""What carries an aircraft whose file holds lateral coefficients alone: a stable light transport's; C_Z "1" is what the
-weight asks for at `CARRYING_ALPHA`."""
+"""Design: what carries an aircraft whose file holds lateral coefficients alone: a stable light transport's; C_Z "1" is
+what the weight asks for at `CARRYING_ALPHA`."""
 CARRYING_ALPHA = 0.03
-"""rad"""
+"""Design: rad."""
 
 
 def as_flown(aircraft: Aircraft, airspeed: float, density: float) -> Aircraft:

@@ -23,7 +23,10 @@ from aerosid.studies.jsbsim.properties import ANSWER, DRIVES, HISTORIES, JOB, PL
 
 Array = NDArray[np.float64]
 _LONGEST = 600.0
+"""Numerical: s that JSBSim may take for one flight."""
+
 _ENOUGH = 400
+"""Display: characters of what JSBSim said last, in a message."""
 
 
 def require_jsbsim() -> None:

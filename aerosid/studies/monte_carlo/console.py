@@ -10,15 +10,10 @@ from aerosid.notation import number
 from aerosid.studies.monte_carlo.page import level_name, percent
 from aerosid.studies.monte_carlo.run import Study
 from aerosid.studies.monte_carlo.statistics import DerivativeStatistics, LevelStatistics
+from aerosid.studies.settings import EFFICIENCY
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-MOST_RATIO = 1.10
-MOST_MEDIAN = 0.1
-BEST_KNOWN = 0.10
-COVERAGE = {True: (0.93, 0.97), False: (0.91, 0.98)}
-"""Share of intervals that hold the truth, least and most: of white noise, and of noise with a memory."""
 
 
 def print_study(study: Study, console: Console) -> None:
@@ -63,19 +58,18 @@ def demands(level: LevelStatistics) -> list[str]:
     known = [row for row in level.derivatives if row.crlb is not None]
     white = level.noise_colour == 0.0
     if known and white:
-        sharp = [row for row in known if row.crlb is not None and row.crlb < BEST_KNOWN * abs(row.true)]
+        sharp = [row for row in known if row.crlb is not None and row.crlb < EFFICIENCY.best_known * abs(row.true)]
         if sharp:
             ratios = [row.rmse_over_crlb or 0.0 for row in sharp]
             worst = int(np.argmax(ratios))
-            met = ratios[worst] <= MOST_RATIO
-            lines.append(_line(met, "error/bound at most", MOST_RATIO, ratios[worst], sharp[worst]))
+            met = ratios[worst] <= EFFICIENCY.most_ratio
+            lines.append(_line(met, "error/bound at most", EFFICIENCY.most_ratio, ratios[worst], sharp[worst]))
         medians = [abs(row.median_error) / row.crlb for row in known if row.crlb is not None]
         worst = int(np.argmax(medians))
-        lines.append(
-            _line(medians[worst] < MOST_MEDIAN, "|median error|/bound below", MOST_MEDIAN, medians[worst], known[worst])
-        )
+        limit = EFFICIENCY.most_median
+        lines.append(_line(medians[worst] < limit, "|median error|/bound below", limit, medians[worst], known[worst]))
     if all(row.coverage95 is not None for row in level.derivatives) and level.derivatives:
-        low, high = COVERAGE[white]
+        low, high = EFFICIENCY.coverage_white if white else EFFICIENCY.coverage_coloured
         covers = [row.coverage95 or 0.0 for row in level.derivatives]
         for met, words, limit, place in (
             (min(covers) >= low, "coverage at least", low, int(np.argmin(covers))),

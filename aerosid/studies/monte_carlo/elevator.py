@@ -20,10 +20,13 @@ FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray, float, float | None], FloatArray]
 
 START = 1.02
-"""s of trimmed flight before the input."""
+"""Design: s of trimmed flight before the input."""
 
-_BASE = 1.0  # s, of patterns
-_HALF_PERIOD = 0.5  # s, half the shortest period of multisine and sweep
+_BASE = 1.0
+"""Design: s, unit of the patterns."""
+
+_HALF_PERIOD = 0.5
+"""Design: s, half the shortest period of multisine and sweep."""
 
 
 def _pattern(shape: Steps) -> Shape:

@@ -25,7 +25,7 @@ Snr = float | None | Literal["recorded"]
 
 
 MOST_SAMPLES = 1_000_000
-"""Of one simulated manoeuvre: nearly three hours at 100 Hz; more is a slip of the finger."""
+"""Numerical: samples of one simulated manoeuvre at most: nearly three hours at 100 Hz; more is a slip of the finger."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ JOURNAL = "study.journal"
 """Name of the file that holds the runs; with it in place a study goes on where it stopped."""
 
 _CHUNK = 4
-"""Runs that a worker takes at once: about a second."""
+"""Numerical: runs that a worker takes at once: about a second."""
 
 
 @dataclass(frozen=True)

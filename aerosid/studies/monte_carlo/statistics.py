@@ -21,7 +21,7 @@ from aerosid.studies.workers import FAILURE
 FloatArray = NDArray[np.float64]
 
 WIDTH = 1.959963984540054
-"""Half width of a 95 % interval in standard deviations."""
+"""Standard: half width of a 95 % interval in standard deviations."""
 
 KINDS = ("own", "published", "plain")
 """The three standard deviations of a run: corrected here, as Morelli & Klein published, as if residuals were white."""

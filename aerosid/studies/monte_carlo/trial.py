@@ -23,6 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 _NO_RUN = 2**32 - 1
+"""Numerical: number of no run, which seeds what is drawn once for all runs."""
 
 
 @dataclass(frozen=True)

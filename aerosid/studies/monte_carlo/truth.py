@@ -27,9 +27,11 @@ from aerosid.studies.monte_carlo.search import search
 FloatArray = NDArray[np.float64]
 
 _FINER = 3
+"""Numerical: steps of the truth's integration within a sampling interval."""
 
 VALIDATION_SHARE = 0.75
-"""Size of a simulated validation input over that of the identification: it predicts inside the range that was seen."""
+"""Design: size of a simulated validation input over that of the identification, 1: it predicts inside the range that
+was seen."""
 
 
 @dataclass(frozen=True)

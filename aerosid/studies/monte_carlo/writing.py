@@ -16,6 +16,7 @@ from aerosid.studies.monte_carlo.run import Study
 from aerosid.studies.workers import FAILURE
 
 SCHEMA = 1
+"""Format: version of study.json."""
 
 
 def study_json(study: Study) -> dict[str, Any]:

@@ -17,16 +17,17 @@ from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 Array = NDArray[np.float64]
 
 TRUTH = (-0.125, -0.390625, 0.0, -0.01953125)
-"""a1 (X1), a2 (X2), a3 (X2^2), a4 (X2^3): -0.32, -1, 0 and -0.05 over 2.56."""
+"""Published: a1 (X1), a2 (X2), a3 (X2^2), a4 (X2^3): -0.32, -1, 0 and -0.05 over 2.56."""
 
 TERMS = ("X1", "X2", "X2^2", "X2^3")
 START = (1.0, 0.5)
-"""X(0) [1, 1]; the paper prints none."""
+"""Published: x(0) [1, 1]; the paper prints none."""
 
 INTERVAL = 0.1
-"""s; the paper prints none."""
+"""Published: s; the paper prints none."""
 
 POINTS = 300
+"""Published: samples."""
 
 
 CASES = (

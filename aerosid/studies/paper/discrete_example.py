@@ -17,13 +17,14 @@ from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 Array = NDArray[np.float64]
 
 TRUTH = (0.5, 0.623, 0.0, -0.05)
-"""a1 (X1), a2 (X2), a3 (X1^2), a4 (X1^3) of (27)."""
+"""Published: a1 (X1), a2 (X2), a3 (X1^2), a4 (X1^3) of (27)."""
 
 TERMS = ("X1", "X2", "X1^2", "X1^3")
 START = (1.0, 0.5)
-"""X(0); the paper prints none."""
+"""Published: x(0); the paper prints none."""
 
 POINTS = 100
+"""Published: samples."""
 
 
 @dataclass(frozen=True)

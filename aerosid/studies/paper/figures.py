@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 WIDTH = 7.5
-"""inch; 540 pt, as the figures of a close-loop report."""
+"""Display: inch; 540 pt, as the figures of a close-loop report."""
 
 
 @dataclass(frozen=True)

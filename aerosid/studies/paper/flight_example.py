@@ -25,18 +25,24 @@ Array = NDArray[np.float64]
 Rates = Callable[[Array, Array, float], Array]
 
 GRAVITY = 9.80665
+"""Standard: m/s^2."""
+
 ALPHA2 = (3.6089, -1.715)
-"""C_X_alpha2 and C_m_alpha2, flown and not declared."""
+"""Published: C_X_alpha2 and C_m_alpha2, flown and not declared."""
 
 AIRSPEED = 45.0
-"""m/s at trim. Neither this nor the input's size is printed. Here alpha runs to about 0.35 rad on one side of trim,
-which is what table 3's ranking needs."""
+"""Design: m/s at trim. Neither this nor the input's size is printed. Here alpha runs to about 0.35 rad on one side of
+trim, which is what table 3's ranking needs."""
 
 AMPLITUDE = 0.10
-"""rad, 1 s each way."""
+"""Design: rad, 1 s each way."""
 
 INTERVAL = 0.03
+"""Published: s between samples."""
+
 SAMPLES = 300
+"""Published: number of samples."""
+
 STATES = ("u", "w", "q", "theta")
 
 

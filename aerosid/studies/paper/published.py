@@ -19,7 +19,7 @@ TABLE_3: dict[str, tuple[float, float]] = {
     "alpha^3 + alpha^4": (0.9800, 0.9798),
     "alpha^2 + alpha^3 + alpha^4": (0.9970, 0.9969),
 }
-"""Correlation with the pitch-moment and with the axial-force error."""
+"""Published: correlation with the pitch-moment and with the axial-force error."""
 
 TABLE_4: dict[float | None, tuple[float, float]] = {None: (3.605, -1.656), 20.0: (3.649, -1.625), 10.0: (3.562, -1.633)}
-"""C_X_alpha2 and C_m_alpha2 at a signal-to-noise ratio; None: no noise. True: 3.609, -1.715."""
+"""Published: C_X_alpha2 and C_m_alpha2 at a signal-to-noise ratio; None: no noise. True: 3.609, -1.715."""

@@ -12,7 +12,7 @@ from aerosid.studies.paper.table3 import Correlation, make_table3
 from aerosid.studies.paper.table4 import SNRS, NoiseLevel, make_table4
 
 SEEDS = 200
-"""Noise seeds per signal-to-noise ratio: the mean's own deviation is then below 0.1 %."""
+"""Design: noise seeds per signal-to-noise ratio: the mean's own deviation is then below 0.1 %."""
 
 
 @dataclass(frozen=True)

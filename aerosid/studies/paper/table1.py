@@ -12,6 +12,7 @@ from aerosid.studies.paper.view import TableView, number, scientific
 
 WRONG_START = (1.5 * START[0], 1.5 * START[1])
 SKIPPED = 2
+"""Design: first points that are left out of the regression."""
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,13 @@ from aerosid.studies.paper.view import TableView, number, scientific
 
 WRONG_START = (1.5 * START[0], 1.5 * START[1])
 INTERVALS = (0.02, 0.05, 0.1, 0.2)
+"""Design: s, sampling intervals of the study of discretisation."""
+
 DENSITIES = (1e-4, 1e-2, 1.0, 1e2)
+"""Design: spectral densities Q2^-1 of the model error that are compared."""
+
 TRUSTED = 1e-6
-"""Variance of the initial states where their error is to hurt: the recursion then believes them."""
+"""Design: variance of the initial states where their error is to hurt: the recursion then believes them."""
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,10 @@ CANDIDATES: dict[str, tuple[int, ...]] = {
     "alpha^3 + alpha^4": (3, 4),
     "alpha^2 + alpha^3 + alpha^4": (2, 3, 4),
 }
+"""Published: powers of alpha in each candidate of the table."""
+
 DENSITY = 1.0
-"""Of the model error in u' and q' without noise; table 3 does not hang on it."""
+"""Design: density of the model error in u' and q' without noise; table 3 does not hang on it."""
 
 
 @dataclass(frozen=True)

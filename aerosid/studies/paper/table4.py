@@ -24,9 +24,11 @@ Array = NDArray[np.float64]
 
 SNRS: tuple[float | None, ...] = (None, 20.0, 10.0)
 PASSES = 4
-"""Of our chain: estimate, regress, complete the model, again. The fourth changes nothing that is shown."""
+"""Design: passes of our chain: estimate, regress, complete the model, again. The fourth changes nothing that
+is shown."""
 
 FILTER_ORDER = 2
+"""Design: order of the Butterworth filter."""
 
 
 @dataclass(frozen=True)
