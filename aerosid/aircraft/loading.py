@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aerosid.aircraft.model import Aircraft, DeclaredEffect
 from aerosid.logs.flight_log import ChannelSource, FlightLog
 from aerosid.notation import plain
+from aerosid.signals.resampling import without_gaps
 
 __all__ = ["at_own_loading", "fuel_at", "with_mass"]
 
@@ -25,10 +26,9 @@ def fuel_at(log: FlightLog) -> NDArray[np.float64] | None:
     """Fuel used at every sample, kg, without gaps; None where the log does not hold it."""
     if "fuel_used" not in log:
         return None
-    held = np.isfinite(log["fuel_used"])
-    if np.count_nonzero(held) < 2:
+    if np.count_nonzero(np.isfinite(log["fuel_used"])) < 2:
         return None
-    return np.interp(log.time, log.time[held], log["fuel_used"][held])
+    return without_gaps(log.time, log["fuel_used"])
 
 
 def with_mass(log: FlightLog, aircraft: Aircraft) -> FlightLog:

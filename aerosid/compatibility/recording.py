@@ -12,6 +12,7 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN, STATES
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
+from aerosid.signals.resampling import without_gaps
 
 NEEDED = (*DRIVING, "V", "alpha")
 """Without these channels the path cannot be followed; theta and h add to it."""
@@ -143,7 +144,7 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
     for j in range(inputs.shape[1]):
         held = np.isfinite(inputs[:, j])
         if not held.all():
-            inputs[:, j] = np.interp(time, time[held], inputs[held, j]) if held.any() else 0.0
+            inputs[:, j] = without_gaps(time, inputs[:, j]) if held.any() else 0.0
     compared = np.zeros(measured.shape, dtype=bool)
     for stretch in stretches:
         inside = time[stretch]

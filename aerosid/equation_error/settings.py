@@ -228,3 +228,28 @@ class EquationErrorSettings:
     def alarm(self, axes: Axes) -> float:
         """Probability that a flight of a case with nothing missing has something named."""
         return self.sideways_false_alarm if "v" in axes.integrated else self.false_alarm
+
+
+@dataclass(frozen=True)
+class DeviationSettings:
+    """Settings of standard deviations by deleted blocks; chosen, and seen to hold on the simulated regressions of
+    tests/equation_error/test_deviations.py.
+
+    Attributes
+    ----------
+    lags : int
+        Samples in the band over which scores may be correlated; more widen the deviations by their own scatter.
+    most_followed : float
+        Share of a block's own whitened residual, 1, that the fit may be taken to follow: a block that alone shows a
+        number would move it without limit.
+    fewest_blocks : int
+        Blocks of each recording from which on they are as long as scores may be correlated.
+    """
+
+    lags: int = 6
+    most_followed: float = 0.8
+    fewest_blocks: int = 12
+
+
+DEVIATIONS = DeviationSettings()
+"""Of every regression."""

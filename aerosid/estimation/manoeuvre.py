@@ -18,6 +18,7 @@ from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.notation import plain
 from aerosid.signals.noise import calmed
+from aerosid.signals.resampling import without_gaps
 
 STANDARD_SPEED_OF_SOUND = 340.29
 """Physical: m/s, at sea level in the standard atmosphere; without a mach channel no term can name mach."""
@@ -236,13 +237,13 @@ def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> N
     if name == "speed_of_sound":
         if "mach" not in log:
             return np.full(log.time.size, STANDARD_SPEED_OF_SOUND)
-        return _slow(log.time, _bridged(log, "V", notes) / np.maximum(_bridged(log, "mach", notes), 1e-3))
+        return _slow(log.time, _without_gaps(log, "V", notes) / np.maximum(_without_gaps(log, "mach", notes), 1e-3))
     if name in log:
-        return _bridged(log, name, notes)
+        return _without_gaps(log, name, notes)
     if name == "rho":
         if "q_bar" in log:
             notes.append("Density is 2 q_bar / V^2, averaged over 2 s.")
-            return _slow(log.time, 2.0 * _bridged(log, "q_bar", notes) / _bridged(log, "V", notes) ** 2)
+            return _slow(log.time, 2.0 * _without_gaps(log, "q_bar", notes) / _without_gaps(log, "V", notes) ** 2)
         if aircraft.density is None:
             raise LogError(
                 f"{log.path}: neither the log (rho or q_bar) nor the aircraft file ([air] density) gives the air "
@@ -268,7 +269,7 @@ _AT_REST = ("phi", "p", "r", "beta", "q", "theta")
 """Measured motion that is zero where no channel gives it."""
 
 
-def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
+def _without_gaps(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
     """A channel with missing samples interpolated linearly; a note records it."""
     values = log[name]
     held = np.isfinite(values)
@@ -277,7 +278,7 @@ def _bridged(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]
     if held.sum() < 2:
         raise LogError(f"{log.path}: channel {name} holds {int(held.sum())} samples, but it is needed throughout.")
     notes.append(f"{int((~held).sum())} missing samples of the input {name} are interpolated linearly.")
-    return np.interp(log.time, log.time[held], values[held])
+    return without_gaps(log.time, values)
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:

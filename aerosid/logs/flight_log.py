@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import LogError
+from aerosid.signals.resampling import without_gaps
 
 FloatArray = NDArray[np.float64]
 Position = tuple[float, float, float]
@@ -241,10 +242,9 @@ def with_fuel_used(log: FlightLog) -> FlightLog:
     """
     if "fuel_flow" not in log or "fuel_used" in log:
         return log
-    held = np.isfinite(log["fuel_flow"])
-    if np.count_nonzero(held) < 2:
+    if np.count_nonzero(np.isfinite(log["fuel_flow"])) < 2:
         return log
-    flow = np.interp(log.time, log.time[held], log["fuel_flow"][held])
+    flow = without_gaps(log.time, log["fuel_flow"])
     used = np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * np.diff(log.time))])
     return replace(
         log,

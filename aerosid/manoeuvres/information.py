@@ -16,6 +16,7 @@ import numpy as np
 from aerosid.aircraft.model import Aircraft
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog, FloatArray
+from aerosid.signals.resampling import without_gaps
 from aerosid.signals.residual_covariance import coloured_covariance
 
 __all__ = ["ExpectedDeviation", "expected_deviations"]
@@ -125,7 +126,7 @@ def _from_equation(
     every = max(1, log.samples // INFORMATION.most)
     speed = float(np.nanmean(log["V"]))
     names = [equation.left, *terms]
-    table = {name: _bridged(log, name) for name in names}
+    table = {name: _mostly_there(log, name) for name in names}
     if any(values is None for values in table.values()):
         return []
     columns = {name: values for name, values in table.items() if values is not None}
@@ -157,12 +158,11 @@ def _from_equation(
     ]
 
 
-def _bridged(log: FlightLog, name: str) -> FloatArray | None:
+def _mostly_there(log: FlightLog, name: str) -> FloatArray | None:
     """A channel without its missing samples; None where half of it is missing."""
-    held = np.isfinite(log[name])
-    if np.count_nonzero(held) < 0.5 * log.samples:
+    if np.count_nonzero(np.isfinite(log[name])) < 0.5 * log.samples:
         return None
-    return np.interp(log.time, log.time[held], log[name][held])
+    return without_gaps(log.time, log[name])
 
 
 def _slope(log: FlightLog, rate: FloatArray, unit: float) -> FloatArray:

@@ -14,6 +14,7 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres.settings import FinderSettings
 from aerosid.signals.noise import estimate_noise
+from aerosid.signals.resampling import without_gaps
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -171,16 +172,16 @@ _Piece = tuple[FloatArray, dict[str, FloatArray], BoolArray]
 
 def _airborne(log: FlightLog, settings: FinderSettings) -> BoolArray:
     """Where the log flies: above the ground on which it stood, fast enough to carry itself."""
-    speed = _bridged(log.time, log["V"], settings)
+    speed = _up_to_holes(log.time, log["V"], settings)
     known = np.isfinite(speed)
     if "h_agl" in log and np.isfinite(log["h_agl"]).any():
-        return known & (np.nan_to_num(_bridged(log.time, log["h_agl"], settings)) > settings.clear_of_ground)
+        return known & (np.nan_to_num(_up_to_holes(log.time, log["h_agl"], settings)) > settings.clear_of_ground)
     flying = known & (speed > settings.flying_share * float(np.nanpercentile(speed, 95.0)))
     if "h" not in log or not flying.any():
         return flying
     first, last = int(np.flatnonzero(flying)[0]), int(np.flatnonzero(flying)[-1])
     index = np.arange(log.samples)
-    height = _bridged(log.time, log["h"], settings)
+    height = _up_to_holes(log.time, log["h"], settings)
     # Before its first airspeed a recorder stands: the air data computer starts, or its pitot has no pressure yet.
     stood = np.isfinite(height) & (np.nan_to_num(speed) < settings.standing)
     ground = np.full(log.samples, -np.inf)
@@ -199,7 +200,7 @@ def _airborne(log: FlightLog, settings: FinderSettings) -> BoolArray:
     return clear
 
 
-def _bridged(time: FloatArray, values: FloatArray, settings: FinderSettings) -> FloatArray:
+def _up_to_holes(time: FloatArray, values: FloatArray, settings: FinderSettings) -> FloatArray:
     """A channel between its own samples, which may be rarer than the log's, but not across a hole in them; (N,)."""
     at = np.flatnonzero(np.isfinite(values))
     if at.size < 2 or at.size == values.size:
@@ -220,12 +221,12 @@ def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray
     width = max(1, round(interval / float(np.median(np.diff(time)))))
     channels: dict[str, FloatArray] = {}
     for name in log.channels:
-        values = _bridged(time, log[name][part], settings)
+        values = _up_to_holes(time, log[name][part], settings)
         held = np.isfinite(values)
         # A channel that is mostly missing says nothing between its samples.
         if (np.count_nonzero(held) < 0.5 * time.size and name not in _NEEDED) or not held.any():
             continue
-        filled = np.interp(time, time[held], values[held])
+        filled = without_gaps(time, values)
         channels[name] = np.interp(raster, time, uniform_filter1d(filled, width, mode="nearest"))
     there = np.interp(raster, time, airborne[part].astype(np.float64)) > 0.5
     for name in _NEEDED:

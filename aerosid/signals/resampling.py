@@ -214,6 +214,20 @@ def nearest_to_samples(time: FloatArray, values: FloatArray, wanted: FloatArray)
     return found
 
 
+def without_gaps(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Samples (N,) with missing ones on the line between their neighbours in time, level at the ends.
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        Stamps, increasing, s.
+    values : ndarray, shape (N,)
+        NaN where missing; one sample at least is there.
+    """
+    present = np.isfinite(values)
+    return np.interp(time, time[present], values[present])
+
+
 def across_gaps(values: FloatArray) -> FloatArray:
     """Columns (N, K) with missing samples on the line between their neighbours, level at the ends; zero where empty."""
     filled = np.zeros(values.shape)

@@ -12,13 +12,11 @@ from scipy.signal import lfilter
 
 from aerosid.equation_error.regression.design import Design, Solution, regress, solve, white_weights
 from aerosid.equation_error.regression.deviations import (
-    FEWEST_BLOCKS,
-    LAGS,
     corrected_covariance,
     covariance_of_scores,
     moves_without_blocks,
 )
-from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.equation_error.settings import DEVIATIONS, EquationErrorSettings
 
 Array = NDArray[np.float64]
 
@@ -69,7 +67,7 @@ def test_moves_are_those_of_regressions_without_a_block() -> None:
     design = flown(np.random.default_rng(1))
     solution = solve(design, white_weights(design))
     moves = moves_without_blocks(design, solution)
-    length = SAMPLES // (SAMPLES // min(LAGS + 1, SAMPLES // FEWEST_BLOCKS))
+    length = SAMPLES // (SAMPLES // min(DEVIATIONS.lags + 1, SAMPLES // DEVIATIONS.fewest_blocks))
     assert len(moves) == SAMPLES // length
     edges = np.linspace(0, SAMPLES, len(moves) + 1).astype(int)
     white = solution.whitened + solution.slopes @ solution.values

@@ -127,12 +127,14 @@ def test_what_it_promises_is_what_it_does(timid: tuple[Attribution, Manoeuvre], 
     """Limits hold, and the deviations are those of a fit to both flights."""
     planned = moved(plan)
     log = flown(planned)
-    for peak in planned.peaks:
-        if peak.name in LIMITS and peak.limit_low is not None and peak.limit_high is not None:
-            assert peak.given
-            noise = 4.0 * NOISE[peak.name]
-            assert peak.limit_low * (1.0 - 0.5 * RANGES.margin) - noise < log[peak.name].min(), peak.name
-            assert log[peak.name].max() < peak.limit_high * (1.0 - 0.5 * RANGES.margin) + noise, peak.name
+    peaks = {peak.name: peak for peak in planned.peaks}
+    for name in LIMITS:
+        peak, noise = peaks[name], 4.0 * NOISE[name]
+        assert peak.given
+        assert peak.limit_low is not None
+        assert peak.limit_high is not None
+        assert peak.limit_low * (1.0 - 0.5 * RANGES.margin) - noise < log[name].min(), name
+        assert log[name].max() < peak.limit_high * (1.0 - 0.5 * RANGES.margin) + noise, name
     found, first = timid
     second = prepare(log, aircraft(SIDE), first.columns)
     both = refine(found.completed.model, [first, second], FREE)

@@ -163,7 +163,7 @@ def test_a_model_that_cannot_be_flown_is_said_in_one_sentence() -> None:
 
 @pytest.mark.slow
 def test_false_alarms_are_at_most_two_in_a_hundred() -> None:
-    """Clean flights, white and coloured; three of a hundred have a chance of 1e-4 where one in a thousand is right."""
+    """White and coloured noise; three or more have a chance of 1.5e-4 at one in a thousand, of .88 at one in twenty."""
     alarms = []
     for seed in range(100):
         log = Problem(elevator="doublet" if seed % 2 else "3211", amplitude=0.045, duration=10.0).fly(1000 + seed)

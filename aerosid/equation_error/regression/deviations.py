@@ -18,20 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.regression.design import Design, Solution
+from aerosid.equation_error.settings import DEVIATIONS
 
 Array = NDArray[np.float64]
-
-LAGS = 6
-"""Numerical: samples in the band over which scores may be correlated; more widen the deviations by their own
-scatter."""
-
-
-MOST = 0.8
-"""Numerical: share of a block's own whitened residual that the fit may be taken to follow, 1: a block that alone shows
-a number would move it without limit."""
-
-FEWEST_BLOCKS = 12
-"""Numerical: blocks of each recording from which on they are as long as scores may be correlated."""
 
 
 def corrected_covariance(design: Design, solution: Solution) -> Array:
@@ -59,13 +48,13 @@ def moves_without_blocks(design: Design, solution: Solution) -> Array:
     for recording in sorted({recording for recording, _ in design.segments}):
         members = [design.rows(s) for s, (place, _) in enumerate(design.segments) if place == recording]
         length = min(rows.stop - rows.start for rows in members)
-        count = max(length // max(min(LAGS + 1, length // FEWEST_BLOCKS), 1), 1)
+        count = max(length // max(min(DEVIATIONS.lags + 1, length // DEVIATIONS.fewest_blocks), 1), 1)
         edges = np.linspace(0, length, count + 1).astype(np.int64)
         for first, stop in pairwise(edges.tolist()):
             out = np.concatenate([np.arange(rows.start + first, rows.start + stop) for rows in members])
             slopes = solution.slopes[out]
             shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-            own = directions.T @ solution.whitened[out] / (1.0 - np.clip(shares, 0.0, MOST))
+            own = directions.T @ solution.whitened[out] / (1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed))
             moves.append(bread @ (slopes.T @ (directions @ own)))
     return np.array(moves)
 
@@ -81,7 +70,7 @@ def covariance_of_scores(design: Design, scores: Array) -> Array:
             rows = design.rows(s)
             summed += scores[rows][:length]
         meat += summed.T @ summed
-        for lag in range(1, LAGS + 1):
+        for lag in range(1, DEVIATIONS.lags + 1):
             part = summed[lag:].T @ summed[:-lag]
-            meat += (1.0 - lag / (LAGS + 1.0)) * (part + part.T)
+            meat += (1.0 - lag / (DEVIATIONS.lags + 1.0)) * (part + part.T)
     return meat

@@ -28,7 +28,7 @@ def numbers(result: CrossCheck) -> dict[str, Any]:
             "table4": table4.json_rows(result.paper.table4),
         },
         "aircraft": [_aircraft(check) for check in result.aircraft],
-        "lateral": [_sideways(check) for check in result.sideways],
+        "lateral": [_flown(check) for check in result.sideways],
         "effects": [
             {
                 "effect": check.planted.effect,
@@ -44,21 +44,12 @@ def numbers(result: CrossCheck) -> dict[str, Any]:
 
 
 def _aircraft(check: StockCheck) -> dict[str, Any]:
-    return {
-        "name": check.name,
-        "airspeed": check.airspeed,
-        "altitude": check.altitude,
-        "flown": check.flown,
-        "verdict": check.result.verdict.name.lower(),
-        "summary": check.result.summary,
-        "derivatives": [asdict(row) | {"truth": row.truth} for row in check.rows],
-        "error": [asdict(row) for row in check.errors],
-        "flown_again": check.flown_again,
-        "tables": [asdict(point) for point in check.tables],
-    }
+    further = {"flown_again": check.flown_again, "tables": [asdict(point) for point in check.tables]}
+    return _flown(check) | further
 
 
-def _sideways(check: SidewaysCheck) -> dict[str, Any]:
+def _flown(check: StockCheck | SidewaysCheck) -> dict[str, Any]:
+    """What is told of any aircraft that was flown."""
     return {
         "name": check.name,
         "airspeed": check.airspeed,
