@@ -206,10 +206,12 @@ def with_progress(
 
     The bar names each kernel while it is compiled, under a line that explains the delay of a first use.
     """
+    from aerosid.compiled.cores import available, on_cores
     from aerosid.compiled.kernel_cache import compilation_announced
     from aerosid.loop.closed_loop import close_loop
 
-    with compilation_announced(_say_once()), nullcontext(_nothing) if mode().quiet else stages() as progress:
+    shown = nullcontext(_nothing) if mode().quiet else stages()
+    with compilation_announced(_say_once()), on_cores(available()), shown as progress:
         return close_loop(
             identification, aircraft, validation, settings, progress, judged, hold_out=hold_out, provenance=provenance
         )

@@ -19,18 +19,30 @@ def delayed(time: NDArray[np.float64], values: NDArray[np.float64], delay: float
     values : (N, C) samples.
     delay : s, of either sign; past the end the last value is held.
     """
-    wanted = np.clip(time - delay, time[0], time[-1])
     if time.size < 4:
+        wanted = np.clip(time - delay, time[0], time[-1])
         return np.column_stack([np.interp(wanted, time, column) for column in values.T])
-    first = np.clip(np.searchsorted(time, wanted, side="right") - 2, 0, time.size - 4)
-    nodes = time[first[:, None] + np.arange(4)]
-    result = np.zeros_like(values)
-    for i in range(4):
-        weight = np.ones(time.size)
-        for j in range(4):
-            if j != i:
-                weight *= (wanted - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
-        result += weight[:, None] * values[first + i]
+    return _interpolated(time, np.ascontiguousarray(values), float(delay))
+
+
+@njit
+def _interpolated(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
+    """As `delayed`, of four samples or more, by Lagrange's polynomials."""
+    samples = time.shape[0]
+    result = np.zeros(values.shape)
+    after = 0
+    for k in range(samples):
+        wanted = min(max(time[k] - delay, time[0]), time[samples - 1])
+        while after < samples and time[after] <= wanted:
+            after += 1
+        first = min(max(after - 2, 0), samples - 4)
+        for i in range(4):
+            weight = 1.0
+            for j in range(4):
+                if j != i:
+                    weight *= (wanted - time[first + j]) / (time[first + i] - time[first + j])
+            for c in range(values.shape[1]):
+                result[k, c] += weight * values[first + i, c]
     return result
 
 

@@ -47,12 +47,10 @@ class Band:
         whole = np.concatenate([before, values, after])
         first = CUT_AT_ENDS * self.step
         kept = self.rows(values.shape[0]).size
-        filtered = upfirdn(self.weights, whole[first:], down=self.step, axis=0)
         # Output n of the decimated convolution ends at input n * step: the filter's whole length comes first.
         skip = -(-2 * half // self.step)
         shift = skip * self.step - 2 * half
-        if shift:
-            filtered = upfirdn(self.weights, whole[first - shift :], down=self.step, axis=0)
+        filtered = upfirdn(self.weights, whole[first - shift :], down=self.step, axis=0)
         return np.asarray(filtered[skip : skip + kept])
 
 

@@ -71,21 +71,24 @@ def term_variables(model: AerodynamicModel, motion: Motion, inputs: Array) -> di
 
 def term_series(term: Term, variables: Mapping[str, Array]) -> Array:
     """A term along the variables, (N,)."""
-    values = np.ones_like(variables["alpha"])
+    values: Array | None = None
     for factor in term.factors:
         x = variables[factor.variable]
         if factor.shape == "abs":
             x = np.abs(x)
         elif factor.shape == "pos":
             x = np.maximum(x - factor.offset, 0.0)
-        values = values * x**factor.power
-    return values
+        if factor.power != 1:
+            x = x**factor.power
+        values = x if values is None else values * x
+    return np.ones_like(variables["alpha"]) if values is None else values
 
 
 class CoefficientEquations:
     """The equations of one recording at one point of the search, before they are brought into the band.
 
-    All in units of the coefficient: what is measured, what is known of it, what one unit of a term adds.
+    All in units of the coefficient: what is measured, what is known of it, what one unit of a term adds. Series are
+    computed once and shared, so that none may be written to.
     """
 
     def __init__(
@@ -101,6 +104,7 @@ class CoefficientEquations:
         flight, _ = acting_flight(model, recording.manoeuvre, effects)
         inputs = flight.inputs
         self._slopes: dict[Entry, Array] = {}
+        self._kept: dict[Entry, Array] = {}
         for active in effects:
             if isinstance(active.effect, StateEffect) and active.acts_on(recording.name):
                 inputs = self._with_state_effect(active, model, replace_inputs(flight, inputs))
@@ -109,18 +113,18 @@ class CoefficientEquations:
         self._of_inputs = {*model.columns, *OF_THRUST} - set(recording.manoeuvre.axes.measured)
         held_in_terms = {name for _, term in (*free, *model.entries) for name in term.variables}
         self._fill_lift(model, held_in_terms)
-        self._sine, self._cosine = np.sin(motion.alpha), np.cos(motion.alpha)
+        self._sine, self._cosine = motion.sine, motion.cosine
         self._force = _force(model, motion, columns)
         self._mass = columns["mass"]
         constants = model.constants
         self._weigh(declared, constants)
         thrust = _thrust(model, columns)
-        thrusting = self._thrusting(thrust, constants)
+        thrusting, thrust = self._thrusting(thrust, constants), recording.in_rates(thrust)
         uses_alpha_dot = "alpha_dot_hat" in held_in_terms
         centre = centre_of(model, columns)
         forces = self._modelled(model, thrusting) if uses_alpha_dot or centre.is_moved else {}
         if uses_alpha_dot:
-            self.variables["alpha_dot_hat"] = self._modelled_alpha_dot(model, forces)
+            self._vary("alpha_dot_hat", self._modelled_alpha_dot(model, forces))
             self._fill_lift(model, held_in_terms)
         known = self._known_forces(thrusting) | self._known_moments(thrust, declared, motion.rates)
         if centre.is_moved:
@@ -194,16 +198,23 @@ class CoefficientEquations:
         """Lift as the model gives it, where a term holds it: as measured it would hold the gusts that drag answers."""
         for lift in LIFT:
             if lift in held_in_terms:
-                self.variables[lift] = np.zeros_like(self._motion.alpha)
+                self._vary(lift, np.zeros_like(self._motion.alpha))
                 for entry, value in zip(model.entries, model.values, strict=True):
                     if entry[0] == lift and value != 0.0:
-                        self.variables[lift] = self.variables[lift] + value * self._series(entry)
+                        self._vary(lift, self.variables[lift] + value * self._series(entry))
+
+    def _vary(self, name: str, series: Array) -> None:
+        """Give a variable another course: what was made of the one before is made again."""
+        self.variables[name] = series
+        self._kept = {entry: known for entry, known in self._kept.items() if name not in entry[1].variables}
 
     def _series(self, entry: Entry) -> Array:
-        series = term_series(entry[1], self.variables)
-        if entry[0] in _INERTIA and not self._of_inputs.isdisjoint(entry[1].variables):
-            series = self._recording.in_rates(series)
-        return series + self._slopes[entry] if entry in self._slopes else series
+        if entry not in self._kept:
+            series = term_series(entry[1], self.variables)
+            if entry[0] in _INERTIA and not self._of_inputs.isdisjoint(entry[1].variables):
+                series = self._recording.in_rates(series)
+            self._kept[entry] = series + self._slopes[entry] if entry in self._slopes else series
+        return self._kept[entry]
 
     def _body_axes(self, coefficient: str, series: Array) -> dict[str, Array]:
         """What a coefficient's term adds to those about body axes, (N,) each; those it does not touch are left out."""
@@ -242,7 +253,7 @@ class CoefficientEquations:
 
     def _known_forces(self, thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Accelerations at the accelerometers that no free term makes: thrust and declared lever arms."""
-        offsets = accelerometer_offsets(self._recording, (), self._motion.rates)
+        offsets = self._motion.declared_offsets
         known = dict(thrusting)
         for name in known:
             channel = MEASURED_BY[name]
@@ -289,10 +300,9 @@ class CoefficientEquations:
         return replace(self._motion.rates, **{f"{MEASURED_BY[name]}_dot": turned[name] for name in turned})
 
     def _known_moments(self, thrust: Array, constants: Constants, rates: Rates) -> dict[str, Array]:
-        """Angular accelerations that no free term makes: thrust and the coupling of a turning body's axes."""
+        """Angular accelerations that no free term makes: thrust, as rates show it, and the coupling of turning axes."""
         c = constants
         p, q, r = rates.p, rates.q, rates.r
-        thrust = self._recording.in_rates(thrust)
         made = {
             "C_l": c.I_xz * (rates.r_dot + p * q) - (c.I_zz - c.I_yy) * q * r,
             "C_m": thrust * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r),
@@ -326,7 +336,7 @@ class CoefficientEquations:
         """The inputs with what an effect of the motion adds; its share of the lift stays with that derivative."""
         effect, motion = active.effect, self._motion
         assert isinstance(effect, StateEffect)
-        states = _states(motion, self._recording.manoeuvre.axes.integrated)
+        states = motion.states
         ground = self._recording.manoeuvre.ground
         added = added_along(active, model, flight, np.array(model.values), states, ground)  # type: ignore[arg-type]
         inputs = flight.inputs.copy()  # type: ignore[attr-defined]
@@ -347,25 +357,6 @@ def replace_inputs(flight: object, inputs: Array) -> object:
 _INERTIA = {"C_l": "I_xx", "C_m": "I_yy", "C_n": "I_zz"}
 _LENGTH = {"C_l": "span", "C_m": "mean_chord", "C_n": "span"}
 """The moment of inertia and the reference length of each moment, fields of `Constants`."""
-
-
-def _states(motion: Motion, integrated: Sequence[str]) -> Array:
-    """The motion as the states of a case, (N, n); heading, on which nothing depends, is left zero."""
-    plane = motion.V * np.cos(motion.beta)
-    rates = motion.rates
-    known = {
-        "u": plane * np.cos(motion.alpha),
-        "v": motion.V * np.sin(motion.beta),
-        "w": plane * np.sin(motion.alpha),
-        "p": rates.p,
-        "q": rates.q,
-        "r": rates.r,
-        "phi": motion.phi,
-        "theta": motion.theta,
-        "h": motion.h,
-        "psi": np.zeros_like(motion.V),
-    }
-    return np.column_stack([known[name] for name in integrated])
 
 
 def _force(model: AerodynamicModel, motion: Motion, columns: Mapping[str, Array]) -> Array:

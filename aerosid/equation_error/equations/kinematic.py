@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +53,7 @@ class Motion:
 
     `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
     holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
-    gusts and its noise.
+    gusts and its noise. `recording`: whose motion it is.
     """
 
     V: Array
@@ -66,6 +67,40 @@ class Motion:
     specific_force: Mapping[str, Array]
     path: Mapping[str, Array]
     gusts: Mapping[str, Array]
+    recording: Recording
+
+    @cached_property
+    def sine(self) -> Array:
+        """Sine of alpha, (N,)."""
+        return np.sin(self.alpha)
+
+    @cached_property
+    def cosine(self) -> Array:
+        """Cosine of alpha, (N,)."""
+        return np.cos(self.alpha)
+
+    @cached_property
+    def declared_offsets(self) -> dict[str, Array]:
+        """What accelerometers at their declared places read beyond ones at the centre of gravity, m/s^2."""
+        return accelerometer_offsets(self.recording, (), self.rates)
+
+    @cached_property
+    def states(self) -> Array:
+        """The motion as the states of the recording's case, (N, n); heading, on which nothing depends, is left zero."""
+        plane = self.V * np.cos(self.beta)
+        known = {
+            "u": plane * self.cosine,
+            "v": self.V * np.sin(self.beta),
+            "w": plane * self.sine,
+            "p": self.rates.p,
+            "q": self.rates.q,
+            "r": self.rates.r,
+            "phi": self.phi,
+            "theta": self.theta,
+            "h": self.h,
+            "psi": np.zeros_like(self.V),
+        }
+        return np.column_stack([known[name] for name in self.recording.manoeuvre.axes.integrated])
 
 
 def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
@@ -172,7 +207,7 @@ def reconstruct(
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
-    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts)
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording)
 
 
 def _velocities(speed: Array, alpha: Array, beta: Array) -> tuple[Array, Array, Array, Array]:

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled import njit
+
 Array = NDArray[np.float64]
 
 COLOUR_ROUNDS = 3
@@ -49,16 +51,25 @@ class Colour:
         order = self.start.shape[0]
         if order == 0:
             return values
-        white = values.copy()
-        for lag in range(1, order + 1):
-            white[lag:] += self.weights[lag] * values[:-lag]
+        white = _filtered(np.ascontiguousarray(values), self.weights)
         white[:order] = self.start @ values[:order]
-        return np.asarray(white)
+        return white
 
     @property
     def log_start(self) -> float:
         """Logarithm of the determinant of the first samples' Cholesky factor."""
         return -float(np.sum(np.log(np.diag(self.start)))) if self.start.size else 0.0
+
+
+@njit
+def _filtered(values: Array, weights: Array) -> Array:
+    """Each column of (N, K) less what the samples before foretell of it."""
+    filtered = values.copy()
+    for lag in range(1, weights.shape[0]):
+        for n in range(lag, values.shape[0]):
+            for k in range(values.shape[1]):
+                filtered[n, k] += weights[lag] * values[n - lag, k]
+    return filtered
 
 
 def colour_of(weights: Array) -> Colour:

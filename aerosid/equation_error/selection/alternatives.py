@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import gain_over
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.design import Design, Solution, gain_over
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     joined,
@@ -134,19 +138,54 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
     margin = alike + 0.03 * worth
-    rows = []
-    for n in likeliest(scored, candidates, settings.shortlist):
+    order = likeliest(scored, candidates, settings.shortlist)
+
+    def tried(n: int) -> _Tried | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
         if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * alike + 0.3 * worth:
-            continue
+            return None
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - found.gain_over(bare)
-        if behind < margin and within_limits(found, hypothesis):
-            row = _row(found, hypothesis, each.hypothesis, worth - behind, behind)
+        if not (behind < margin and within_limits(found, hypothesis)):
+            return None
+        begun = tuple(active.values for active in hypothesis.effects)
+        ended = tuple(active.values for active in found.point.effects)
+        return _Tried(begun, found.point.model.values, ended, found.design, found.solution, behind)
+
+    rows = []
+    for n, found in zip(order, mapped(tried, order), strict=True):
+        if found is not None:
+            hypothesis = candidates[n].hypothesis
+            if hypothesis.effects:
+                effects = [replace(a, values=v) for a, v in zip(hypothesis.effects, found.begun, strict=True)]
+                hypothesis = replace(hypothesis, effects=tuple(effects))
+            estimated = found.estimate(frame, joined(bare.point, hypothesis))
+            row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well.
             if row.ratio >= settings.deviations:
                 rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
+
+
+class _Tried(NamedTuple):
+    """An estimate in place of a chosen one, without what the process that asked for it has already.
+
+    `begun`: numbers of the hypothesis' effects to first order; `values` of all terms and `ended` numbers of all effects
+    where they are likeliest.
+    """
+
+    begun: tuple[tuple[float, ...], ...]
+    values: NDArray[np.float64]
+    ended: tuple[tuple[float, ...], ...]
+    design: Design
+    solution: Solution
+    behind: float
+
+    def estimate(self, frame: Frame, start: Point) -> Estimate:
+        """The estimate, `start` being where it began."""
+        effects = tuple(replace(active, values=v) for active, v in zip(start.effects, self.ended, strict=True))
+        point = replace(start, model=start.model.with_values(self.values), effects=effects)
+        return Estimate(frame, point, self.design, self.solution)
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:

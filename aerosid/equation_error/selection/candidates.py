@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
@@ -170,26 +171,36 @@ def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothe
 
     A place is linear in its numbers, and has a column for each.
     """
-    found = []
     known = linear_values(base.design, base.solution)
     at_base = residual_of(frame, known, base.point)
-    for hypothesis in hypotheses:
-        if len(hypothesis.effects) != 1 or hypothesis.entries:
-            continue
-        active = hypothesis.effects[0]
+    asked = [hypothesis for hypothesis in hypotheses if len(hypothesis.effects) == 1 and not hypothesis.entries]
+
+    def columns_of(hypothesis: Hypothesis) -> list[Array]:
         wide = joined(base.point, hypothesis)
-        ways = [[ends] for ends in _trials(active)]
-        if isinstance(active.effect, PositionEffect):
-            ways = [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
-        for trial, way in enumerate(ways):
+        (active,) = hypothesis.effects
+        made = []
+        for way in _ways(active):
             columns = []
             for number, ends in enumerate(way):
                 moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
                 distance = ends[number] - active.values[number]
                 columns.append(-(residual_of(frame, known, moved) - at_base) / distance)
-            if np.isfinite(columns).all():
-                found.append(Candidate(hypothesis, np.column_stack(columns), trial))
-    return found
+            made.append(np.column_stack(columns))
+        return made
+
+    return [
+        Candidate(hypothesis, columns, trial)
+        for hypothesis, made in zip(asked, mapped(columns_of, asked), strict=True)
+        for trial, columns in enumerate(made)
+        if np.isfinite(columns).all()
+    ]
+
+
+def _ways(active: ActiveEffect) -> list[list[tuple[float, ...]]]:
+    """For every trial the numbers to which the effect is moved, one set for each column."""
+    if isinstance(active.effect, PositionEffect):
+        return [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
+    return [[ends] for ends in _trials(active)]
 
 
 def _trials(active: ActiveEffect) -> list[tuple[float, ...]]:

@@ -1,0 +1,106 @@
+"""Independent pieces of work dealt out to copies of this process, one a core; the results are those of one core."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextvars import ContextVar
+from multiprocessing.connection import Connection, Pipe
+from typing import Any, TypeVar
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+_allowed: ContextVar[int] = ContextVar("cores that may be used", default=1)
+
+_TICKET = 2
+"""Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
+
+MOST = 10_000
+"""Numerical: items that are dealt out; their numbers have to fit into a pipe that nobody empties yet."""
+
+
+def available() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def on_cores(count: int) -> Iterator[None]:
+    """Lets `mapped` use so many cores inside the block; without it there is one, as in the workers of a batch."""
+    before = _allowed.set(count)
+    try:
+        yield
+    finally:
+        _allowed.reset(before)
+
+
+def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Result]:
+    """The task's result of each item, in their order.
+
+    Parameters
+    ----------
+    task : callable
+        Changes nothing but caches; its results can be sent between processes. What it raises is raised here.
+    items : sequence
+        Taken by the cores as each becomes free.
+    """
+    count = min(_allowed.get(), len(items), MOST)
+    if count < 2 or len(items) > MOST or sys.platform != "linux":
+        return [task(item) for item in items]
+    tickets, dealer = os.pipe()
+    os.write(dealer, b"".join(n.to_bytes(_TICKET, "big") for n in range(len(items))))
+    os.close(dealer)
+    copies = [_copy(task, items, tickets) for _ in range(count - 1)]
+    try:
+        done = _worked(task, items, tickets)
+    finally:
+        while os.read(tickets, _TICKET):  # where the task failed here, the copies are to end too
+            pass
+        os.close(tickets)
+        received = [_received(*copy) for copy in copies]
+    for part in received:
+        done |= part
+    # What a copy could not do is done here, so that its error is this process's own.
+    return [done[n] if n in done else task(item) for n, item in enumerate(items)]
+
+
+def _worked(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> dict[int, _Result]:
+    """The results of the items whose numbers this process draws."""
+    done = {}
+    while ticket := os.read(tickets, _TICKET):
+        n = int.from_bytes(ticket, "big")
+        done[n] = task(items[n])
+    return done
+
+
+def _copy(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> tuple[int, Connection]:
+    """A copy of this process that draws items too: its number, and where its results come from."""
+    here, there = Pipe(duplex=False)
+    with warnings.catch_warnings():
+        # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar draws.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        copy = os.fork()
+    if copy == 0:
+        try:
+            _allowed.set(1)
+            there.send(_worked(task, items, tickets))
+            there.close()
+        finally:
+            os._exit(0)
+    there.close()
+    return copy, here
+
+
+def _received(copy: int, results: Connection) -> dict[int, Any]:
+    """What a copy has done; nothing where it ended before it could tell."""
+    with results:
+        try:
+            done: dict[int, Any] = results.recv()
+        except (EOFError, OSError):
+            done = {}
+    os.waitpid(copy, 0)
+    return done

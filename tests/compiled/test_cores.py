@@ -1,0 +1,84 @@
+"""Work dealt out to copies of this process gives what one process gives, in the same order, whatever becomes of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from aerosid.compiled.cores import mapped, on_cores
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
+
+
+def walk(seed: int) -> np.ndarray:
+    """Numbers enough that they do not fit into a pipe at once."""
+    return np.random.default_rng(seed).standard_normal(20_000).cumsum()
+
+
+def test_results_are_those_of_one_core_in_the_order_of_the_items() -> None:
+    alone = mapped(walk, range(7))
+    with on_cores(3):
+        shared = mapped(walk, range(7))
+    assert [a.tobytes() for a in alone] == [b.tobytes() for b in shared]
+
+
+def test_other_processes_take_part_and_make_no_copies_of_their_own() -> None:
+    here, (gate, opener) = os.getpid(), os.pipe()
+
+    def met(_item: int) -> tuple[int, set[int]]:
+        """The process that drew an item, and those that work for it; this one waits until another has drawn one."""
+        if os.getpid() == here:
+            os.read(gate, 1)
+        os.write(opener, b".")
+        return os.getpid(), set(mapped(lambda _n: os.getpid(), range(8)))
+
+    with on_cores(2):
+        drawn = dict(mapped(met, range(2)))
+    others = {process: inner for process, inner in drawn.items() if process != here}
+    assert others == {process: {process} for process in others}
+    assert len(others) == 1
+    assert set(mapped(lambda _n: os.getpid(), range(8))) == {here}
+    os.close(gate)
+    os.close(opener)
+
+
+PROGRAM = """
+import os
+from aerosid.compiled.cores import mapped, on_cores
+
+def refuses(item):
+    if item == 5:
+        raise ValueError("the sixth")
+    return item
+
+try:
+    with on_cores(2):
+        mapped(refuses, range(12))
+except ValueError as error:
+    print(error)
+try:
+    os.waitpid(-1, os.WNOHANG)
+except ChildProcessError:
+    print("alone")
+"""
+
+
+def test_an_error_is_the_callers_own_and_leaves_no_process_behind() -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM], text=True, capture_output=True, check=False, timeout=60)
+    assert done.stdout.splitlines() == ["the sixth", "alone"]
+
+
+def test_what_a_killed_copy_had_is_done_again() -> None:
+    here = os.getpid()
+
+    def dies_elsewhere(item: int) -> int:
+        if os.getpid() != here:
+            os._exit(1)
+        return item * item
+
+    with on_cores(3):
+        assert mapped(dies_elsewhere, range(20)) == [item * item for item in range(20)]
