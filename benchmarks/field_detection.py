@@ -207,30 +207,40 @@ def recorded(
 ) -> FlightLog:
     """What a recorder holds of a motion: `asked` [rad] is what it takes the elevator for."""
     generator = np.random.default_rng([*seed, 1])
-    stride = round(recorder.interval / FINE)
     channels = {channel: values.copy() for channel, values in outputs.items()} | {"delta_e": asked.copy()}
     for plant in plants:
         for channel, change in plant.sensors:
             channels[channel] = change(time, channels[channel], outputs)
-    instrument = butter(2, recorder.bandwidth, fs=1.0 / FINE, output="sos")
     for channel, values in channels.items():
         shocks = generator.standard_normal((2, time.size + WARM_UP))
         keep = math.exp(-FINE / 0.15)
         coloured = math.sqrt(1.0 - keep**2) * lfilter([1.0], [1.0, -keep], shocks[0])[WARM_UP:]
-        seen = values[0] + sosfilt(instrument, values - values[0])
         white = shocks[1][WARM_UP:]
-        kept = (seen + recorder.noise[channel] * (0.6 * coloured + 0.8 * white))[::stride]
-        if recorder.smoothed:
-            after = butter(3, recorder.smoothed, fs=1.0 / recorder.interval, output="sos")
-            kept = kept[0] + sosfiltfilt(after, kept - kept[0])
+        kept = _kept(recorder, values, recorder.noise[channel] * (0.6 * coloured + 0.8 * white))
         channels[channel] = recorder.resolution[channel] * np.round(kept / recorder.resolution[channel])
-    samples = time[::stride]
+    samples = time[:: _stride(recorder)]
     for plant in plants:
         for channel, disturb in plant.recorders:
             channels[channel] = disturb(samples, channels[channel], generator)
         for channel, history in plant.logged:
-            channels[channel] = history(samples)
+            # Through the filters that the motion goes through: as it was it would lead by what they are late.
+            channels[channel] = _kept(recorder, history(time), np.zeros(time.size))
     return FlightLog(name, samples, channels, {channel: UNITS.get(channel, "rad") for channel in channels})
+
+
+def _stride(recorder: Recorder) -> int:
+    """Steps of the simulation from sample to sample."""
+    return round(recorder.interval / FINE)
+
+
+def _kept(recorder: Recorder, values: Array, noise: Array) -> Array:
+    """What a recorder keeps of a channel at each of its samples, before rounding: filtered, and smoothed afterwards."""
+    instrument = butter(2, recorder.bandwidth, fs=1.0 / FINE, output="sos")
+    kept: Array = (values[0] + sosfilt(instrument, values - values[0]) + noise)[:: _stride(recorder)]
+    if recorder.smoothed:
+        after = butter(3, recorder.smoothed, fs=1.0 / recorder.interval, output="sos")
+        kept = kept[0] + sosfiltfilt(after, kept - kept[0])
+    return kept
 
 
 def judged(plants: Sequence[Plant], result: ClosedLoop) -> tuple[list[str], list[str]]:
