@@ -48,17 +48,17 @@ def check_command(
 
     output = console()
     declared = load_aircraft(aircraft) if aircraft else None
-    held: dict[Path, FlightLog] = {}
+    read_before: dict[Path, FlightLog] = {}
     closing = []
     silent = mode().silent
     for span in spans_between(logs, start, stop):
-        if span.path not in held and span.path.exists() and FORMATS[format_of(span.path)].several_clocks:
+        if span.path not in read_before and span.path.exists() and FORMATS[format_of(span.path)].several_clocks:
             streams = read_recording(span.path)
             # Before the channels are read: what is in the file helps to map them.
             if not silent:
                 _print_streams(span.path, streams, output)
-            held[span.path] = read_log(span.path, channels, across_holes=True, recording=streams)
-        log = read_span(span, channels, held)
+            read_before[span.path] = read_log(span.path, channels, across_holes=True, recording=streams)
+        log = read_span(span, channels, read_before)
         if declared is not None:
             log = with_declared_noise(log, declared.noise, declared.resolution)
         closing.append(_checked(log, None if silent else output, _length(declared)))

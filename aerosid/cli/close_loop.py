@@ -156,13 +156,13 @@ def read_roles(
     LogError
         Where a log cannot be used, or holds no manoeuvre to be found.
     """
-    held: dict[Path, FlightLog] = {}
+    read_before: dict[Path, FlightLog] = {}
     roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
     asked = (spans_between(logs, start, stop), expand(validate), expand(hold_out))
     for usual, spans in zip(ROLES, asked, strict=True):
         for span in spans:
             role = (usual == ROLES[0] and span.role) or usual
-            log = read_span(span, channels, held, across_holes=find and role == ROLES[0])
+            log = read_span(span, channels, read_before, across_holes=find and role == ROLES[0])
             require_samples(log)
             roled[role] += elevator_manoeuvres(log) if find and role == ROLES[0] else (log,)
     if not roled[ROLES[0]]:

@@ -142,9 +142,9 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
     if not stretches:
         return None
     for j in range(inputs.shape[1]):
-        held = np.isfinite(inputs[:, j])
-        if not held.all():
-            inputs[:, j] = without_gaps(time, inputs[:, j]) if held.any() else 0.0
+        present = np.isfinite(inputs[:, j])
+        if not present.all():
+            inputs[:, j] = without_gaps(time, inputs[:, j]) if present.any() else 0.0
     compared = np.zeros(measured.shape, dtype=bool)
     for stretch in stretches:
         inside = time[stretch]
@@ -233,5 +233,5 @@ def _first_state(recording: Recording, stretch: slice) -> Array:
 
 
 def _first_mean(values: Array, settings: StretchSettings = STRETCHES) -> float:
-    held = values[np.isfinite(values)]
-    return float(held[: settings.first].mean()) if held.size else float("nan")
+    present = values[np.isfinite(values)]
+    return float(present[: settings.first].mean()) if present.size else float("nan")

@@ -240,13 +240,13 @@ def _moved(point: _Point, variance: Array, damping: float) -> tuple[tuple[Active
 def _solved(matrix: Array, right: Array, damping: float) -> Array:
     """A x = b after scaling to unit diagonal, damped; rows without information give 0."""
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    held = scale > 0.0
+    shown = scale > 0.0
     result = np.zeros_like(right)
-    if held.any():
-        unit = scale[held]
-        scaled = matrix[np.ix_(held, held)] / np.outer(unit, unit)
+    if shown.any():
+        unit = scale[shown]
+        scaled = matrix[np.ix_(shown, shown)] / np.outer(unit, unit)
         # A grain of damping keeps directions that hold nothing to rounding at rest.
         scaled += (damping + 1e-12) * np.eye(unit.size)
         by_row = unit if right.ndim == 1 else unit[:, None]
-        result[held] = np.linalg.solve(scaled, right[held] / by_row) / by_row
+        result[shown] = np.linalg.solve(scaled, right[shown] / by_row) / by_row
     return result

@@ -61,8 +61,8 @@ def load(target_context: Any, payload: bytes) -> Any:
         begin()
     library = _library(target_context.codegen(), name, *code)
     names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
-    held = [each for each in (*names, *(env.env_name for env in referenced)) if each.encode() in code[0]]
-    library.codegen._engine._defined_symbols.update(held)
+    linked = [each for each in (*names, *(env.env_name for env in referenced)) if each.encode() in code[0]]
+    library.codegen._engine._defined_symbols.update(linked)
     result = _compiler.compile_result(
         target_context=target_context,
         typing_context=target_context.typing_context,

@@ -176,8 +176,8 @@ def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterato
 
 
 def _range(values: NDArray[np.float64]) -> float:
-    held = values[np.isfinite(values)]
-    return float(np.ptp(held)) if held.size else 0.0
+    present = values[np.isfinite(values)]
+    return float(np.ptp(present)) if present.size else 0.0
 
 
 def searched_numbers(term: Term) -> int:

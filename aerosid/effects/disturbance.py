@@ -55,8 +55,8 @@ def turbulence() -> NoiseEffect:
 
 def gusts_of(axes: Axes) -> tuple[NoiseEffect, ...]:
     """Air that moves across the flight path, along each velocity that a case integrates, and along both."""
-    held = {GUST_COLUMN: "w" in axes.integrated, SIDE_GUST_COLUMN: "v" in axes.integrated}
-    return tuple(effect for effect in (gust(), side_gust(), turbulence()) if all(held[c] for c in effect.columns))
+    possible = {GUST_COLUMN: "w" in axes.integrated, SIDE_GUST_COLUMN: "v" in axes.integrated}
+    return tuple(effect for effect in (gust(), side_gust(), turbulence()) if all(possible[c] for c in effect.columns))
 
 
 def _correlated(p: tuple[float, ...], interval: float, airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:

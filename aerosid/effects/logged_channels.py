@@ -46,9 +46,9 @@ def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> 
 
 def _moves(log: FlightLog, name: str) -> bool:
     values = log[name]
-    held = values[np.isfinite(values)]
-    spread = float(held.std())
-    if held.size < 5 or spread <= 1e-9 * max(float(np.abs(held).max()), 1e-300):
+    present = values[np.isfinite(values)]
+    spread = float(present.std())
+    if present.size < 5 or spread <= 1e-9 * max(float(np.abs(present).max()), 1e-300):
         return False
     return spread > OFFERED.least_noise_ratio * float(estimate_noise(log.time, values))
 
@@ -66,11 +66,11 @@ def _is_answer(log: FlightLog, name: str, axes: Axes) -> bool:
 def _explained(log: FlightLog, name: str, others: Sequence[str]) -> float:
     """Share of a channel's variance that a linear combination of others explains; 1 where nothing can be said."""
     responses = [log[other] for other in others]
-    held = np.isfinite(log[name]) & np.all([np.isfinite(values) for values in responses], axis=0)
-    if held.sum() < 4 * len(responses):
+    present = np.isfinite(log[name]) & np.all([np.isfinite(values) for values in responses], axis=0)
+    if present.sum() < 4 * len(responses):
         return 1.0  # an answer would do harm
-    regressors = np.column_stack([np.ones(held.sum()), *(_scaled(values[held]) for values in responses)])
-    target = _scaled(log[name][held])
+    regressors = np.column_stack([np.ones(present.sum()), *(_scaled(values[present]) for values in responses)])
+    target = _scaled(log[name][present])
     fitted = regressors @ np.linalg.lstsq(regressors, target, rcond=None)[0]
     return 1.0 - float(np.var(target - fitted))
 

@@ -73,9 +73,9 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     groups = []
     for part in whiten(refinement, manoeuvres):
         for i in range(refinement.variance.size):
-            held = np.isfinite(part.residual[:, i])
-            if held.any():
-                groups.append((part.columns[held, i, :], part.residual[held, i], 1.0))
+            present = np.isfinite(part.residual[:, i])
+            if present.any():
+                groups.append((part.columns[present, i, :], part.residual[present, i], 1.0))
     white = refinement.covariance
     # What a record cannot tell apart has no deviation; the rest must not fail for it.
     keep = np.flatnonzero(np.isfinite(np.diag(white)) & (np.diag(white) > 0.0))

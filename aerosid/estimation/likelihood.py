@@ -251,7 +251,7 @@ class Likelihood:
         sides = slopes_by_simulation(self.model, manoeuvre, values, state, effects, tested)
         reach = samples if whole or (remembers and samples <= WHOLE * STRETCH) else STRETCH
         carry = make_trace_carry(state, self.free.size, moves.shape[2])
-        held = np.isfinite(flight.measured)
+        present = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)
             trace = make_trace(stop - begin, extra, width, model.axes)
@@ -265,7 +265,7 @@ class Likelihood:
             for place, slope in sides.items():
                 block[:, :, 1 + own + place] = slope[begin:stop]
             sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
-            here = held[begin:stop]
+            here = present[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
 

@@ -100,8 +100,8 @@ class Manoeuvre:
     @cached_property
     def spread(self) -> NDArray[np.float64]:
         """Standard deviation of each output's samples, (m,), SI; 1 where nothing was measured."""
-        held = [column[np.isfinite(column)] for column in self.flight.measured.T]
-        return np.array([values.std() if values.size else 1.0 for values in held])
+        present = [column[np.isfinite(column)] for column in self.flight.measured.T]
+        return np.array([values.std() if values.size else 1.0 for values in present])
 
 
 def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Manoeuvre:
@@ -228,8 +228,8 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
 
 
 def _first_mean(values: NDArray[np.float64], count: int = PREPARATION.first) -> float:
-    held = values[np.isfinite(values)]
-    return float(held[:count].mean()) if held.size else float("nan")
+    present = values[np.isfinite(values)]
+    return float(present[:count].mean()) if present.size else float("nan")
 
 
 def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> NDArray[np.float64]:
@@ -272,12 +272,12 @@ _AT_REST = ("phi", "p", "r", "beta", "q", "theta")
 def _without_gaps(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.float64]:
     """A channel with missing samples interpolated linearly; a note records it."""
     values = log[name]
-    held = np.isfinite(values)
-    if held.all():
+    present = np.isfinite(values)
+    if present.all():
         return values
-    if held.sum() < 2:
-        raise LogError(f"{log.path}: channel {name} holds {int(held.sum())} samples, but it is needed throughout.")
-    notes.append(f"{int((~held).sum())} missing samples of the input {name} are interpolated linearly.")
+    if present.sum() < 2:
+        raise LogError(f"{log.path}: channel {name} holds {int(present.sum())} samples, but it is needed throughout.")
+    notes.append(f"{int((~present).sum())} missing samples of the input {name} are interpolated linearly.")
     return without_gaps(log.time, values)
 
 

@@ -346,10 +346,10 @@ def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     Directions that hold no information to rounding are left to the pseudo-inverse's cut-off at 1e-13.
     """
     scale = np.sqrt(np.diag(matrix))
-    held = scale > 0.0
+    shown = scale > 0.0
     inverse = np.zeros_like(matrix)
-    scaled = matrix[np.ix_(held, held)] / np.outer(scale[held], scale[held])
-    part = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / np.outer(scale[held], scale[held])
-    inverse[np.ix_(held, held)] = part
-    inverse[~held, ~held] = np.inf
+    scaled = matrix[np.ix_(shown, shown)] / np.outer(scale[shown], scale[shown])
+    part = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / np.outer(scale[shown], scale[shown])
+    inverse[np.ix_(shown, shown)] = part
+    inverse[~shown, ~shown] = np.inf
     return inverse

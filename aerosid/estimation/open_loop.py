@@ -92,8 +92,8 @@ def respond(
     rms: dict[str, float | None] = {}
     for i, name in enumerate(manoeuvre.axes.outputs):
         if name in manoeuvre.outputs:
-            held = np.isfinite(manoeuvre.flight.measured[:, i])
-            error = difference[held, i]
+            present = np.isfinite(manoeuvre.flight.measured[:, i])
+            error = difference[present, i]
             rms[name] = float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else None
     return Response(outputs, states, rms)
 

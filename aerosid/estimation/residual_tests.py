@@ -24,12 +24,12 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
         for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
-            held = np.isfinite(residual)
-            if held.sum() < 20 or manoeuvre.noise[i] == 0.0:
+            present = np.isfinite(residual)
+            if present.sum() < 20 or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a reading that hangs between steps: its noise is not known
-            ratio = float(np.sqrt(np.mean(residual[held] ** 2))) * level[i] / manoeuvre.noise[i]
+            ratio = float(np.sqrt(np.mean(residual[present] ** 2))) * level[i] / manoeuvre.noise[i]
             own = ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i])
-            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual[held]) and not own:
+            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual[present]) and not own:
                 wrong[name] = None
     return tuple(wrong)
 

@@ -209,16 +209,16 @@ def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyAr
     values = recorded.astype(np.float64)
     # Beyond, a sum overflows: such numbers are damage.
     values[~(np.abs(values) < _LARGEST)] = np.nan
-    held = values[np.isfinite(values)]
-    repeats = float(np.mean(held[1:] == held[:-1])) if held.size > 1 else 0.0
+    present = values[np.isfinite(values)]
+    repeats = float(np.mean(present[1:] == present[:-1])) if present.size > 1 else 0.0
     label = f"{stream.label}.{name}" if stream.label else name
     return ListedChannel(
         label,
         unit or "",
         stream.label,
         values.size,
-        values.size - held.size,
-        *_extremes(held),
+        values.size - present.size,
+        *_extremes(present),
         repeats,
         sparkline(values),
     )

@@ -57,6 +57,6 @@ def with_declared_noise(log: FlightLog, noise: Mapping[str, float], resolution: 
     """The log with an aircraft file's noise and resolution for the channels whose own map gives none."""
     if not noise and not resolution:
         return log
-    held = {name: value for name, value in noise.items() if name in log}
+    deviations = {name: value for name, value in noise.items() if name in log}
     steps = {name: value for name, value in resolution.items() if name in log}
-    return replace(log, noise={**held, **log.noise}, resolution={**steps, **log.resolution})
+    return replace(log, noise={**deviations, **log.noise}, resolution={**steps, **log.resolution})

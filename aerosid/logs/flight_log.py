@@ -143,9 +143,9 @@ class FlightLog:
         try:
             return self.channels[name]
         except KeyError:
-            held = ", ".join(self.channels) or "none"
+            found = ", ".join(self.channels) or "none"
             raise LogError(
-                f"{self.path or self.name}: channel {name} is not in the log (it holds {held}); "
+                f"{self.path or self.name}: channel {name} is not in the log (it holds {found}); "
                 "add the column or map it in a channel map."
             ) from None
 

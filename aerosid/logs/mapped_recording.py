@@ -191,8 +191,8 @@ def _clock(recording: Recording, mapping: ChannelMap, entry: ChannelColumnMap, s
     if wanted is not None and (clock := stream.clock(wanted)) is not None:
         return clock
     if entry.clock is not None:
-        held = ", ".join(clock.name for clock in stream.clocks) or "none"
-        raise LookupProblem(f"names the clock {entry.clock!r}, but {stream.label or 'the table'} has {held}")
+        found = ", ".join(clock.name for clock in stream.clocks) or "none"
+        raise LookupProblem(f"names the clock {entry.clock!r}, but {stream.label or 'the table'} has {found}")
     given = entry.time or mapping.time
     if given is not None and given.column is not None:
         return _mapped_clock(recording, given.column, given.unit, given.sign * given.scale, given.offset, stream)

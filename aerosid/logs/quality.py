@@ -210,24 +210,24 @@ def check_log(log: FlightLog) -> LogQuality:
 def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     values = log[name]
     there = np.isfinite(values)
-    held = values[there]
+    present = values[there]
     unit = log.units.get(name, "")
-    missing = 1.0 - held.size / values.size
-    if held.size == 0:
+    missing = 1.0 - present.size / values.size
+    if present.size == 0:
         return ChannelQuality(name, unit, math.nan, math.nan, 1.0, 0, 0.0, 0.0, 0.0, 0.0)
     known = channel_noise(log, name)
     noise = known.deviation
-    variation = math.sqrt(max(float(np.var(held)) - noise**2, 0.0))
+    variation = math.sqrt(max(float(np.var(present)) - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
         name,
         unit,
-        float(held.min()),
-        float(held.max()),
+        float(present.min()),
+        float(present.max()),
         missing,
         int(spikes(values, noise).size),
-        longest_stand(log.time[there], held),
-        quantum(held),
+        longest_stand(log.time[there], present),
+        quantum(present),
         noise,
         excitation,
         known.declared,

@@ -70,11 +70,11 @@ def quantum(values: FloatArray) -> float:
 
 def cut_at(values: FloatArray) -> float | None:
     """The extreme at which a channel rests repeatedly and unlike at its other values, or None."""
-    held = values[np.isfinite(values)]
-    first, last = _runs(held)
+    present = values[np.isfinite(values)]
+    first, last = _runs(present)
     length = last - first + 1
-    for extreme in (float(held.min()), float(held.max())):
-        here = held[first] == extreme
+    for extreme in (float(present.min()), float(present.max())):
+        here = present[first] == extreme
         longest_here = int(length[here].max())
         longest_elsewhere = int(length[~here].max(initial=1))
         if longest_here >= QUALITY.saturated_samples and longest_here > 2 * longest_elsewhere:

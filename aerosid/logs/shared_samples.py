@@ -44,8 +44,8 @@ def _is_same_file(one: FlightLog, other: FlightLog) -> bool:
 
 
 def _range(values: NDArray[np.float64]) -> float:
-    held = values[np.isfinite(values)]
-    return float(np.ptp(held)) if held.size else 0.0
+    present = values[np.isfinite(values)]
+    return float(np.ptp(present)) if present.size else 0.0
 
 
 def _rows(log: FlightLog, names: list[str]) -> tuple[NDArray[np.void], NDArray[np.float64]]:

@@ -30,8 +30,8 @@ def told_of_unseen_sideslip(
         As estimated.
     """
     lacking = [each.name for each in manoeuvres if "v" in each.axes.integrated and "beta" not in each.outputs]
-    held = [entry in model.entries for entry in (WEATHERCOCK, SIDE)]
-    if not lacking or not all(held) or aircraft.span is None or aircraft.I_zz is None:
+    modelled = [entry in model.entries for entry in (WEATHERCOCK, SIDE)]
+    if not lacking or not all(modelled) or aircraft.span is None or aircraft.I_zz is None:
         return ()
     each_metre = aircraft.mass * aircraft.span * model.value(WEATHERCOCK) / aircraft.I_zz
     said = (

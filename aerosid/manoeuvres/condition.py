@@ -77,10 +77,10 @@ def condition_before(log: FlightLog, start: float, lead: float, stop: float) -> 
     for name in CONDITION_CHANNELS:
         if name not in log:
             continue
-        held = log[name][within]
-        held = held[np.isfinite(held)]
-        if held.size:
-            found[name] = float(held.mean())
+        present = log[name][within]
+        present = present[np.isfinite(present)]
+        if present.size:
+            found[name] = float(present.mean())
     return found
 
 

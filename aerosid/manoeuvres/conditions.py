@@ -58,9 +58,9 @@ def _steadiest(
     length = max(shortest, min(middle, record.samples(settings.trim_length, centres[0])))
     detail = {"steady_from": float(record.time[begin]), "steady_to": float(record.time[end])}
     # The cost of a longer window is that of the short ones in it.
-    held = length - shortest + 1
+    starts = length - shortest + 1
     sums = np.concatenate([[0.0], np.cumsum(cost[centres[0] : centres[1] + 1])])
-    means = (sums[held:] - sums[:-held]) / held
+    means = (sums[starts:] - sums[:-starts]) / starts
     found = []
     for _ in range((end - begin + 1) // length):
         best = int(np.argmin(means))

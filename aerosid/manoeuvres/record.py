@@ -222,9 +222,9 @@ def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray
     channels: dict[str, FloatArray] = {}
     for name in log.channels:
         values = _up_to_holes(time, log[name][part], settings)
-        held = np.isfinite(values)
+        present = np.isfinite(values)
         # A channel that is mostly missing says nothing between its samples.
-        if (np.count_nonzero(held) < 0.5 * time.size and name not in _NEEDED) or not held.any():
+        if (np.count_nonzero(present) < 0.5 * time.size and name not in _NEEDED) or not present.any():
             continue
         filled = without_gaps(time, values)
         channels[name] = np.interp(raster, time, uniform_filter1d(filled, width, mode="nearest"))
@@ -249,14 +249,14 @@ def _surface_scales(
     for name in log.channels:
         if not name.startswith("delta_") or name in ("delta_f", "delta_h"):
             continue
-        held = [(channels, air) for _, channels, air in pieces if name in channels and air.any()]
-        if not held:
+        recorded = [(channels, air) for _, channels, air in pieces if name in channels and air.any()]
+        if not recorded:
             continue
-        largest = _largest([_travel(channels[name], window)[air] for channels, air in held])
+        largest = _largest([_travel(channels[name], window)[air] for channels, air in recorded])
         noise = estimate_noise(log.time, log[name])
         rest = settings.rest_share * largest
         rate, lively = _ANSWERS.get(name, ("", ""))
-        answers = [np.abs(channels[rate][air]) for channels, air in held if rate in channels]
+        answers = [np.abs(channels[rate][air]) for channels, air in recorded if rate in channels]
         if answers and (most := _largest(answers) * unit) > 0.0:
             rest = min(rest, settings.rest_answer * getattr(settings, lively) / most * largest)
         scales[name] = largest, min(max(rest, settings.rest_noise * noise), largest)

@@ -55,11 +55,11 @@ def explained_shares(before: _Model, after: _Model, manoeuvre: Manoeuvre) -> lis
     rows = []
     for i, name in enumerate(manoeuvre.axes.coefficients):
         # Both models are judged on the same samples: a correction may not reach the ends of the record.
-        held = np.all([np.isfinite(part[:, i]) for pair in pairs for part in pair], axis=0)
-        if held.sum() < 10:
+        present = np.all([np.isfinite(part[:, i]) for pair in pairs for part in pair], axis=0)
+        if present.sum() < 10:
             continue
         shares = [
-            1.0 - float(np.var((measured - modelled)[held, i]) / max(np.var(measured[held, i]), 1e-300))
+            1.0 - float(np.var((measured - modelled)[present, i]) / max(np.var(measured[present, i]), 1e-300))
             for measured, modelled in pairs
         ]
         rows.append(CoefficientRow(name, manoeuvre.log.name, *shares))

@@ -113,12 +113,12 @@ def judge_consistency(history: ModelErrorHistory, y: ArrayLike, R: ArrayLike, ou
         step_work(n, 0, 0),
     )  # fmt: skip
     variance = np.broadcast_to(np.diagonal(covariance, axis1=1, axis2=2), (N, p))
-    held = np.isfinite(measured)
-    sums = np.where(held, (np.where(held, measured, 0.0) - computed) ** 2 / variance, 0.0).sum(axis=0)
+    present = np.isfinite(measured)
+    sums = np.where(present, (np.where(present, measured, 0.0) - computed) ** 2 / variance, 0.0).sum(axis=0)
     return Consistency(
         float(log_determinant + squares),
         float(squares / count) if count else math.nan,
-        np.asarray(sums / np.maximum(held.sum(axis=0), 1)),
+        np.asarray(sums / np.maximum(present.sum(axis=0), 1)),
     )
 
 

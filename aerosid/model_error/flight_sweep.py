@@ -288,29 +288,29 @@ def _mean_squares(rows: Rows, outputs: int) -> Array:
 def _plain_step(rows: Rows) -> tuple[Array, Array]:
     """Least squares of whitened rows, and deviations; an undetermined number stays, with an infinite one."""
     scale = np.linalg.norm(rows.known, axis=0)
-    held = np.flatnonzero(scale > 0.0)
+    shown = np.flatnonzero(scale > 0.0)
     step, deviation = np.zeros(scale.size), np.full(scale.size, np.inf)
-    columns = rows.known[:, held] / scale[held]
+    columns = rows.known[:, shown] / scale[shown]
     strength, vectors = np.linalg.eigh(columns.T @ columns)
     clear = strength > 1e-12 * strength[-1]
     root = vectors[:, clear] / np.sqrt(strength[clear])
-    step[held] = root @ (root.T @ (columns.T @ rows.target)) / scale[held]
-    deviation[held] = np.sqrt(np.sum(root**2, axis=1)) / scale[held]
+    step[shown] = root @ (root.T @ (columns.T @ rows.target)) / scale[shown]
+    deviation[shown] = np.sqrt(np.sum(root**2, axis=1)) / scale[shown]
     return step, deviation
 
 
 def _restricted(normal: Array) -> float:
     """Residual squares and ln |information| from the products (1 + m, 1 + m) of target and known columns."""
     scale = np.sqrt(np.diag(normal)[1:])
-    held = np.flatnonzero(scale > 0.0)
-    if not held.size:
+    shown = np.flatnonzero(scale > 0.0)
+    if not shown.size:
         return float(normal[0, 0])
-    inner = normal[1:, 1:][np.ix_(held, held)] / np.outer(scale[held], scale[held])
+    inner = normal[1:, 1:][np.ix_(shown, shown)] / np.outer(scale[shown], scale[shown])
     strength, vectors = np.linalg.eigh(inner)
     clear = strength > 1e-12 * strength[-1]
-    product = vectors[:, clear].T @ (normal[1:, 0][held] / scale[held])
+    product = vectors[:, clear].T @ (normal[1:, 0][shown] / scale[shown])
     squares = float(normal[0, 0] - np.sum(product**2 / strength[clear]))
-    return squares + float(np.sum(np.log(strength[clear]))) + 2.0 * float(np.sum(np.log(scale[held])))
+    return squares + float(np.sum(np.log(strength[clear]))) + 2.0 * float(np.sum(np.log(scale[shown])))
 
 
 def _between(swept: SweptModel, moved: SweptModel, share: float) -> SweptModel:

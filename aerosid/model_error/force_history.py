@@ -49,8 +49,8 @@ class ErrorHistory:
     @property
     def left_its_range(self) -> bool:
         """Whether d(t) somewhere is larger than any coefficient can be off: what follows it there says nothing."""
-        held = self.d[np.isfinite(self.d)]
-        return bool(held.size and np.max(np.abs(held)) > LARGEST)
+        present = self.d[np.isfinite(self.d)]
+        return bool(present.size and np.max(np.abs(present)) > LARGEST)
 
 
 LARGEST = 1.0

@@ -174,13 +174,13 @@ def _low_passed(
     if settings.cut_off_hz * interval >= 0.4:
         return history
     sections = signal.butter(2, settings.cut_off_hz, fs=1.0 / interval, output="sos")
-    held = np.isfinite(history.d).all(axis=1)
+    present = np.isfinite(history.d).all(axis=1)
 
     def passed(values: Array) -> Array:
         found = np.full_like(values, np.nan)
-        flat = values[held].reshape(int(held.sum()), -1)
+        flat = values[present].reshape(int(present.sum()), -1)
         first = signal.sosfilt_zi(sections)[:, :, None] * flat[0]
-        found[held] = signal.sosfilt(sections, flat, axis=0, zi=first)[0].reshape(values[held].shape)
+        found[present] = signal.sosfilt(sections, flat, axis=0, zi=first)[0].reshape(values[present].shape)
         return found
 
     return replace(history, d=passed(history.d), responded=passed(history.responded), initial=passed(history.initial))

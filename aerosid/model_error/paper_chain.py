@@ -225,10 +225,10 @@ def _rate_power(part: Fed) -> NDArray[np.float64]:
     interval = float(np.median(np.diff(part.flight.time)))
     power = np.zeros(len(coupled_of(part.axes)))
     for i in range(len(moving_of(part.axes))):
-        held = np.isfinite(measured[:, i])
+        present = np.isfinite(measured[:, i])
         # Over a quarter of a second the noise no longer dominates the difference.
         stride = max(1, round(0.25 / interval))
-        values, time = measured[held, i], part.flight.time[held]
+        values, time = measured[present, i], part.flight.time[present]
         rate = (values[stride:] - values[:-stride]) / (time[stride:] - time[:-stride])
         power[i] = max(float(np.mean(rate**2)), 1e-12) * 0.25
     return power
@@ -280,8 +280,8 @@ def _std_errors(
         stop = start + moving * history.d.shape[0]
         for i in range(moving):
             part = slice(start + i, stop, moving)
-            held = np.isfinite(residual[part])
-            groups.append((regressors[part][held], residual[part][held], float(weights[start + i])))
+            present = np.isfinite(residual[part])
+            groups.append((regressors[part][present], residual[part][present], float(weights[start + i])))
         start = stop
     try:
         covariance = coloured_covariance_groups(groups).corrected

@@ -150,21 +150,21 @@ def coloured_regression(
     filters = tuple(np.ones(1) for _ in groups)
     variances = np.array([max(float(np.mean(y[part] ** 2)), _TINY) for part in groups])
     scale = np.linalg.norm(X, axis=0)
-    held = np.flatnonzero(scale > 0.0)
+    shown = np.flatnonzero(scale > 0.0)
     solution = np.zeros(X.shape[1])
     residual = y
     basis, white = np.zeros((y.size, 0)), y
     inverse = np.zeros((0, 0))
     # The first pass finds the sizes of the groups' noise, the later ones their colour too.
     for turn in range(settings.rounds + 2):
-        filtered = _filtered(np.column_stack([X[:, held] / scale[held], y]), groups, filters, variances)
+        filtered = _filtered(np.column_stack([X[:, shown] / scale[shown], y]), groups, filters, variances)
         columns, white = filtered[:, :-1], filtered[:, -1]
-        basis, strength, right = np.linalg.svd(columns, full_matrices=False) if held.size else _nothing(y.size)
+        basis, strength, right = np.linalg.svd(columns, full_matrices=False) if shown.size else _nothing(y.size)
         clear = strength > 1e-10 * (strength[0] if strength.size else 1.0)
         basis = basis[:, clear]
         inverse = right[clear].T / strength[clear]
         solution = np.zeros(X.shape[1])
-        solution[held] = inverse @ (basis.T @ white) / scale[held]
+        solution[shown] = inverse @ (basis.T @ white) / scale[shown]
         residual = y - X @ solution
         if turn == settings.rounds + 1:
             break
@@ -180,7 +180,7 @@ def coloured_regression(
     white = white - basis @ (basis.T @ white)
     spread = float(white @ white) / freedom
     covariance = np.full((X.shape[1], X.shape[1]), np.inf)
-    covariance[np.ix_(held, held)] = spread * (inverse @ inverse.T) / np.outer(scale[held], scale[held])
+    covariance[np.ix_(shown, shown)] = spread * (inverse @ inverse.T) / np.outer(scale[shown], scale[shown])
     return Coloured(
         solution, covariance, residual, filters, variances, _cost(residual, groups, filters), white, basis, groups,
         freedom,

@@ -273,8 +273,8 @@ PICTURE_BAND = 1.0
 def _joined(histories: Sequence[AircraftErrorHistory], equation: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """The d of one equation over all logs without missing samples, and which samples were there."""
     d = np.concatenate([history.d[:, equation] for history in histories])
-    held = np.isfinite(d)
-    return d[held], held
+    present = np.isfinite(d)
+    return d[present], present
 
 
 def _starts(histories: Sequence[AircraftErrorHistory], equation: int) -> NDArray[np.float64]:

@@ -103,8 +103,8 @@ def smoothed_error(
     part, samples, inputs = flown.part, residual.shape[0], noise.variance.size
     errors, variances = np.zeros((samples, inputs, 1)), np.zeros((samples, inputs))
     start = initial_covariance(np.zeros((STATE_COUNT, STATE_COUNT)), noise, trace, part.sensors)
-    held = np.ascontiguousarray(part.held)
-    smooth_inputs(held, residual, trace, statistics.variance, noise, part.sensors, start, errors, variances)
+    present = np.ascontiguousarray(part.held)
+    smooth_inputs(present, residual, trace, statistics.variance, noise, part.sensors, start, errors, variances)
     # What has no noise has no error: the air's velocity where it is taken as still.
     moving = flown.offsets if statistics.gust is not None else flown.offsets[:-1]
     noisy = np.flatnonzero((part.noise.variance > 0.0) | np.isin(np.arange(part.noise.variance.size), moving))

@@ -65,8 +65,8 @@ class Result(ClosedLoop):
         for each in self.simulated:
             if each.log.name == log:
                 return each
-        held = ", ".join(each.log.name for each in self.simulated)
-        raise UsageError(f"the result holds no log {log!r}, expected one of {held}; give one of these names.")
+        found = ", ".join(each.log.name for each in self.simulated)
+        raise UsageError(f"the result holds no log {log!r}, expected one of {found}; give one of these names.")
 
     def _repr_html_(self) -> str:
         """Verdict, sentence, effects, derivatives and errors, as a notebook shows them."""

@@ -71,15 +71,15 @@ def _strip(frames: Sequence[Frame], axis: int) -> tuple[str, tuple[float, float]
     """The path of d in one coefficient, in a box of 1000 by 100, and its range."""
     time = np.array([frame.time for frame in frames])
     d = np.array([frame.model_error[axis] for frame in frames])
-    held = np.isfinite(d)
-    if not held.any():
+    present = np.isfinite(d)
+    if not present.any():
         return "", (math.nan, math.nan)
-    low, high = float(d[held].min()), float(d[held].max())
+    low, high = float(d[present].min()), float(d[present].max())
     x = 1000.0 * (time - time[0]) / max(float(np.ptp(time)), np.finfo(float).tiny)
     y = 95.0 - 90.0 * (d - low) / max(high - low, np.finfo(float).tiny)
     path, pen = [], "M"
     for k in range(time.size):
-        if not held[k]:
+        if not present[k]:
             pen = "M"
             continue
         path.append(f"{pen}{x[k]:.1f} {y[k]:.1f}")

@@ -184,8 +184,8 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
     exp(-s t) (a cos(w t) + b sin(w t)) + c: a, b and c follow from s and w by linear least squares, so that only two
     numbers are searched for (variable projection).
     """
-    held = np.isfinite(values)
-    t, y = time[held] - time[0], values[held]
+    present = np.isfinite(values)
+    t, y = time[present] - time[0], values[present]
     if t.size < SIMULATOR_TESTS.fewest:
         return None
 
@@ -304,8 +304,8 @@ def _movements(log: FlightLog, control: str) -> list[tuple[float, float]]:
     """When a control begins and ends to move, s, each movement apart from the next by a rest."""
     if control not in log:
         return []
-    held = np.isfinite(log[control])
-    time, surface = log.time[held], log[control][held]
+    present = np.isfinite(log[control])
+    time, surface = log.time[present], log[control][present]
     if time.size < SIMULATOR_TESTS.fewest or np.ptp(surface) <= 0.0:
         return []
     later = np.interp(time + SIMULATOR_TESTS.within, time, surface)

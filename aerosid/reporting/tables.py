@@ -55,9 +55,9 @@ def next_input_csv(result: ClosedLoop) -> str | None:
 
 def measured_channels(simulated: Sequence[Simulated]) -> tuple[str, ...]:
     """The channels that any log was compared in: outputs in the order of the glossary, then others as they come."""
-    held = dict.fromkeys(channel for response in simulated for channel in response.measured)
-    known = [channel for channel, entry in CHANNELS.items() if entry.kind == "output" and channel in held]
-    return (*known, *(channel for channel in held if channel not in known))
+    measured = dict.fromkeys(channel for response in simulated for channel in response.measured)
+    known = [channel for channel, entry in CHANNELS.items() if entry.kind == "output" and channel in measured]
+    return (*known, *(channel for channel in measured if channel not in known))
 
 
 def unit_of(channel: str) -> str:

@@ -50,7 +50,7 @@ def envelope(
 
 def unbroken(x: FloatArray, y: FloatArray) -> Iterator[FloatArray]:
     """The stretches (M, 2) of samples between missing ones."""
-    held = np.isfinite(x) & np.isfinite(y)
-    edges = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
+    present = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(present.astype(np.int8), prepend=0, append=0))
     for start, stop in zip(edges[0::2], edges[1::2], strict=True):
         yield np.column_stack([x[start:stop], y[start:stop]])

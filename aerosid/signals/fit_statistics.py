@@ -34,8 +34,8 @@ def theil(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Thei
     U = sqrt(mean (z - y)^2) / (sqrt(mean z^2) + sqrt(mean y^2)). Jategaonkar, Flight Vehicle System Identification,
     2nd ed., AIAA 2015, section 11.2.3.
     """
-    held = np.isfinite(measured) & np.isfinite(simulated)
-    z, y = measured[held], simulated[held]
+    present = np.isfinite(measured) & np.isfinite(simulated)
+    z, y = measured[present], simulated[present]
     square = float(np.mean((z - y) ** 2)) if z.size else 0.0
     if square == 0.0:
         return None
@@ -52,9 +52,9 @@ def theil(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Thei
 
 def explained_variance(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> float | None:
     """R^2 of a simulated channel: 1 - mean square error / variance of the measurement; None where it does not vary."""
-    held = np.isfinite(measured) & np.isfinite(simulated)
-    spread = float(np.var(measured[held])) if held.any() else 0.0
-    return 1.0 - float(np.mean((measured - simulated)[held] ** 2)) / spread if spread > 0.0 else None
+    present = np.isfinite(measured) & np.isfinite(simulated)
+    spread = float(np.var(measured[present])) if present.any() else 0.0
+    return 1.0 - float(np.mean((measured - simulated)[present] ** 2)) / spread if spread > 0.0 else None
 
 
 @dataclass(frozen=True)

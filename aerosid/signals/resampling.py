@@ -233,7 +233,7 @@ def across_gaps(values: FloatArray) -> FloatArray:
     filled = np.zeros(values.shape)
     place = np.arange(values.shape[0])
     for i, column in enumerate(values.T):
-        held = np.isfinite(column)
-        if held.any():
-            filled[:, i] = np.interp(place, place[held], column[held])
+        present = np.isfinite(column)
+        if present.any():
+            filled[:, i] = np.interp(place, place[present], column[present])
     return filled

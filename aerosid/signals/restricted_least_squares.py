@@ -26,7 +26,7 @@ def restricted_least_squares(
 
     Notes
     -----
-    theta_r + P_rh P_hh^-1 (at - theta_h): Seber & Lee, Linear Regression Analysis, section 3.8.
+    x_r + P_rf P_ff^-1 (at - x_f) of the rest r and the fixed f: Seber & Lee, Linear Regression Analysis, section 3.8.
     """
     places = list(fixed)
     away = np.asarray(at) - values[places]

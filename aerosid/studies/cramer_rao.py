@@ -108,10 +108,10 @@ class Sensitivity:
         return _inverse_root(root)
 
     def _dense(self, columns: FloatArray, noise: FloatArray, deviation: FloatArray) -> FloatArray:
-        held = self.held.T.ravel()
-        covariance = _stacked(noise)[np.ix_(held, held)]
+        present = self.held.T.ravel()
+        covariance = _stacked(noise)[np.ix_(present, present)]
         assert isinstance(self.path, np.ndarray)
-        disturbed = _by_output(self.path)[held] * deviation
+        disturbed = _by_output(self.path)[present] * deviation
         covariance += disturbed @ disturbed.T
         # Channels differ by powers of ten.
         scale = 1.0 / np.sqrt(np.diag(covariance))
@@ -120,7 +120,7 @@ class Sensitivity:
             root = scipy.linalg.cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
         except np.linalg.LinAlgError:
             raise ValueError("the noise's covariance is not positive definite") from None
-        white = scipy.linalg.solve_triangular(root, _by_output(columns)[held] * scale[:, None], lower=True)
+        white = scipy.linalg.solve_triangular(root, _by_output(columns)[present] * scale[:, None], lower=True)
         return _inverse_root(np.asarray(np.linalg.qr(white, mode="r")))
 
 
@@ -209,14 +209,14 @@ def sensitivity(
     simple = all(isinstance(active.effect, InputEffect | OutputEffect) for active in effects)
     if not simple or (between and samples * len(places) > MOST_NUMBERS):
         return None
-    held = np.isfinite(flight.measured[:, places])
+    present = np.isfinite(flight.measured[:, places])
     slopes = _slopes(model, manoeuvre, list(_pairs(model, state, free, effects)), effects, places)
     path: InputPath | FloatArray | None = None
     if between:
         path = _slopes(model, manoeuvre, list(_input_pairs(model, manoeuvre, state, noisy, effects)), effects, places)
     elif noisy.any():
         path = input_path(model, manoeuvre, state, manoeuvre.extra_inputs, noisy, places)
-    return Sensitivity(slopes, path, held, len(free))
+    return Sensitivity(slopes, path, present, len(free))
 
 
 def _slopes(

@@ -247,8 +247,8 @@ def glossary_factor(name: str, unit: str) -> float:
 
 def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
     if time.size < READING.fewest_samples:
-        held = f"{time.size} sample{'s' * (time.size != 1)}"
-        raise LogError(f"{path}: the log holds {held}, but at least {READING.fewest_samples} are needed; export more.")
+        found = f"{time.size} sample{'s' * (time.size != 1)}"
+        raise LogError(f"{path}: the log holds {found}, but at least {READING.fewest_samples} are needed; export more.")
     missing = np.flatnonzero(~np.isfinite(time))
     if missing.size:
         raise LogError(f"{path}: {table.row_label(int(missing[0]))} has no time; complete or remove it.")

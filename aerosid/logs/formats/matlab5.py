@@ -55,9 +55,9 @@ def read_matlab5(data: bytes, path: str) -> RawTable:
     elif vectors:
         samples = Counter(values.size for _, values in vectors).most_common(1)[0][0]
     else:
-        held = ", ".join(variables) or "nothing"
+        found = ", ".join(variables) or "nothing"
         raise LogError(
-            f"{path}: the file holds {held}, but a numeric matrix, vectors or a struct of them was expected."
+            f"{path}: the file holds {found}, but a numeric matrix, vectors or a struct of them was expected."
         )
     for name, values in vectors:
         if values.size == samples:

@@ -112,8 +112,8 @@ def _check_array(element: _Element, order: Literal["little", "big"], depth: int)
     if (flags.kind, len(flags.body)) != (6, 8):
         raise DamagedElement("an array has no flags")
     word = int.from_bytes(flags.body[:4], order)
-    held = word & 0xFF
-    if held in _WITHOUT_SIZES:
+    kind = word & 0xFF
+    if kind in _WITHOUT_SIZES:
         _check_parts(body, flags.after, order, depth)
         return
     sizes = _element(body, flags.after, order)
@@ -124,23 +124,23 @@ def _check_array(element: _Element, order: Literal["little", "big"], depth: int)
     if len(sizes.body) % 4 or not 2 <= len(shape) <= 32 or min(shape) < 0 or prod(shape) > _LONGEST:
         raise DamagedElement("an array has impossible sizes")
     place = name.after
-    if held in _NUMBERS or held == _CHAR:
+    if kind in _NUMBERS or kind == _CHAR:
         for _ in range(2 if word & 0x0800 else 1):
             part = _element(body, place, order)
             size = _SIZES.get(part.kind)
-            exact = held != _CHAR
+            exact = kind != _CHAR
             if size is None or len(part.body) % size or (exact and len(part.body) != size * prod(shape)):
                 raise DamagedElement("an array does not hold as many values as it says")
             place = part.after
         return
-    if held == _STRUCT:
+    if kind == _STRUCT:
         length = _element(body, place, order)
         names = _element(body, length.after, order)
         width = _numbers(length, order)
         if length.kind != 5 or len(width) != 1 or width[0] < 1 or names.kind != 1 or len(names.body) % width[0]:
             raise DamagedElement("a struct has no field names")
         place, count = names.after, prod(shape) * (len(names.body) // width[0])
-    elif held == _CELL:
+    elif kind == _CELL:
         count = prod(shape)
     else:
         _check_parts(body, place, order, depth)

@@ -92,6 +92,6 @@ def _with_span(
     corners = []
     for signs in itertools.product((-2.0, 0.0, 2.0), repeat=len(rows)):
         moved = [row.value + sign * (row.std_error or 0.0) for row, sign in zip(rows, signs, strict=True)]
-        held = [max(value, 0.0) if name in _NEVER_NEGATIVE else value for value, name in zip(moved, names, strict=True)]
-        corners.append(judge(*held, requirement))
+        ends = [max(value, 0.0) if name in _NEVER_NEGATIVE else value for value, name in zip(moved, names, strict=True)]
+        corners.append(judge(*ends, requirement))
     return Level(level, (min(corners), max(corners)))

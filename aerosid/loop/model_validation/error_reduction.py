@@ -43,8 +43,8 @@ class ErrorReduction:
 
 def headline_role(errors: Sequence[ErrorRow]) -> str:
     """Whose errors answer whether a model became better: those farthest from every decision."""
-    held = {row.role for row in errors}
-    return next((role for role in reversed(ROLES) if role in held), ROLES[0])
+    roles = {row.role for row in errors}
+    return next((role for role in reversed(ROLES) if role in roles), ROLES[0])
 
 
 def error_reduction(errors: Sequence[ErrorRow], role: str | None = None) -> ErrorReduction | None:

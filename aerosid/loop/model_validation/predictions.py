@@ -158,12 +158,12 @@ def _rows(
     """The rows of one log and horizon; all models that predict enough are judged on the same samples."""
     rows = []
     for channel, measured in flown.measured.items():
-        held = np.isfinite(measured)
-        if not held.any():
+        present = np.isfinite(measured)
+        if not present.any():
             continue
-        there = {name: held & np.isfinite(each[channel]) for name, each in outputs.items()}
-        judged = [name for name in outputs if there[name].sum() >= LEAST * held.sum()]
-        common = np.logical_and.reduce([held, *(there[name] for name in judged)])
+        there = {name: present & np.isfinite(each[channel]) for name, each in outputs.items()}
+        judged = [name for name in outputs if there[name].sum() >= LEAST * present.sum()]
+        common = np.logical_and.reduce([present, *(there[name] for name in judged)])
         r2: dict[str, float | None] = dict.fromkeys(outputs)
         coefficient: dict[str, float | None] = dict.fromkeys(outputs)
         for name in judged:
@@ -171,6 +171,6 @@ def _rows(
             inequality = theil(measured[common], seen)
             r2[name] = explained_variance(measured[common], seen)
             coefficient[name] = inequality.coefficient if inequality else 0.0
-        share = float(common.sum() / held.sum()) if judged else 0.0
+        share = float(common.sum() / present.sum()) if judged else 0.0
         rows.append(PredictionRow(flown.log.name, flown.role, channel, horizon, seconds, share, r2, coefficient))
     return rows

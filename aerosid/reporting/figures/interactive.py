@@ -71,8 +71,8 @@ class _Arrays:
         """The number of the array: f8 for times, which may count from 1970, f4 for what is seen."""
         # A missing sample and a value beyond single precision alike leave a gap.
         with np.errstate(over="ignore"):
-            held = np.ascontiguousarray(values, dtype="<" + dtype)
-        raw = np.where(np.isfinite(held), held, np.nan).astype(held.dtype).tobytes()
+            packed = np.ascontiguousarray(values, dtype="<" + dtype)
+        raw = np.where(np.isfinite(packed), packed, np.nan).astype(packed.dtype).tobytes()
         place = self._places.setdefault(dtype.encode() + raw, len(self.encoded))
         if place == len(self.encoded):
             self.encoded.append({"dtype": dtype, "bytes": base64.b64encode(raw).decode("ascii")})

@@ -125,8 +125,8 @@ class Paper:
             self._stroke(list(unbroken(panel.across(x), panel.up(y))), mark.role, mark.width)
         elif isinstance(mark, Points):
             x, y = envelope(mark.x, mark.y) if mark.ordered else (mark.x, mark.y)
-            held = np.isfinite(x) & np.isfinite(y)
-            places = np.column_stack([panel.across(x[held]), panel.up(y[held])])
+            present = np.isfinite(x) & np.isfinite(y)
+            places = np.column_stack([panel.across(x[present]), panel.up(y[present])])
             if x.size == mark.x.size:
                 self._dots(places, mark.role)
             else:  # one stroke from the smallest to the largest sample of each span
@@ -136,8 +136,8 @@ class Paper:
             left, right = panel.left, panel.left + panel.width
             self._fill([np.array([[left, bottom], [right, bottom], [right, top], [left, top]])], mark.role)
         elif isinstance(mark, Corridor):
-            held = np.isfinite(mark.low) & np.isfinite(mark.high)
-            edges = [envelope(mark.x[held], edge[held]) for edge in (mark.low, mark.high)]
+            present = np.isfinite(mark.low) & np.isfinite(mark.high)
+            edges = [envelope(mark.x[present], edge[present]) for edge in (mark.low, mark.high)]
             low, high = (np.column_stack([panel.across(x), panel.up(y)]) for x, y in edges)
             self._fill([low, high[::-1]], mark.role)
         elif isinstance(mark, Outline):

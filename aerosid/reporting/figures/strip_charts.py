@@ -175,8 +175,8 @@ def _main_row(
 
 def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Corridor | Line]:
     """A faint corridor with fine edges for each stretch in which these are known."""
-    held = np.isfinite(low) & np.isfinite(high)
-    ends = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0, append=0))
+    present = np.isfinite(low) & np.isfinite(high)
+    ends = np.flatnonzero(np.diff(present.astype(np.int8), prepend=0, append=0))
     for start, stop in zip(ends[0::2], ends[1::2], strict=True):
         inside = slice(start, stop)
         yield Corridor(time[inside], low[inside], high[inside])

@@ -116,9 +116,9 @@ def _mark(mark: Mark, panel: Panel, height: float) -> str:
         box = f'x="{panel.left:g}" y="{top:.2f}" width="{panel.width:g}" height="{bottom - top:.2f}"'
         return f'<rect class="area {mark.role}" {box}/>'
     if isinstance(mark, Corridor):
-        held = np.isfinite(mark.low) & np.isfinite(mark.high)
-        x, high = envelope(mark.x[held], mark.high[held])
-        back, low = envelope(mark.x[held], mark.low[held])
+        present = np.isfinite(mark.low) & np.isfinite(mark.high)
+        x, high = envelope(mark.x[present], mark.high[present])
+        back, low = envelope(mark.x[present], mark.low[present])
         across, levels = np.concatenate([x, back[::-1]]), np.concatenate([high, low[::-1]])
         return _area(panel.across(across), height - panel.up(levels), mark.role)
     if isinstance(mark, Outline):
@@ -137,8 +137,8 @@ def _dots(mark: Points, panel: Panel, height: float) -> str:
     """
     x, y = envelope(mark.x, mark.y) if mark.ordered else (mark.x, mark.y)
     whole = x.size == mark.x.size
-    held = np.isfinite(x) & np.isfinite(y)
-    places = _whole(np.column_stack([panel.across(x[held]), height - panel.up(y[held])]))
+    present = np.isfinite(x) & np.isfinite(y)
+    places = _whole(np.column_stack([panel.across(x[present]), height - panel.up(y[present])]))
     if whole:
         moves = np.diff(places, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
         data = "".join(f"m{across} {down}h0" for across, down in moves.tolist())

@@ -48,8 +48,8 @@ def overview_chart(log: FlightLog, segmentation: FlightSegmentation) -> Chart | 
 
 def _least_ranges(log: FlightLog, names: list[str]) -> dict[str, float]:
     """What a strip of each channel spans at least, SI."""
-    held = [name for name in names if name in log and np.isfinite(log[name]).any()]
-    return {name: _LEAST_SHARE * float(np.ptp(np.nanpercentile(log[name], (0.5, 99.5)))) for name in held}
+    present = [name for name in names if name in log and np.isfinite(log[name]).any()]
+    return {name: _LEAST_SHARE * float(np.ptp(np.nanpercentile(log[name], (0.5, 99.5)))) for name in present}
 
 
 def _strips(

@@ -44,11 +44,11 @@ def colours() -> dict[str, Color]:
     from reportlab.lib.colors import Color
 
     light = _STYLE_SHEET.read_text(encoding="utf-8").split("}", 1)[0]
-    held = {}
+    found = {}
     for name, digits, opacity in _VARIABLE.findall(light):
         red, green, blue = (int(digits[i : i + 2], 16) / 255.0 for i in (0, 2, 4))
-        held[name] = Color(red, green, blue, int(opacity or "ff", 16) / 255.0)
-    return held
+        found[name] = Color(red, green, blue, int(opacity or "ff", 16) / 255.0)
+    return found
 
 
 @cache

@@ -37,9 +37,9 @@ _ACROSS, _TILES = 3, 6
 
 def _plots(drawn: Sequence[RegressorPicture], found: Mapping[tuple[str, str], float], figures: FigureBook) -> Figure:
     coefficients = list(dict.fromkeys(picture.coefficient for picture in drawn))
-    held = sum(picture.chosen for picture in drawn)
+    chosen = sum(picture.chosen for picture in drawn)
     # Rivals fill the rows that the terms that entered have begun.
-    room = max(_TILES, -(-held // _ACROSS) * _ACROSS) - held
+    room = max(_TILES, -(-chosen // _ACROSS) * _ACROSS) - chosen
     rivals = sorted((each for each in drawn if not each.chosen), key=lambda each: -abs(each.correlation))[:room]
     kept = [each for each in drawn if each.chosen or each in rivals]
     pictures = sorted(kept, key=lambda picture: coefficients.index(picture.coefficient))  # a rival beside its victor

@@ -110,13 +110,13 @@ _SKETCHES: dict[str, tuple[Callable[[], Chart], str, str]] = {
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """The channels of the logs, the variables of the model's terms, the report's terms, and the sketches of signs."""
     logs = (*result.identification, *result.validation)
-    held = dict.fromkeys(name for log in logs for name in log.channels if name in CHANNELS)
+    channels = dict.fromkeys(name for log in logs for name in log.channels if name in CHANNELS)
     in_terms = {v for entry in result.completed_aircraft.derivatives for v in entry.term.variables}
     in_terms |= {row.coefficient for row in result.derivatives}
     sketches = (_SKETCHES[plane.name] for plane in planes_of(result.aircraft.axes))
     return {
         "sketches": [figures.add(draw(), caption, label) for draw, caption, label in sketches],
-        "channels": [CHANNELS[name] for name in held],
+        "channels": [CHANNELS[name] for name in channels],
         "variables": [variable for variable in VARIABLES if variable.name in in_terms],
         "terms": TERMS,
     }

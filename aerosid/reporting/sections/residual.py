@@ -52,12 +52,12 @@ def _over_variation(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
 
 def _equation(history: ErrorHistory) -> dict[str, Any]:
     """How large d(t) is, when it is largest, and how much of its variance the found terms explain."""
-    held = np.isfinite(history.d)
-    d, time = history.d[held], history.time[held]
+    present = np.isfinite(history.d)
+    d, time = history.d[present], history.time[present]
     spread = float(np.std(d)) if d.size else None
     share = None
     if history.terms and spread and not history.left_its_range:
-        share = 1.0 - float(np.var(d - history.explained[held])) / spread**2
+        share = 1.0 - float(np.var(d - history.explained[present])) / spread**2
     return {
         "history": history,
         "spread": spread,

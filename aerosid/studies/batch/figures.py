@@ -19,9 +19,9 @@ DEVIATIONS = 2.0
 
 def usual_abscissa(rows: Mapping[str, Mapping[str, float | None]]) -> str:
     """Against what derivatives are drawn where nobody says: Mach number where every log holds it, else alpha."""
-    held = [condition.get("mach") for condition in rows.values()]
-    known = [value for value in held if value is not None]
-    return "mach" if len(known) == len(held) and np.ptp(known) > 0.02 else "alpha"
+    numbers = [condition.get("mach") for condition in rows.values()]
+    known = [value for value in numbers if value is not None]
+    return "mach" if len(known) == len(numbers) and np.ptp(known) > 0.02 else "alpha"
 
 
 def condition_chart(entries: Sequence[Measured], against: str) -> Chart | None:

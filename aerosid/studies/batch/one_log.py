@@ -114,10 +114,10 @@ def _at_first(log: FlightLog, name: str) -> float | None:
     """Mean over the first second, of at least five samples; None where the channel is not there."""
     if name not in log:
         return None
-    held = np.isfinite(log[name])
-    first = np.flatnonzero(held & (log.time <= log.time[0] + BATCH.trim_time))
+    present = np.isfinite(log[name])
+    first = np.flatnonzero(present & (log.time <= log.time[0] + BATCH.trim_time))
     if first.size < BATCH.fewest:
-        first = np.flatnonzero(held)[: BATCH.fewest]
+        first = np.flatnonzero(present)[: BATCH.fewest]
     return float(np.mean(log[name][first])) if first.size else None
 
 

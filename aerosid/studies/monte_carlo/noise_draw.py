@@ -57,22 +57,22 @@ class RedrawnNoise:
 
     def draw(self, generator: np.random.Generator, samples: int, channels: int) -> FloatArray:
         """One realisation, (N, p)."""
-        held = self.residuals.shape[0]
+        length = self.residuals.shape[0]
         blocks = samples // self.block + 2
-        starts = generator.integers(held, size=blocks)
-        places = (starts[:, None] + np.arange(self.block)).ravel() % held
+        starts = generator.integers(length, size=blocks)
+        places = (starts[:, None] + np.arange(self.block)).ravel() % length
         first = int(generator.integers(self.block))
         return self.residuals[places[first : first + samples], :channels]
 
     def autocovariance(self, samples: int, channels: int) -> FloatArray:
         """[i, j, k]: covariance of channel i with channel j k samples later, (p, p, N)."""
-        held = self.residuals.shape[0]
+        length = self.residuals.shape[0]
         spectrum = np.fft.rfft(self.residuals[:, :channels], axis=0)
         cross = np.conj(spectrum)[:, :, None] * spectrum[:, None, :]
-        circular = np.moveaxis(np.fft.irfft(cross, held, axis=0), 0, 2) / held
+        circular = np.moveaxis(np.fft.irfft(cross, length, axis=0), 0, 2) / length
         lags = np.arange(samples)
         within = np.maximum(1.0 - lags / self.block, 0.0)
-        return np.asarray(circular[:, :, lags % held] * within)
+        return np.asarray(circular[:, :, lags % length] * within)
 
 
 NoiseSource = ColouredNoise | RedrawnNoise

@@ -132,7 +132,7 @@ def bounds(trials: Trials) -> list[FloatArray | None]:
     """The Cramer-Rao bound of each true derivative, (F,), at each level; None where there is none."""
     truth = trials.truth
     flight = truth.identification
-    held: Sensitivity | None = None
+    without_inputs: Sensitivity | None = None
     asked = False
     found: list[FloatArray | None] = []
     for level, (snr, _) in enumerate(trials.levels):
@@ -142,7 +142,7 @@ def bounds(trials: Trials) -> list[FloatArray | None]:
             continue
         if not asked:
             asked = True
-            held = sensitivity(
+            without_inputs = sensitivity(
                 with_columns_of(truth.model, truth.acting),
                 flight.manoeuvre,
                 flight.state,
@@ -152,7 +152,7 @@ def bounds(trials: Trials) -> list[FloatArray | None]:
             )
         samples, count = flight.outputs.shape
         noise = np.multiply.outer(outputs, outputs)[:, :, None] * trials.source(level).autocovariance(samples, count)
-        found.append(None if held is None else _bound(held, noise, inputs[inputs > 0.0] ** 2))
+        found.append(None if without_inputs is None else _bound(without_inputs, noise, inputs[inputs > 0.0] ** 2))
     return found
 
 
@@ -276,7 +276,7 @@ def _derivatives(
 
 
 def _root_mean_square(spread: FloatArray) -> list[float | None]:
-    held = np.isfinite(spread)
-    counts = held.sum(axis=0)
-    squares = np.where(held, spread, 0.0) ** 2
+    present = np.isfinite(spread)
+    counts = present.sum(axis=0)
+    squares = np.where(present, spread, 0.0) ** 2
     return [float(np.sqrt(s / n)) if n else None for s, n in zip(squares.sum(axis=0), counts, strict=True)]

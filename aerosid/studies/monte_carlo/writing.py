@@ -72,7 +72,7 @@ def write_runs(study: Study, path: Path) -> None:
         for level, (snr, colour) in enumerate(study.plan.levels):
             rows = study.rows(level)
             label = "none" if snr is None else f"{snr:g}" if isinstance(snr, float) else snr
-            held = {
+            columns = {
                 "snr": [label] * len(rows),
                 "noise_colour": [colour] * len(rows),
                 "run": list(range(len(rows))),
@@ -80,7 +80,7 @@ def write_runs(study: Study, path: Path) -> None:
                 "found": [_named(row) for row in rows],
                 **{column: [row[key][n] if key in row else None for row in rows] for column, key, n in numbers},
             }
-            writer.write_table(pa.table(held, schema=schema))
+            writer.write_table(pa.table(columns, schema=schema))
 
 
 _SUFFIXES = {"values": "", "own": " std_error", "published": " std_error_published", "plain": " std_error_plain"}
