@@ -1,6 +1,7 @@
 """What the loop says of lateral and six-axis flights with one thing of the catalogue wrong, kind by kind, or nothing.
 
     python -m benchmarks.sideways_detection --case lateral|six --air calm|gusts --seed 0 [--only PART,...] [--clean 20]
+        [--method iebmee]
 
 Three aircraft fly random steps, one flight to fit and one to validate, by equations that share no code with the package
 (benchmarks/six_axis_flights.py). Found: what was planted is named first; near: what hardly differs from it is; offered:
@@ -15,13 +16,14 @@ import argparse
 import time as clock
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from aerosid.errors import AerosidError
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.settings import LoopSettings
+from aerosid.loop.settings import METHODS, LoopSettings, Method
 from benchmarks.sideways_plants import NO_PLANT, SidePlant, catalogue
 from benchmarks.six_axis_flights import Circumstances, aircraft_of, drawn, flown
 from benchmarks.wide_detection import matches
@@ -35,7 +37,7 @@ GUST = 0.01
 SIZES = (0.7, 1.4)
 """Sizes between which those of the plants are drawn, 1."""
 
-WIND = ("gust", "side_gust")
+WIND = ("gust", "side_gust", "turbulence")
 QUICK = LoopSettings(paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False)
 
 
@@ -48,11 +50,13 @@ def planted(n: int, seed: int, gust: float) -> tuple[Circumstances, SidePlant, i
     return at, kinds[n] if n < len(kinds) else NO_PLANT, FIRST + 100_000 * seed + 2 * n
 
 
-def closed(at: Circumstances, plant: SidePlant, case: str, first: int) -> ClosedLoop:
+def closed(at: Circumstances, plant: SidePlant, case: str, first: int, method: Method = METHODS[0]) -> ClosedLoop:
     """The loop on a pair."""
     generator = np.random.default_rng([FIRST, first])
     fitted, unseen = (flown(name, at, plant, first + i) for i, name in enumerate(("fitted", "unseen")))
-    return close_loop([fitted], aircraft_of(at, plant, case, generator), [unseen], settings=QUICK)
+    return close_loop(
+        [fitted], aircraft_of(at, plant, case, generator), [unseen], settings=replace(QUICK, method=method)
+    )
 
 
 def judged(plant: SidePlant, result: ClosedLoop) -> list[str]:
@@ -108,6 +112,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="parts of labels, by commas")
     parser.add_argument("--clean", type=int, default=0, help="pairs from which nothing is missing, in place of others")
+    parser.add_argument("--method", choices=METHODS, default=METHODS[0])
     arguments = parser.parse_args()
     gust = GUST if arguments.air == "gusts" else 0.0
     count = len(catalogue(1.0, 1.0, 20.0, 10.0))
@@ -120,7 +125,7 @@ def main() -> None:
             continue
         started = clock.perf_counter()
         try:
-            result = closed(at, plant, arguments.case, first)
+            result = closed(at, plant, arguments.case, first, arguments.method)
         except AerosidError as error:
             outcome, said = ["crashed"], str(error)
         else:

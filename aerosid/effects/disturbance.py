@@ -18,6 +18,9 @@ GUST_COLUMN = "gust_w"
 SIDE_GUST_COLUMN = "gust_v"
 """Lateral gust velocity, m/s, positive to the right like v."""
 
+VANE_IN = {GUST_COLUMN: "alpha", SIDE_GUST_COLUMN: "beta"}
+"""The angle of the flow that each gust velocity turns."""
+
 _LENGTH = EffectParameter("length", "m", trials=(150.0,), lowest=10.0, highest=3000.0, step=0.0)
 _SOURCE = "MIL-F-8785C turbulence, first-order"
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
 from aerosid.effects.cg_shift import centre_column
 from aerosid.effects.control import THRUST_COLUMN
-from aerosid.effects.disturbance import GUST_COLUMN, SIDE_GUST_COLUMN
+from aerosid.effects.disturbance import GUST_COLUMN, SIDE_GUST_COLUMN, gusts_of
 from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.effects.step_change import offset_column, offset_term
 from aerosid.effects.thrust import ARM_COLUMN, arm_term
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.axes import loads_of
+from aerosid.flight_model.axes import Axes, loads_of
 from aerosid.flight_model.constants import Constants
 
 FILLED = {
@@ -30,6 +30,16 @@ FILLED = {
 def with_gust(model: AerodynamicModel) -> AerodynamicModel:
     """The model with an input column for the vertical gust velocity."""
     return _with_columns(model, (GUST_COLUMN,), ())
+
+
+def with_moving_air(model: AerodynamicModel) -> AerodynamicModel:
+    """The model with an input column for the gust velocity along each velocity across the path that it integrates."""
+    return _with_columns(model, air_columns(model.axes), ())
+
+
+def air_columns(axes: Axes) -> tuple[str, ...]:
+    """Input columns of the air's velocity across the flight path in a case."""
+    return tuple(dict.fromkeys(column for effect in gusts_of(axes) for column in effect.columns))
 
 
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:

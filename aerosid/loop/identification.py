@@ -21,7 +21,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.methods import CASES, Answer, Question, answer, require_method_for
+from aerosid.loop.methods import Answer, Question, answer
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
@@ -111,12 +111,10 @@ def identify(
     LogError
         Where a log lacks a channel that the model needs.
     AircraftError
-        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold, or
-        the method does not handle its coefficients.
+        Where the aircraft file declares an effect without its numbers, or on a channel that the model does not hold.
     EstimationError
         Where the declared model cannot be simulated at all.
     """
-    require_method_for(aircraft, settings.method)
     progress("reading the logs into the flight model")
     aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
     logs, unseen = (
@@ -141,7 +139,6 @@ def identify(
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
-    asked = asked and aircraft.axes in CASES["iebmee"]
     # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
     if asked and told.deciding == "likelihood":
         second = second_opinion(question, told, settings, progress)
@@ -176,12 +173,9 @@ NO_SECOND_OPINION = (
 
 def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:
     """Note on checks that are not available for the axes of the model."""
-    left = []
     if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
-        left.append("whether the instruments agree by kinematics")
-    if settings.second_opinion and aircraft.axes not in CASES["iebmee"]:
-        left.append("whether the model error d(t) by itself names the same")
-    return (f"Not asked of a {aircraft.axes.name} model: {' and '.join(left)}.",) if left else ()
+        return (f"Not asked of a {aircraft.axes.name} model: whether the instruments agree by kinematics.",)
+    return ()
 
 
 def asked_of(

@@ -19,12 +19,10 @@ from aerosid.equation_error.selection.joint_timing import TwoWitnesses
 from aerosid.equation_error.selection.prices import Support
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.selection.shared_damping import USUAL, SharedDamping
-from aerosid.errors import AircraftError
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number, with_deviation
 from aerosid.search.attribution import Attribution, attribute
@@ -115,33 +113,8 @@ class Answer:
     agreement: KinematicConsistency | None = None
 
 
-CASES: dict[Method, tuple[Axes, ...]] = {
-    "evidence": (LONGITUDINAL, LATERAL, SIX),
-    "equations": (LONGITUDINAL, LATERAL, SIX),
-    "likelihood": (LONGITUDINAL, LATERAL, SIX),
-    "iebmee": (LONGITUDINAL,),
-}
-"""The cases of the equations of motion that each method handles."""
-
-
 KINEMATICS_FIRST: tuple[Method, ...] = ("evidence", "equations")
 """Methods that ask first what kinematics prove of the instruments."""
-
-
-def require_method_for(aircraft: Aircraft, method: Method) -> None:
-    """Refuse a method that does not handle the coefficients of an aircraft file.
-
-    Raises
-    ------
-    AircraftError
-        Names the methods that do.
-    """
-    if aircraft.axes not in CASES[method]:
-        able = [name for name, cases in CASES.items() if aircraft.axes in cases]
-        raise AircraftError(
-            f"{aircraft.path}: derivatives holds {', '.join(aircraft.coefficients)} ({aircraft.axes.name}), which "
-            f"method {method} does not handle; use --method {' or '.join(able)}"
-        )
 
 
 def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:

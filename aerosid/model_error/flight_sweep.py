@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
-from aerosid.effects.disturbance import gust
+from aerosid.effects.kinds import BodyEffect, PositionEffect
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.flights_in_error import FlightsInError, FlownError
 from aerosid.model_error.partial_correlation import Coloured, coloured_regression
-from aerosid.model_error.sweep_rows import STATE_COUNT, columns_of, smoothed_error, whiten, whitened_rows
+from aerosid.model_error.sweep_rows import columns_of, smoothed_error, whiten, whitened_rows
 from aerosid.model_error.swept_model import ErrorStatistics, Rows, Sweep, SweepSettings, SweptModel
 from aerosid.signals.factor_search import search_in_logarithms
 
@@ -199,8 +199,8 @@ class FlightSweeps:
             place += active.slopes
         states, forces, deviations = [], [], []
         for n, flown in enumerate(traced):
-            place = free + slopes + STATE_COUNT * n
-            states.append(swept.states[n] + step[place : place + STATE_COUNT])
+            place, count = free + slopes + self.flights.state_count * n, self.flights.state_count
+            states.append(swept.states[n] + step[place : place + count])
             columns = columns_of(swept, flown, n)
             residual = np.ascontiguousarray((columns[:, :, 0] - columns[:, :, 1:] @ step)[:, :, None])
             error, deviation = smoothed_error(self.flights, n, flown, residual, swept.statistics)
@@ -218,7 +218,7 @@ class FlightSweeps:
         count = len(statistics.spread)
 
         def at(numbers: Sequence[float]) -> ErrorStatistics:
-            air = (float(numbers[count + 1]), float(numbers[count + 2])) if statistics.gust is not None else None
+            air = statistics.gust and replace(statistics.gust, values=tuple(map(float, numbers[count + 1 :])))
             return replace(statistics, spread=tuple(numbers[:count]), memory=float(numbers[count]), gust=air)
 
         @cache
@@ -231,12 +231,13 @@ class FlightSweeps:
                 normal = normal + flat.T @ flat
             return total + _restricted(normal)
 
+        air_numbers = statistics.gust.values if statistics.gust is not None else ()
         # From where a spread is none its slope is none either: what entered may have explained all of one coefficient.
-        start = self._shown(cost, (*statistics.spread, statistics.memory, *(statistics.gust or ())), count)
+        start = self._shown(cost, (*statistics.spread, statistics.memory, *air_numbers), count)
         limits = [(settings.least_spread, settings.most_spread)] * count
         limits.append((settings.shortest_memory, settings.longest_memory))
         if statistics.gust is not None:
-            limits += [(parameter.lowest, parameter.highest) for parameter in gust().parameters]
+            limits += [(parameter.lowest, parameter.highest) for parameter in statistics.gust.effect.parameters]
         sought = self._sought(start, count)
         if not sought:
             return at(start)
@@ -250,7 +251,7 @@ class FlightSweeps:
             tuple(start[place] for place in sought),
             [limits[place] for place in sought],
             0.1,
-            settings.turns,
+            settings.turns * count,
             settings.settled,
         )
         return at(self._shown(cost, along(found), count))
@@ -330,5 +331,5 @@ def _between(swept: SweptModel, moved: SweptModel, share: float) -> SweptModel:
 
 
 def is_seen(active: ActiveEffect) -> bool:
-    """Whether an effect is a column in d(t) to first order: of a sensor or on an input."""
-    return isinstance(active.effect, InputEffect | OutputEffect)
+    """Whether an effect is a column in d(t) to first order: of a sensor, of the aircraft's body or on an input."""
+    return isinstance(active.effect, InputEffect | OutputEffect | PositionEffect | BodyEffect)

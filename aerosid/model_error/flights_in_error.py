@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, EffectParameter, InputEffect
-from aerosid.effects.disturbance import GUST_COLUMN
 from aerosid.effects.step_change import offset_column
 from aerosid.errors import EstimationError
-from aerosid.estimation.effect_columns import with_columns_of, with_gust, with_offsets
-from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight
+from aerosid.estimation.effect_columns import air_columns, with_columns_of, with_moving_air, with_offsets
+from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model
 from aerosid.estimation.likelihood import Likelihood, Traced
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.axes import loads_of
+from aerosid.flight_model.axes import Axes, loads_of
 from aerosid.flight_model.flight import Flight, coefficients_along, simulate_outputs
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.swept_model import SweptModel
@@ -26,12 +25,20 @@ from aerosid.model_error.swept_model import SweptModel
 Array = NDArray[np.float64]
 
 
+_SIGNS = {
+    "alpha": "delta_e, C_m_alpha and C_m_delta_e, the mass and the units of alpha and q",
+    "beta": "delta_a, delta_r, C_n_beta, C_l_p_hat, C_l_delta_a and C_n_delta_r, and the units of beta, p and r",
+}
+"""What to look at where a model runs away, by the angle of the flow that is integrated."""
+
+
 @dataclass(frozen=True)
 class FlownError:
-    """One flight of the model with d(t) acting; `offsets` are d's places among the extra inputs, the air's last."""
+    """One flight of the model with d(t) acting; `offsets` and `air`: d's and the air's places in the extra inputs."""
 
     part: Traced
     offsets: tuple[int, ...]
+    air: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,21 @@ class FlightsInError:
 
     manoeuvres: tuple[Manoeuvre, ...]
     coefficients: tuple[str, ...]
+
+    @property
+    def axes(self) -> Axes:
+        """The case of the equations of motion."""
+        return self.manoeuvres[0].axes
+
+    @property
+    def state_count(self) -> int:
+        """Of one flight."""
+        return len(self.axes.integrated)
+
+    @property
+    def angle(self) -> str:
+        """That of the flow whose range a simulation leaves first."""
+        return next(name for name in _SIGNS if name in self.axes.outputs)
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
@@ -95,13 +117,14 @@ class FlightsInError:
             Where the flown model leaves its range.
         """
         model = self._flying(swept.model.extended(entries), (*swept.effects, *effects))
-        offsets = tuple(model.extra_place(name) for name in (*self.columns, GUST_COLUMN))
+        offsets = tuple(model.extra_place(name) for name in self.columns)
+        air = tuple(model.extra_place(name) for name in air_columns(self.axes))
         likelihood = Likelihood(model, self.manoeuvres, (*swept.free, *entries))
         found = []
         for n, (manoeuvre, force) in enumerate(zip(self.manoeuvres, swept.forces, strict=True)):
             acting = (*swept.effects, *_given_forces(self.columns, force, manoeuvre.name))
             part = next(iter(likelihood.traced(n, model.values, swept.states[n], acting, effects, whole=True)))
-            found.append(FlownError(part, offsets))
+            found.append(FlownError(part, offsets, air))
         return found
 
     def traced_or_said(
@@ -113,8 +136,8 @@ class FlightsInError:
         except OutOfRangeError as error:
             names = ", ".join(manoeuvre.name for manoeuvre in self.manoeuvres)
             raise EstimationError(
-                f"{names}: the model with its model error d(t) leaves |alpha| < 1.5 rad; check the signs of delta_e, "
-                "C_m_alpha and C_m_delta_e, the mass and the units of alpha and q, or use --method likelihood."
+                f"{names}: the model with its model error d(t) leaves |{self.angle}| < 1.5 rad; check the signs of "
+                f"{_SIGNS[self.angle]}, or use --method likelihood."
             ) from error
 
     def carried(self, flown: SweptModel, other: SweptModel) -> SweptModel:
@@ -138,13 +161,13 @@ class FlightsInError:
         return replace(other, forces=tuple(forces), states=flown.states)
 
     def _acting(self, swept: SweptModel, n: int, effects: Sequence[ActiveEffect]) -> tuple[AerodynamicModel, Flight]:
-        """The model with columns for all that acts, and a flight with it acting."""
-        model = self._flying(swept.model, effects)
+        """The model of the aircraft as it is with columns for all that acts, and a flight with it acting."""
+        model = acting_model(self._flying(swept.model, effects), effects)
         return model, acting_flight(model, self.manoeuvres[n], effects)[0]
 
     def _flying(self, model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
         """The model with columns for what acts, for d(t) and for the velocity of the air."""
-        return with_gust(with_offsets(with_columns_of(model, effects), self.coefficients))
+        return with_moving_air(with_offsets(with_columns_of(model, effects), self.coefficients))
 
 
 def _given_forces(columns: Sequence[str], force: Array, log: str) -> tuple[ActiveEffect, ...]:

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects import NoiseEffect
+from aerosid.estimation.effect_columns import air_columns
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.model_error.flights_in_error import FlightsInError, FlownError
 from aerosid.model_error.swept_model import ErrorStatistics, Rows, SweptModel
 from aerosid.signals.smoothing import smooth_inputs
@@ -27,8 +28,6 @@ from aerosid.signals.whitening import (
 )
 
 Array = NDArray[np.float64]
-
-STATE_COUNT = len(LONGITUDINAL.integrated)
 
 
 def whitened_rows(
@@ -60,21 +59,21 @@ def whitened_rows(
 
 def known_count(swept: SweptModel) -> int:
     """How many numbers are estimated: free terms, effects' numbers, the initial state of each flight."""
-    return len(swept.free) + swept.slopes + STATE_COUNT * len(swept.states)
+    return len(swept.free) + swept.slopes + sum(state.size for state in swept.states)
 
 
 def columns_of(swept: SweptModel, flown: FlownError, n: int, asked: int = 0) -> Array:
-    """Of flight n (N, 8, .): the residual as if no d had acted, known columns in joint places, asked columns."""
+    """Of flight n (N, outputs, .): the residual as if no d had acted, known columns in joint places, asked columns."""
     free, slopes, known = len(swept.free), swept.slopes, known_count(swept)
-    block, held = flown.part.block, flown.part.held
-    first = 1 + free + asked + STATE_COUNT
-    acted, forces = first + slopes, len(flown.offsets) - 1
-    own = 1 + free + slopes + STATE_COUNT * n
+    block, held, states = flown.part.block, flown.part.held, swept.states[n].size
+    first = 1 + free + asked + states
+    acted, forces = first + slopes, len(flown.offsets)
+    own = 1 + free + slopes + states * n
     columns = np.zeros((*held.shape, 1 + known + asked + block.shape[2] - acted - forces))
     columns[:, :, 0] = np.where(held, block[:, :, 0] + block[:, :, acted : acted + forces].sum(axis=2), 0.0)
     columns[:, :, 1 : 1 + free] = block[:, :, 1 : 1 + free]
     columns[:, :, 1 + free : 1 + free + slopes] = block[:, :, first:acted]
-    columns[:, :, own : own + STATE_COUNT] = block[:, :, first - STATE_COUNT : first]
+    columns[:, :, own : own + states] = block[:, :, first - states : first]
     columns[:, :, 1 + known : 1 + known + asked] = block[:, :, 1 + free : 1 + free + asked]
     columns[:, :, 1 + known + asked :] = block[:, :, acted + forces :]
     return columns
@@ -88,7 +87,7 @@ def without_columns(flown: FlownError) -> FlownError:
 
 
 def whiten(flights: FlightsInError, n: int, flown: FlownError, block: Array, statistics: ErrorStatistics) -> float:
-    """Whiten columns (N, 8, C) of a flight in place; the sum of the logarithms of the innovations' variances."""
+    """Whiten columns (N, outputs, C) of a flight in place; the sum of the logarithms of the innovations' variances."""
     noise, trace = _noise(flights, n, flown, statistics)
     part = flown.part
     carry = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
@@ -98,29 +97,41 @@ def whiten(flights: FlightsInError, n: int, flown: FlownError, block: Array, sta
 def smoothed_error(
     flights: FlightsInError, n: int, flown: FlownError, residual: Array, statistics: ErrorStatistics
 ) -> tuple[Array, Array]:
-    """d(t) (N, coefficients) of a residual (N, 8, 1), and its deviation."""
+    """d(t) (N, coefficients) of a residual (N, outputs, 1), and its deviation; the moving air's after it."""
     noise, trace = _noise(flights, n, flown, statistics)
     part, samples, inputs = flown.part, residual.shape[0], noise.variance.size
     errors, variances = np.zeros((samples, inputs, 1)), np.zeros((samples, inputs))
-    start = initial_covariance(np.zeros((STATE_COUNT, STATE_COUNT)), noise, trace, part.sensors)
+    still = np.zeros((flights.state_count, flights.state_count))
+    start = initial_covariance(still, noise, trace, part.sensors)
     present = np.ascontiguousarray(part.held)
     smooth_inputs(present, residual, trace, statistics.variance, noise, part.sensors, start, errors, variances)
     # What has no noise has no error: the air's velocity where it is taken as still.
-    moving = flown.offsets if statistics.gust is not None else flown.offsets[:-1]
+    moving = (*flown.offsets, *(place for place, _, _ in _air(flights, n, flown, statistics)))
     noisy = np.flatnonzero((part.noise.variance > 0.0) | np.isin(np.arange(part.noise.variance.size), moving))
     places = [int(np.flatnonzero(noisy == place)[0]) for place in moving]
-    found, deviation = np.zeros((samples, len(flown.offsets))), np.zeros((samples, len(flown.offsets)))
-    found[:, : len(places)], deviation[:, : len(places)] = errors[:, places, 0], np.sqrt(variances[:, places])
-    return found, deviation
+    return errors[:, places, 0], np.sqrt(variances[:, places])
 
 
 def _noise(flights: FlightsInError, n: int, flown: FlownError, statistics: ErrorStatistics) -> tuple[InputNoise, Trace]:
     """The inputs' noise with that of the coefficients, and the linearisation, of what has noise alone."""
     variance, memory = flown.part.noise.variance.copy(), flown.part.noise.memory.copy()
-    offsets, air = list(flown.offsets[:-1]), flown.offsets[-1]
+    offsets = list(flown.offsets)
     variance[offsets] = np.square(statistics.spread)
     memory[offsets] = np.exp(-flights.intervals[n] / statistics.memory)
-    if statistics.gust is not None:
-        variance[air] = statistics.gust[0] ** 2
-        memory[air] = np.exp(-flights.airspeeds[n] * flights.intervals[n] / statistics.gust[1])
+    for place, spread, remembered in _air(flights, n, flown, statistics):
+        variance[place], memory[place] = spread, remembered
     return noisy_inputs_alone(InputNoise(variance, memory), flown.part.trace)
+
+
+def _air(
+    flights: FlightsInError, n: int, flown: FlownError, statistics: ErrorStatistics
+) -> list[tuple[int, float, float]]:
+    """Place, variance and memory from sample to sample of each velocity of the air that moves."""
+    if statistics.gust is None:
+        return []
+    effect = statistics.gust.effect
+    assert isinstance(effect, NoiseEffect)
+    numbers = effect.noise(statistics.gust.values, flights.intervals[n], flights.airspeeds[n])
+    places = dict(zip(air_columns(flights.axes), flown.air, strict=True))
+    rows = zip(effect.columns, *numbers, strict=True)
+    return [(places[column], spread, remembered) for column, spread, remembered in rows]

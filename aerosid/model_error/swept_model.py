@@ -36,7 +36,7 @@ class SweepSettings:
     searches : tuple of int
         Sweeps before which spreads and memory are sought; the motion moves little after the first two.
     turns : int
-        Quasi-Newton steps in the search of spreads and memory.
+        Quasi-Newton steps for each coefficient in the search of spreads and memory.
     settled : float
         Fall of -2 ln L by less than which a step of that search is its last; 0: as far as rounding lets it.
     shown : float
@@ -71,7 +71,7 @@ class SweepSettings:
     shortest_memory: float = 0.05
     longest_memory: float = 3.0
     searches: tuple[int, ...] = (0, 2)
-    turns: int = 12
+    turns: int = 4
     settled: float = 0.0
     shown: float = 0.0
     unlike_noise: float = 100.0
@@ -95,14 +95,22 @@ class ErrorStatistics:
         s; correlation exp(-|t|/memory).
     variance : (outputs,) array
         Of each output's noise, SI squared.
-    gust : tuple of (float, float) or None
-        Standard deviation, m/s, and scale length, m, of a vertical velocity of the air; None: still air.
+    gust : ActiveEffect or None
+        How the air moves across the flight path: standard deviations, m/s, and scale length, m; None: still air.
     """
 
     spread: tuple[float, ...]
     memory: float
     variance: Array
-    gust: tuple[float, float] | None = None
+    gust: ActiveEffect | None = None
+
+    @property
+    def density(self) -> Array:
+        """Square root of d's spectral density in each coefficient at the motion's frequencies, but for a factor, s^1/2.
+
+        Of a shorter memory the same d has a greater spread.
+        """
+        return np.asarray(np.array(self.spread) * np.sqrt(self.memory))
 
 
 @dataclass(frozen=True)
@@ -117,7 +125,7 @@ class SweptModel:
         Terms that are estimated.
     effects : tuple of ActiveEffect
         Sensors, controls and jumps, with their numbers, which are estimated.
-    states : tuple of (5,) arrays
+    states : tuple of (n,) arrays
         The initial state of each flight.
     forces : tuple of (N, coefficients) arrays
         d(t) of each flight, of which the motion is the reference. The air is still there: its velocity moves the

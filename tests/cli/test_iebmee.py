@@ -76,9 +76,11 @@ def test_a_flight_of_three_samples_is_refused(
     assert files == []
 
 
-def test_an_aircraft_of_six_axes_is_sent_to_other_methods(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_aircraft_of_six_axes_asks_for_the_channels_of_six(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     code, told, files = run(VERBS[0], tmp_path, FLIGHT, "navion", capsys)
-    assert code == 2
-    assert "use --method" in told
+    assert code == 3
+    assert "channel p is missing" in told
     assert is_one_sentence(told)
     assert files == []

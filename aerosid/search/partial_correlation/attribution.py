@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.likelihood import Likelihood
-from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.flight import simulate_outputs
@@ -24,7 +23,6 @@ from aerosid.model_error.flight_sweep import is_seen
 from aerosid.model_error.flights_in_error import FlightsInError
 from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.model_error.sweep_rows import STATE_COUNT
 from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import found_among
@@ -77,8 +75,8 @@ def attribute_by_model_error(
     start = start or swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
     selection = select(start, manoeuvres, coefficients, hypotheses, settings, progress)
     _require_open_loop(selection.completed, manoeuvres)
-    before, _ = _refinement(selection.before, manoeuvres)
-    completed, uncertainty = _refinement(selection.completed, manoeuvres)
+    before, _ = _refinement(selection.before)
+    completed, uncertainty = _refinement(selection.completed)
     findings = tuple(
         replace(found_among(part, selection.asked, gain), p_value=p_value) for part, gain, p_value in selection.parts
     )
@@ -100,7 +98,7 @@ def swept_start(
     acting = [replace(m, flight=acting_flight(declared, m, given)[0], columns=declared.columns) for m in manoeuvres]
     forces = forward_forces(declared, acting, coefficients, chain)
     statistics = _statistics(forces, variance, settings.sweeps)
-    states = tuple(initial_state(manoeuvre.flight) for manoeuvre in manoeuvres)
+    states = tuple(manoeuvre.first_state for manoeuvre in manoeuvres)
     return SweptModel(declared, tuple(free), tuple(given), states, forces, statistics)
 
 
@@ -165,23 +163,24 @@ def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> Non
         if not np.isfinite(outputs).all():
             k = int(np.flatnonzero(~np.isfinite(outputs).all(axis=1))[0])
             raise EstimationError(
-                f"{manoeuvre.name}: without its d(t) the model found by method iebmee leaves |alpha| < 1.5 rad at "
+                f"{manoeuvre.name}: without its d(t) the model found by method iebmee leaves its range at "
                 f"{flight.time[k]:.2f} s (sample {k + 1}), so that no error can be stated; use the default method, "
                 "which holds an unstable aircraft to the data."
             )
 
 
-def _refinement(sweep: Sweep, manoeuvres: Sequence[Manoeuvre]) -> tuple[Refinement, Deviations]:
+def _refinement(sweep: Sweep) -> tuple[Refinement, Deviations]:
     """The estimate and its deviations in the order that the loop takes: free terms, initial states, effects."""
     swept, fit = sweep.swept, sweep.fit
     free, slopes = len(swept.free), swept.slopes
-    states = np.arange(free + slopes, free + slopes + STATE_COUNT * len(manoeuvres))
+    count = sum(state.size for state in swept.states)
+    states = np.arange(free + slopes, free + slopes + count)
     order = np.concatenate([np.arange(free), states, np.arange(free, free + slopes)])
     columns = fit.whitened(sweep.rows.known)[:, order]
     effects = swept.effects
     model = with_columns_of(swept.model, effects)
     if swept.statistics.gust is not None:
-        effects = (*effects, ActiveEffect(gust(), swept.statistics.gust))
+        effects = (*effects, swept.statistics.gust)
         model = with_columns_of(model, effects)
     refinement = Refinement(
         model=model,
@@ -204,7 +203,7 @@ def _refinement(sweep: Sweep, manoeuvres: Sequence[Manoeuvre]) -> tuple[Refineme
         covariance=covariance,
         correlation_max=_largest_correlation(fit.covariance)[:free],
         effects=corrected[free : free + slopes],
-        effects_white=plain[free + STATE_COUNT * len(manoeuvres) :],
+        effects_white=plain[free + count :],
     )
 
 

@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from aerosid.effects import ActiveEffect
-from aerosid.effects.disturbance import gust
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -35,12 +33,10 @@ def parts_of(current: Sweep, declared: SweptModel, distance: float) -> list[Part
     swept = current.swept
     found = []
     if swept.statistics.gust is not None:
-        sigma, length = swept.statistics.gust
+        *sizes, length = swept.statistics.gust.values
         # That many scale lengths were flown through: as many samples of its size.
-        error = sigma / np.sqrt(2.0 * max(distance / length, 1.0))
-        found.append(
-            Part(None, ActiveEffect(gust(), (sigma, length)), sigma, 0.0, float(error), (float(error), np.nan))
-        )
+        errors = tuple(float(size / np.sqrt(2.0 * max(distance / length, 1.0))) for size in sizes)
+        found.append(Part(None, swept.statistics.gust, sizes[0], 0.0, errors[0], (*errors, np.nan)))
     found += [
         Part(entry, None, swept.model.value(entry), 0.0, float(deviation[n]))
         for n, entry in enumerate(swept.free)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from aerosid.effects import OutputEffect
+from aerosid.effects import BodyEffect, OutputEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.score_test import Score
@@ -21,6 +21,13 @@ from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.signals.spectral_covariance import score_covariance
 
 Array = NDArray[np.float64]
+
+
+OF_SENSORS = OutputEffect, PositionEffect
+"""Kinds of effect that lie between the motion and the record."""
+
+HOLDING_ERROR = *OF_SENSORS, BodyEffect
+"""Kinds whose columns hold d(t) itself: that of the sensor's channel, that of the moment which turns the body."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +89,13 @@ def screen(
 
 
 def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, asked: int) -> float:
-    """Of a sensor's numbers by chance, their columns taken along the motion that controls and terms make.
+    """Of a sensor's or the body's numbers by chance, their columns along the motion that controls and terms make.
 
     d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
     d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
-    says nothing of the sensor. Along the motion without d(t) they cannot. What is left there is coloured in each
-    channel and, where forces are left, between them: both are allowed for. Zero for what is no sensor's, and where that
+    says nothing of the sensor. Of a moment of inertia the column holds the d(t) of its own moment, so that it follows
+    whatever is missing there. Along the motion without d(t) they cannot. What is left there is coloured in each
+    channel and, where forces are left, between them: both are allowed for. Zero for terms and controls, and where that
     motion cannot be flown.
 
     Parameters
@@ -101,7 +109,7 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
     asked : int
         How many candidates the search looks at (Bonferroni).
     """
-    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, OutputEffect)}
+    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, HOLDING_ERROR)}
     places: list[int] = []
     away: list[float] = []
     place = len(trial.swept.free)

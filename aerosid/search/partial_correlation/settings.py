@@ -58,11 +58,13 @@ class ModelErrorSearchSettings:
     noticed : float
         Times the least spread of d(t), 1, from which it is there at all: 3e-5 of a coefficient. Chosen.
     least_reduction : float
-        Share of its spread to which d(t) of some coefficient must fall for a term, control or jump to have explained
-        it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and stalls.
+        Share of its spread, memory held, to which d(t) of some coefficient must fall for a term, control or jump to
+        have explained it: what leaves d as it was follows it by chance. Found by trial on own flights in gusts and
+        stalls.
     most_increase : float
-        Times by which a name may raise the spread of d(t) in any coefficient: it is to explain model error and not to
-        need more of it. Half as much again is within the scatter of the spread on records of 500 samples.
+        Times by which a name may raise the spread of d(t), memory held, in any coefficient: it is to explain model
+        error and not to need more of it. Half as much again is within the scatter of the spread on records of 500
+        samples.
     least_rise : float
         Share of the greatest fall of a spread below which another coefficient's may be whatever it is: a fiftieth of a
         C_Z explained had been refused for 5e-5 in C_X (own flight 36 of seed 2026).

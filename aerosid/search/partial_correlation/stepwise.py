@@ -14,19 +14,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import OutputEffect
-from aerosid.effects.disturbance import gust
+from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects.disturbance import VANE_IN, gusts_of
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, found_among, named
 from aerosid.search.partial_correlation.parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
-from aerosid.search.partial_correlation.screening import chords_of, screen, undisturbed_p_value
+from aerosid.search.partial_correlation.screening import OF_SENSORS, chords_of, screen, undisturbed_p_value
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, shortlisted, worth
 from aerosid.search.sudden_changes import at_outliers, moving, near_a_jump, thinned
@@ -249,14 +248,14 @@ class _Search:
 
         Of a sensor only the second is asked: what it shows wrongly need not be in d.
         """
-        before, after = np.array(current.swept.statistics.spread), np.array(trial.swept.statistics.spread)
-        noticed = self.settings.noticed * self.settings.sweeps.least_spread
+        before, after = (sweep.swept.statistics.density for sweep in (current, trial))
+        noticed = self.settings.noticed * self.settings.sweeps.least_spread * np.sqrt(self.settings.sweeps.first_memory)
         # Rounding of one coefficient's d is no price for another's.
         counts = max(noticed, self.settings.least_rise * float(np.max(before - after)))
         if np.any((after > self.settings.most_increase * before) & (after > counts)):
             return False
         there = before > noticed
-        of_sensors = all(part.active is not None and isinstance(part.active.effect, OutputEffect) for part in new)
+        of_sensors = all(part.active is not None and isinstance(part.active.effect, OF_SENSORS) for part in new)
         if of_sensors or not there.any():
             return True
         return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
@@ -265,26 +264,30 @@ class _Search:
         """The structure in turbulence, where it is not already and some model error is left."""
         if current.swept.statistics.gust is not None or not self.settings.gusts or not self._is_left(current):
             return []
-        effect = gust()
-        numbers = tuple(parameter.trials[0] for parameter in effect.parameters)
-        statistics = replace(current.swept.statistics, gust=(numbers[0], numbers[1]))
-        try:
-            sweep = self.sweeps.estimate(
-                replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps
-            )
-        except EstimationError:
-            return []
-        if not self._moves_the_vane(sweep):
-            return []
-        extra = self.settings.price * (len(numbers) - 1)
-        return [_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra)]
+        found = []
+        for effect in gusts_of(self.sweeps.flights.axes):
+            air = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+            statistics = replace(current.swept.statistics, gust=air)
+            try:
+                sweep = self.sweeps.estimate(
+                    replace(current.swept, statistics=statistics), sweeps=self.settings.trial_sweeps
+                )
+            except EstimationError:
+                continue
+            if self._moves_the_vanes(sweep, effect):
+                extra = self.settings.price * (len(effect.parameters) - 1)
+                found.append(_Trial(Hypothesis(effect.kind, effect.where), sweep, sweep.cost + extra))
+        return found
 
-    def _moves_the_vane(self, sweep: Sweep) -> bool:
-        """Whether the air turns the flow by more than the vane's noise: less is the colour of that noise."""
+    def _moves_the_vanes(self, sweep: Sweep, effect: NoiseEffect) -> bool:
+        """Whether the air turns each flow by more than its vane's noise: less is the colour of that noise."""
         assert sweep.swept.statistics.gust is not None
-        sigma, place = sweep.swept.statistics.gust[0], LONGITUDINAL.outputs.index("alpha")
-        pairs = zip(self.manoeuvres, self.sweeps.flights.airspeeds, strict=True)
-        return any(sigma / airspeed > float(manoeuvre.noise[place]) for manoeuvre, airspeed in pairs)
+        sizes = zip(effect.columns, sweep.swept.statistics.gust.values, strict=False)
+        pairs = list(zip(self.manoeuvres, self.sweeps.flights.airspeeds, strict=True))
+        return all(
+            any(size / airspeed > float(m.noise[m.row(VANE_IN[column])]) for m, airspeed in pairs)
+            for column, size in sizes
+        )
 
     def _is_left(self, current: Sweep) -> bool:
         """Whether d(t) is more than rounding in some coefficient."""
@@ -374,7 +377,8 @@ class _Search:
         if not moving:
             return current
         still = self.sweeps.estimate(self._without(current, moving[0]))
-        return still if still.cost - current.cost < self.settings.price * len(gust().parameters) else current
+        numbers = len(moving[0].std_errors)
+        return still if still.cost - current.cost < self.settings.price * numbers else current
 
     def judged(self, current: Sweep) -> list[tuple[Part, float, float]]:
         """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
