@@ -123,19 +123,19 @@ def attribute(
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     made = searches(search, before, validation, moving_air=moving_air)
-    held = standing(search, before, made, validation)
-    completed, uncertainty, forces = held.completed, held.uncertainty, held.forces
-    refuted = tuple(part.label for part in held.refuted)
+    accepted = standing(search, before, made, validation)
+    completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
+    refuted = tuple(part.label for part in accepted.refuted)
     unproven = unproven_terms(search, completed, refuted)
     confirmed = confirmed_terms(search, completed, unproven, validation)
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
         uncertainty = deviations(completed, manoeuvres)
         unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
-    beside = filter_error(completed, forces, held.searched.estimate.variance, manoeuvres) if forces else None
+    beside = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
     uncertainty = widened(uncertainty, beside)
     findings = findings_of(search, completed, uncertainty)
-    others = held.searched.others
+    others = accepted.searched.others
     if forces is not None and settings.instruments_compared:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
         others = (*others, *alternatives(search, completed))

@@ -63,14 +63,14 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
             continue
         start = search.struck_out(replace(completed, effects=effects), [gone])
         effects = start.effects
-    held = {part.label: part for part in parts}
-    findings = [row for row in found.findings if (row.kind, row.where, row.term) in held]
+    by_label = {part.label: part for part in parts}
+    findings = [row for row in found.findings if (row.kind, row.where, row.term) in by_label]
     return replace(
         found,
         before=before,
         completed=completed,
         completed_deviations=uncertainty,
-        findings=tuple(_with_numbers(row, held[row.kind, row.where, row.term], decision) for row in findings),
+        findings=tuple(_with_numbers(row, by_label[row.kind, row.where, row.term], decision) for row in findings),
         fallen=tuple(row for row in found.findings if row not in findings),
         regressed=False,
         again=partial(_estimated_again, measured=measured, manoeuvres=search.manoeuvres),

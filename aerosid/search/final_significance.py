@@ -45,8 +45,8 @@ def significant(found: Attribution, search: StructureSearch) -> Attribution:
         current = _without(current, weakest, search)
     if current is found:
         return found
-    held = {named(label) for label in labels(current.findings)}
-    return replace(current, alternatives=tuple(each for each in current.alternatives if each.instead_of in held))
+    still_named = {named(label) for label in labels(current.findings)}
+    return replace(current, alternatives=tuple(each for each in current.alternatives if each.instead_of in still_named))
 
 
 def told_of_fallen(found: Attribution, asked: float) -> list[str]:

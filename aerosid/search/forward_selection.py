@@ -47,9 +47,9 @@ def pruned_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iter
 
 def is_news(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
     """Whether a trial says something else than the present estimate, and better."""
-    held = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
+    known = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
     told = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
-    return told != held and search.price(trial) < search.price(current) and is_no_filter(search, trial, current)
+    return told != known and search.price(trial) < search.price(current) and is_no_filter(search, trial, current)
 
 
 def settled(search: StructureSearch, current: Refinement) -> Refinement:

@@ -68,10 +68,10 @@ def standing(search: StructureSearch, before: Refinement, made: Searches, valida
     """What stands of the searches that were made; `validation`: flights that were not fitted."""
     selected, searched = Selected(before, made, tuple(validation)), made.reached
     completed, uncertainty = certain(search, refine_on(_unforced(searched.estimate, before), search.manoeuvres))
-    held = Standing(searched, completed, uncertainty)
+    accepted = Standing(searched, completed, uncertainty)
     for gate in GATES:
-        held = gate.passed(search, selected, held)
-    return held
+        accepted = gate.passed(search, selected, accepted)
+    return accepted
 
 
 def forces_of(current: Refinement) -> ActiveEffect | None:

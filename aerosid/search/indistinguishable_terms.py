@@ -154,14 +154,14 @@ def _regression(
     entries = [(coefficient, _recorded(term)) for coefficient, term in entries]
     model = completed.model.with_columns([RECORDED_RATE]).extended(entries)
     places = [model.entries.index(entry) for entry in entries]
-    held = np.array(model.values)
-    held[[model.entries.index(entry) for entry in completed.free]] = 0.0
+    numbers = np.array(model.values)
+    numbers[[model.entries.index(entry) for entry in completed.free]] = 0.0
     parts = []
     for n, manoeuvre in enumerate(manoeuvres):
         effects = [active for active in on_log(completed, manoeuvre) if out is None or active.name != out.name]
         log = _with_recorded_rate(Corrected.of(model, effects, manoeuvre, feed(manoeuvre, ChainSettings())))
-        rest = log.modelled(held)
-        columns = np.stack([log.modelled(held + unit) - rest for unit in np.eye(held.size)[places]], axis=2)
+        rest = log.modelled(numbers)
+        columns = np.stack([log.modelled(numbers + unit) - rest for unit in np.eye(numbers.size)[places]], axis=2)
         parts.append((log.measured, log.measured - rest, columns, np.full(manoeuvre.flight.time.size, n)))
     measured, target, columns, logs = (np.concatenate(each) for each in zip(*parts, strict=True))
     return _Regression(measured, target, columns, logs)

@@ -71,13 +71,13 @@ def _better(
 
     A fault of an instrument or a control gives place to another such fault alone: a term has to show itself.
     """
-    held = {part.label for part in search.parts(reduced, None)}
-    own = [part for part in search.parts(current, None) if part.label not in held]
+    kept = {part.label for part in search.parts(reduced, None)}
+    own = [part for part in search.parts(current, None) if part.label not in kept]
     for trial in sorted(trials, key=worth):
         if worth(trial) >= worth(current):
             break
         left = pruned(search, trial)
-        newest = [part for part in search.parts(left, None) if part.label not in held]
+        newest = [part for part in search.parts(left, None) if part.label not in kept]
         if any(part.entry is not None for part in newest) and all(part.entry is None for part in own):
             continue
         if newest and worth(left) < worth(current) and is_no_filter(search, left, reduced):

@@ -70,8 +70,8 @@ class StructureSearch:
     @property
     def separating(self) -> tuple[str, ...]:
         """Coefficients that flow separation moves: along x, across it and in pitch; none unless all are modelled."""
-        held = tuple(name for name in self.stepping if is_symmetric(name))
-        return held if len(held) == len(LONGITUDINAL.coefficients) else ()
+        stepping = tuple(name for name in self.stepping if is_symmetric(name))
+        return stepping if len(stepping) == len(LONGITUDINAL.coefficients) else ()
 
     def noise_level(self, start: Refinement) -> NDArray[np.float64]:
         """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""

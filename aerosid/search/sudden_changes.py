@@ -56,9 +56,9 @@ def at_outliers(
         squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
         for part, (flight, output) in zip(current.fit.groups, current.rows.channels, strict=True):
             if flight == n:
-                held = np.isfinite(log.flight.measured[:, output])
-                squares[held] += current.fit.white_target[part] ** 2
-                count += held
+                present = np.isfinite(log.flight.measured[:, output])
+                squares[present] += current.fit.white_target[part] ** 2
+                count += present
         excess = (squares - count) / np.sqrt(2.0 * np.maximum(count, 1.0))
         interval = log.interval
         reach = max(1, round(settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid / interval))

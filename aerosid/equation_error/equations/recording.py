@@ -160,8 +160,8 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
     channels = {}
     for name in manoeuvre.outputs:
         values = flight.measured[:, manoeuvre.axes.outputs.index(name)]
-        held = np.isfinite(values)
-        channels[name] = np.interp(time, flight.time[held], values[held])
+        present = np.isfinite(values)
+        channels[name] = np.interp(time, flight.time[present], values[present])
     inputs = flight.inputs
     if off:
         inputs = np.column_stack([np.interp(time, flight.time, column) for column in flight.inputs.T])

@@ -74,7 +74,7 @@ def with_ends_held(values: Array, before: Array) -> Array:
     known = np.flatnonzero(np.isfinite(values))
     if known.size == values.size:
         return values
-    held = values.copy()
-    held[: known[0]] = before[0]
-    held[known[-1] + 1 :] = before[-1]
-    return held
+    filled = values.copy()
+    filled[: known[0]] = before[0]
+    filled[known[-1] + 1 :] = before[-1]
+    return filled

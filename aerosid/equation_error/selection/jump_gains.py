@@ -63,9 +63,9 @@ def jump_gains(
         for lag, value in enumerate(shape):
             products += value * padded[begins + lag]
         along[:, early.size :] = products.T
-        held = np.minimum(count - begins, length)
+        lengths = np.minimum(count - begins, length)
         within = np.concatenate([[0.0], np.cumsum(shape**2)])
-        squares[early.size :] = within[held] + level**2 * np.maximum(count - begins - length, 0)
+        squares[early.size :] = within[lengths] + level**2 * np.maximum(count - begins - length, 0)
     known_along, pull = along[:-1], along[-1]
     left = squares - np.sum(known_along * (covariance @ known_along), axis=0)
     return np.where(left > 1e-9 * squares, pull**2 / np.maximum(left, 1e-300), 0.0)

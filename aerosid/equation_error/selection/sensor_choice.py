@@ -72,14 +72,14 @@ def chosen_with_coefficients(
         settings, bare = selected.estimate.frame.settings, bare_of(selected, each)
         brought = selected.estimate.gain_over(bare)
         # Both leave about the same: each is judged by the noise that it leaves itself.
-        held = (
+        kept = (
             beside.log_likelihood(selected.estimate) + selected.estimate.log_likelihood - rules.price(each.hypothesis)
         )
         best: tuple[float, Estimate, Hypothesis] | None = None
         for found, hypothesis in _in_its_place(bare, selected, each, open_):
             if found.gain_over(bare) < settings.choice_share * brought:
                 continue
-            more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - held
+            more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - kept
             if more > settings.choice_gain and (best is None or more > best[0]):
                 best = more, found, hypothesis
         if best is not None:
