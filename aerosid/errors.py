@@ -1,4 +1,4 @@
-"""What is raised on purpose. Each class knows the exit code that the command line returns for it.
+"""Exceptions, each with the exit code that the command line returns for it.
 
 AerosidError
 ├── UsageError          exit 2: wrong usage

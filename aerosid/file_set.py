@@ -1,4 +1,4 @@
-"""Write several files that belong together: all of them, or none under its final name."""
+"""Atomic writing of files that belong together: all of them, or none under its final name."""
 
 from __future__ import annotations
 

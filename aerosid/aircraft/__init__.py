@@ -1,4 +1,4 @@
-"""The aircraft file: load it, judge it, complete it, write it.
+"""The aircraft file: reading, plausibility, completion and writing.
 
 `model` holds what an aircraft is, `schema` which tables and keys a file may hold, `reading` turns a file into an
 aircraft or into one sentence on what is wrong, `completion` writes what was found back into the text of the file,

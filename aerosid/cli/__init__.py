@@ -1,1 +1,1 @@
-"""The command line: options, exit codes, progress."""
+"""Command-line interface: options, exit codes, progress."""

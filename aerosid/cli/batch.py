@@ -1,4 +1,4 @@
-"""The verb batch: its words, and what it does with them."""
+"""Command `batch`: the loop closed on many logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb `channels`: what is in a recording, and a channel map for it."""
+"""Command `channels`: contents of a recording, and a channel map for it."""
 
 from __future__ import annotations
 

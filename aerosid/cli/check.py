@@ -1,4 +1,4 @@
-"""The verb check: is a log good enough, and if not, why; one closing sentence for each log."""
+"""Command `check`: data quality of logs, with one closing sentence for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb cross-check: its words, and what it does with them."""
+"""Command `cross-check`: the loop judged by flights of JSBSim."""
 
 from __future__ import annotations
 

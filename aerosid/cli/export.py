@@ -1,4 +1,4 @@
-"""The verb `export`: options to settings, a text to a file or the terminal."""
+"""Command `export`: the aerodynamic model for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb find: the manoeuvres in recordings."""
+"""Command `find`: the manoeuvres in recordings."""
 
 from __future__ import annotations
 

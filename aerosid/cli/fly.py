@@ -1,4 +1,4 @@
-"""The verb fly: its words, and what it does with them."""
+"""Command `fly`: flights by JSBSim, with effects that the aircraft file does not mention."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line: parse, call, print, exit code. One verb is one short function that imports what it needs."""
+"""Command-line interface: parse, call, print, exit code. One verb is one short function that imports what it needs."""
 
 from __future__ import annotations
 

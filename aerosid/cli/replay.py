@@ -1,4 +1,4 @@
-"""The verb replay: its words, a live table, and the page."""
+"""Command `replay`: recursive identification along a recorded flight, with a live table and a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb schema: JSON Schemas of the files and documents that scripts read."""
+"""Command `schema`: JSON Schemas of the files and documents that scripts read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb study: its words, and what it does with them."""
+"""Command `study`: Monte Carlo of the whole chain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb warm-up: kernels compiled before they are needed."""
+"""Command `warm-up`: kernels compiled before they are needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Data compatibility of instruments: what kinematics say of them, as values and in words."""
+"""Results of the data compatibility check, as values and in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Data compatibility from the kinematic equations: the faults that they prove, told as the instruments' agreement."""
+"""Results of the data compatibility check from sensor faults that the kinematic equations prove."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The aircraft file's own effects, acting with their numbers held."""
+"""The aircraft file's own effects, acting with fixed parameters."""
 
 from __future__ import annotations
 

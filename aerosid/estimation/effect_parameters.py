@@ -1,4 +1,4 @@
-"""Numbers of effects among the parameters of an estimate."""
+"""Parameters of effects within the parameter vector of an estimate."""
 
 from __future__ import annotations
 

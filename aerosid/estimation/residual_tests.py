@@ -1,4 +1,4 @@
-"""Whether residuals are more than noise: whiteness and size, channel by channel."""
+"""Residual tests: whiteness and size of each channel's residual against its noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Score tests of hypotheses at the present estimate, before any is fitted.
+"""Score tests: the gain of hypotheses to first order at the present estimate, before any is fitted.
 
 The score test asks what a candidate would gain in likelihood, from its sensitivities through the estimator and without
 fitting it. The corrected covariance counts that residuals of real flights are coloured: plain Cramer-Rao deviations

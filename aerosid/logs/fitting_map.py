@@ -1,4 +1,4 @@
-"""Ready channel map that fits a recording: the one most of whose columns it holds."""
+"""Selection of a ready channel map: the one most of whose columns a recording holds."""
 
 from __future__ import annotations
 

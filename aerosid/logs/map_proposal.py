@@ -1,4 +1,4 @@
-"""A channel map proposed from names, units, and the physics that ties channels to each other."""
+"""Proposal of a channel map from names, units, and the physics that ties channels to each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A log from a recording of several streams by a channel map: which column, which stamps, which unit."""
+"""Conversion of a recording of several streams to a log by a channel map: which column, which stamps, which unit."""
 
 from __future__ import annotations
 

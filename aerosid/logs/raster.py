@@ -1,4 +1,4 @@
-"""Several streams on one raster: holes cut, fast channels low-passed, slow ones marked, switches held."""
+"""Resampling of several streams to one raster: holes cut, fast channels low-passed, slow ones marked, switches held."""
 
 from __future__ import annotations
 

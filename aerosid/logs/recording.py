@@ -1,4 +1,4 @@
-"""A recording as the recorder made it: streams of samples, each on its own stamps, nothing converted.
+"""Recording: streams of samples, each on its own stamps, nothing converted.
 
 A reader returns one; a channel map and `logs.raster` make a `FlightLog` of it.
 """

@@ -1,4 +1,4 @@
-"""Spikes, stuck, quantised and saturated samples of one channel."""
+"""Detection of spikes, and of stuck, quantised and saturated samples of one channel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faults of a recorder's stamps: no clock, out of order, a restart, strays far from the flight, holes."""
+"""Time stamp faults: no clock, out of order, a restart, strays far from the flight, holes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The chain from logs and an aircraft to findings, verdict and completed model."""
+"""Closed-loop model completion: the chain from logs and an aircraft to findings, verdict and completed model."""

@@ -1,4 +1,4 @@
-"""The completed aircraft file: the declared model with the findings in it, and with what made it."""
+"""The completed aircraft file: the declared model with the findings in it, and its provenance."""
 
 from __future__ import annotations
 

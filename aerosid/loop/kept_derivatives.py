@@ -1,4 +1,4 @@
-"""Restricted re-estimation: derivatives that the record does not show are held at their declared values."""
+"""Restricted re-estimation: derivatives that the record does not show are fixed at their declared values."""
 
 from __future__ import annotations
 

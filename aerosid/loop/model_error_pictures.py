@@ -1,4 +1,4 @@
-"""d(t) of the declared and the completed structure: correlations, regressors, prefilter."""
+"""Model error d(t) of the declared and the completed structure: correlations, regressors, prefilter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A number with its standard deviation and its unit."""
+"""Quantity: a number with its standard deviation and its unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compile ahead what close-loop compiles at first use: every kernel called once on a sample flight, over all cores.
+"""Ahead-of-time compilation: every kernel that close-loop needs called once on a sample flight, over all cores.
 
 Each task calls the kernels of one part of the loop; the whole loop, which comes last, finds nearly all of them done.
 """

@@ -1,4 +1,4 @@
-"""The exact fixed-interval solution: filter forward, costate backward, linearised again until it stands.
+"""The exact fixed-interval solution: filter forward, costate backward, relinearised until it converges.
 
 The filter uses the terminal condition lambda = 0 at its own, running end of the record. Inside the record the two-point
 boundary value problem (6)-(8), (18)-(20) needs the costate of the whole record as well. Each sweep solves the problem

@@ -1,4 +1,4 @@
-"""Identification while flying: d(t), derivatives with deviations and the first name, sample by sample.
+"""On-line identification: d(t), derivatives with deviations and the first name, sample by sample.
 
 Forward estimate (21)-(23), one causal filter on d(t) and on every candidate's picture in it, recursive regression and
 recursive screening: what is shown at a moment has seen no later sample. The weights alone are set beforehand.

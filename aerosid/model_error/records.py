@@ -1,4 +1,4 @@
-"""Records as the compiled drivers take them: checked, contiguous, writable copies."""
+"""Input checks: records as the compiled drivers take them, contiguous and writable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the fixed-interval sweeps on flights estimate: a structure with its numbers, d(t) and its statistics."""
+"""State of the fixed-interval sweeps on flights: a structure with its numbers, d(t) and its statistics."""
 
 from __future__ import annotations
 

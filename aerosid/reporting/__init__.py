@@ -1,4 +1,4 @@
-"""What a closed loop leaves behind: result.json, tables, the report on page and paper, a summary on the terminal.
+"""Reports of a closed loop: result.json, tables, page and paper, a summary on the terminal.
 
 `result_schema` and `tables` are what scripts read. `sections` says what the report holds, each with a template in
 templates/, and `figures` what it shows; `page` makes report.html of it and `paper` report.pdf. `writing` puts all files

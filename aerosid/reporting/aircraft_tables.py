@@ -1,4 +1,4 @@
-"""What was understood of an aircraft file, and the list of bundled aircraft, as tables for the terminal."""
+"""Tables of an aircraft file as it was understood, and of the bundled aircraft, for the terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is in a recording, printed for a person: its streams, its channels, a map."""
+"""Tables of a recording's streams, channels and map, for the terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an engineer has to decide, and what the flights do not prove: sentences drawn from the numbers of a result."""
+"""Remarks on a result: what an engineer has to decide, and what the flights do not prove."""
 
 from __future__ import annotations
 

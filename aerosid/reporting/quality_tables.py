@@ -1,4 +1,4 @@
-"""A log's quality and whether its instruments agree, printed for a person."""
+"""Tables of a log's quality and of its instruments' agreement, for the terminal."""
 
 from __future__ import annotations
 

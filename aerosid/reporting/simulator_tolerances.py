@@ -1,4 +1,4 @@
-"""How far simulated flights may be from measured ones by 14 CFR Part 60, where a flight is a manoeuvre that it names.
+"""Simulator qualification: differences of simulated from measured flights against the tolerances of 14 CFR Part 60.
 
 The tolerances are those of Appendix A to Part 60 (Qualification Performance Standards for Airplane Full Flight
 Simulators), Attachment 2, Table A2A, entries 2.c.9, 2.c.10, 2.d.2, 2.d.3 and 2.d.6. They are applied as a yardstick:

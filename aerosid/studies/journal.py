@@ -1,4 +1,4 @@
-"""Results on disk as they come: one line each, that a later run of the same work goes on from.
+"""Journal of results: one line each as they come, that a later run of the same work goes on from.
 
 A line holds the key of a work item, its result and a check sum, and is written through to the disk before the item
 counts as done. Whatever stops the process leaves at most one torn line at the end, which is cut off when the journal is

@@ -1,4 +1,4 @@
-"""The equations of motion written out once more, on arrays of many flights at once, for bounds and their tests.
+"""Independent equations of motion on arrays of many flights at once, for bounds and their tests.
 
 Nothing here is shared with the estimators.
 """

@@ -1,4 +1,4 @@
-"""Which state of this package's sources is at work: results of two states must not be put together."""
+"""Digest of this package's sources: results of two states must not be put together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Give work items to any number of workers, on one machine or many, and take their results as they come.
+"""Distribution of work items to worker processes, on one machine or many, with their results as they come.
 
 Workers are an executor of `concurrent.futures`: processes of this machine, or a Dask cluster. Items are independent and
 carry their own seeds, so that neither the number of workers nor their order changes a result. A worker that dies takes

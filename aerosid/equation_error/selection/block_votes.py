@@ -1,4 +1,4 @@
-"""Cross-validation over contiguous blocks: the vote of a recording's own parts where no other recording is left unseen.
+"""Cross-validation over contiguous blocks of a recording, where no other recording is left unseen.
 
 Each block is predicted with the numbers that the rest gives. With the innovations e, slopes S and information A of the
 whole regression, leaving rows b out moves the numbers by -(A - S_b' S_b)^-1 S_b' e_b, so that no regression is made

@@ -1,4 +1,4 @@
-"""Search for structure in the coefficient equations: what they lack and every recording can bear."""
+"""Structure selection in the coefficient equations, confirmed by every recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a selected structure shows: each effect's numbers with their deviations, and whether they stand off none."""
+"""Wald tests of a selected structure: each effect's numbers with their deviations, and their distance from none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turbulence from two witnesses: what a vane sees beyond the inertial path, lift or side force answers by its slope."""
+"""Turbulence detection: what a vane sees beyond the inertial path, and lift or side force that answers by its slope."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The derivative of pitch rate as the sum that manoeuvres show: its own part, and that of an undeclared alphadot.
+"""Collinearity of pitch-rate and alphadot derivatives: the sum that manoeuvres show, and its parts.
 
 A term of alphadot that the model lacks is taken in by the others as far as its whitened column is theirs (omitted
 variables: Klein & Morelli, Aircraft System Identification, section 5.1).

@@ -1,4 +1,4 @@
-"""The vote of recordings that are not fitted: explained variance of each coefficient, with and without an effect."""
+"""Cross-validation on unseen recordings: explained variance of each coefficient, with and without an effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From raw columns to a log in SI: names, signs, units, delays, and what follows from them."""
+"""Conversion of raw columns to a log in SI: names, signs, units, delays, and what follows from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns that are read when they are wanted, from files that may be damaged there."""
+"""Late reading of columns from files that may be damaged there."""
 
 from __future__ import annotations
 

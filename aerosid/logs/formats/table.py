@@ -1,4 +1,4 @@
-"""What every reader returns: the file's columns as numbers, with their names and units as far as the file tells."""
+"""Raw table of a reader: the file's columns as numbers, with their names and units as far as the file tells."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The manoeuvre to fly next: the input with most expected information on what is left open."""
+"""Optimal input design: the manoeuvre to fly next, with most expected information on what is left open."""

@@ -1,4 +1,4 @@
-"""What the flights leave open: models that fit about as well, and derivatives that are not shown."""
+"""Open questions: models that fit about as well, and derivatives that the flights do not show."""
 
 from __future__ import annotations
 

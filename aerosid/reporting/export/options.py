@@ -1,4 +1,4 @@
-"""What an export is asked for beside the aircraft file, and what it gives back."""
+"""Options of an export beside the aircraft file, and its result."""
 
 from __future__ import annotations
 

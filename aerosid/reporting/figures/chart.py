@@ -1,4 +1,4 @@
-"""What a figure holds: panels with axes, and marks on them, in the units shown. How it is drawn is said elsewhere."""
+"""Charts as data: panels with axes, and marks on them, in the units shown. How they are drawn is said elsewhere."""
 
 from __future__ import annotations
 

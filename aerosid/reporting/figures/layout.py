@@ -1,4 +1,4 @@
-"""Where the panels of a chart stand, and the round numbers on their axes."""
+"""Layout of a chart's panels, and the round numbers on their axes."""
 
 from __future__ import annotations
 

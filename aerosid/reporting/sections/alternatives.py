@@ -1,4 +1,4 @@
-"""What the manoeuvres cannot tell from the chosen effects."""
+"""Alternatives: effects that the manoeuvres cannot tell from the chosen ones."""
 
 from __future__ import annotations
 

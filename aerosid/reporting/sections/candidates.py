@@ -1,4 +1,4 @@
-"""The candidates that could explain the residual, with the evidence for each."""
+"""Candidate effects for the residual, with the evidence for each."""
 
 from __future__ import annotations
 

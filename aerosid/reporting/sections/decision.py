@@ -1,4 +1,4 @@
-"""What the engineer has to decide: verdict, effects, error before and after, and what is not proven."""
+"""Decision summary: verdict, effects, error before and after, and what is not proven."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The effects that were chosen, with what speaks for each."""
+"""The effects that were chosen, with the evidence for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well every flight is fitted, in numbers beyond the root-mean-square error."""
+"""Goodness of fit of every flight, in numbers beyond the root-mean-square error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the instruments agree with each other, before any aerodynamics."""
+"""Data compatibility: whether the instruments agree with each other, before any aerodynamics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured and simulated: strip charts of every log, the flights that were not used for the fit first."""
+"""Strip charts of every log, measured and simulated, the flights that were not used for the fit first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of the motion each model explains one step and five seconds ahead, and in open loop."""
+"""Explained variance of each model one step and five seconds ahead, and in open loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tolerances of 14 CFR Part 60, for the flights that are a manoeuvre that it names."""
+"""Simulator qualification by 14 CFR Part 60, for the flights that are a manoeuvre that it names."""
 
 from __future__ import annotations
 

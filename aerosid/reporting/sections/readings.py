@@ -1,4 +1,4 @@
-"""What was read: which columns of the files became which channels, and what was done to them."""
+"""Channel sources: which columns of the files became which channels, and what was done to them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loop over a folder of manoeuvres, and tables of derivatives over them.
+"""Batch processing: the loop over a folder of manoeuvres, and tables of derivatives over them.
 
 `logs` finds them, `one_log` is what a worker does with one, `run` gives them to workers, `table` puts repeats together.
 """

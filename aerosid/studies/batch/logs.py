@@ -1,4 +1,4 @@
-"""Which logs a batch is about: those of a folder, or those that a list names."""
+"""Logs of a batch: those of a folder, or those that a list names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a batch does with one log: close its loop, write its report, and keep what tables need."""
+"""Batch processing of one log: its loop, its report, and the numbers that tables need."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Close the loop on many logs: each on its own, whatever becomes of the others."""
+"""Batch run: the loop closed on many logs, each on its own, whatever becomes of the others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each effect planted in a flight of JSBSim and left undeclared: what the loop says of it."""
+"""Detection of effects injected into flights of JSBSim and left undeclared."""
 
 from __future__ import annotations
 

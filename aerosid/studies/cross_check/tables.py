@@ -1,4 +1,4 @@
-"""Where a polynomial can follow the tables of an aircraft of JSBSim, and where it cannot."""
+"""Polynomial approximation of JSBSim's aerodynamic tables: where it can follow them, and where it cannot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the verb fly does around a flight: a plan from words, files from a flight."""
+"""Flights of the command `fly`: a plan from words, files from a flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every JSBSim configuration of ours shares: a flat planet, driven surfaces, thrust as a force at one point.
+"""JSBSim configuration: a flat planet, driven surfaces, thrust as a force at one point.
 
 No engines, no lateral axes, no output or input sockets, no flight control of the aircraft's own.
 """

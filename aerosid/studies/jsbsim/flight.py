@@ -1,4 +1,4 @@
-"""Fly a plan: build the configurations, run JSBSim, and make the log, the declared aircraft and the truth of it."""
+"""Flight by JSBSim: its configurations, the run, the log, the declared aircraft and the truth of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects that a flight can be given and no aircraft file mentions, and how a command line says them.
+"""Injected effects that no aircraft file mentions, and how a command line says them.
 
     KIND[:WHERE[:TERM]]=NUMBER[,NUMBER...][@TIME]
 

@@ -1,4 +1,4 @@
-"""What a vane or an accelerometer away from the centre of gravity reads beside the motion there."""
+"""Lever arms: readings of vanes and accelerometers away from the centre of gravity."""
 
 from __future__ import annotations
 

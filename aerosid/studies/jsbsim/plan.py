@@ -1,4 +1,4 @@
-"""What is to be flown, and what comes back."""
+"""Flight plan for JSBSim, and the flight that comes back."""
 
 from __future__ import annotations
 

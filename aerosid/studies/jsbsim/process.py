@@ -1,4 +1,4 @@
-"""Runs JSBSim in a process of its own, in a temporary folder of its own: a crash of it is one sentence here."""
+"""Process isolation of JSBSim, in a temporary folder of its own: a crash of it is one sentence here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Monte Carlo of the whole chain: what it finds, how near it comes to the bound, and whether its intervals are true.
+"""Monte Carlo of the whole chain: detection, efficiency against the Cramer-Rao bound, coverage of the intervals.
 
 `plan` says what is flown and asked, `truth` flies it without noise, `trial` draws the noise and runs the chain once,
 `statistics` puts the runs together; `run` gives them to workers and goes on where a killed study stopped.

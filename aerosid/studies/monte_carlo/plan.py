@@ -1,4 +1,4 @@
-"""What a study is to do: which aircraft flies which manoeuvre, with which noise, how often, and what is asked of it."""
+"""Plan of a Monte Carlo study: aircraft, manoeuvre, noise, number of runs, and what is asked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study flies beside the declared model: `C_m:alpha^2=-1.715`, `control_lag:delta_e=0.15`, and the like."""
+"""Planted effects of a study: `C_m:alpha^2=-1.715`, `control_lag:delta_e=0.15`, and the like."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run a study: fly the truth, give the runs to workers, put the results together."""
+"""Run of a study: the truth flown, the runs given to workers, the results put together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What many runs say of the chain: errors against the bound, true coverage of the intervals, detection, prediction."""
+"""Statistics of many runs: errors against the bound, true coverage of the intervals, detection, prediction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the words of the command line to a plan, with ready-made studies to begin from."""
+"""Plans from the words of the command line, with ready-made studies to begin from."""
 
 from __future__ import annotations
 

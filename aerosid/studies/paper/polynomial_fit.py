@@ -1,4 +1,4 @@
-"""Fit the model error of one state equation with a polynomial of two states, as (29) and (32) do."""
+"""Polynomial regression of the model error of one state equation on two states, as (29) and (32) do."""
 
 from __future__ import annotations
 

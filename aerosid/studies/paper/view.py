@@ -1,4 +1,4 @@
-"""What the page shows of a table: words and formatted numbers."""
+"""Views of tables: words and formatted numbers of the page."""
 
 from __future__ import annotations
 
