@@ -122,7 +122,7 @@ class RoledLogs:
 
     @property
     def every(self) -> tuple[FlightLog, ...]:
-        """All of them."""
+        """The logs of all roles."""
         return (*self.identification, *self.validation, *self.hold_out)
 
 

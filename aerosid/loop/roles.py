@@ -20,7 +20,7 @@ OPTIONS: dict[Role, str] = {"identification": "the fitted logs", "validation": "
 def require_separate(
     identification: Sequence[FlightLog], validation: Sequence[FlightLog], hold_out: Sequence[FlightLog]
 ) -> None:
-    """Nothing, where no two logs hold the same samples.
+    """Refuse two logs that hold the same samples.
 
     Raises
     ------

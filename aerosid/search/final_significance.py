@@ -1,4 +1,4 @@
-"""Wald test of every named number by its final estimate: at least three standard errors from none, of one sign."""
+"""Wald test of every named number by its final estimate: three standard errors from its null value at least."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _weakest(found: Attribution, search: StructureSearch) -> Part | None:
 
 
 def distance_from_none(part: Part) -> float:
-    """By how many of its standard errors a part is from none: that of its most certain number, where it has several."""
+    """Wald ratio: by how many of its standard errors a part is from its null value, that of its most certain number, where it has several."""
     if part.active is None or not part.parameters:
         return abs(part.value - part.null) / part.std_error if part.std_error > 0.0 else 0.0
     nulls = [parameter.null for parameter in part.active.effect.parameters]

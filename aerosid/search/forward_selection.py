@@ -46,7 +46,7 @@ def pruned_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iter
 
 
 def is_news(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
-    """Whether a trial says something else than the present estimate, and better."""
+    """Whether a trial names something else than the present estimate does, at a lower price."""
     known = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
     told = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
     return told != known and search.price(trial) < search.price(current) and is_no_filter(search, trial, current)

@@ -59,7 +59,7 @@ def explained_variance(measured: NDArray[np.float64], simulated: NDArray[np.floa
 
 @dataclass(frozen=True)
 class Whiteness:
-    """How much a residual resembles itself some samples later.
+    """Autocorrelation of a residual, and Ljung and Box's test of it.
 
     `autocorrelation` at lags from 0; `statistic` and `p_value` of Ljung and Box's test: the chance that white noise
     repeats itself as much.

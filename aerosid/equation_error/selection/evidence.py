@@ -1,4 +1,4 @@
-"""Wald tests of a selected structure: each effect's numbers with their deviations, and their distance from none."""
+"""Wald tests of a selected structure: each effect's numbers with their deviations, and their distance from the null value."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class EvidenceFinding:
 
     @property
     def null(self) -> float:
-        """The value at which it is none."""
+        """The null value: that at which the effect does nothing."""
         return self.active.effect.parameters[0].null if self.active is not None else 0.0
 
     @property

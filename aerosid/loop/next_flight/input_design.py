@@ -286,7 +286,7 @@ class InputSearch:
         return Trial(moves, np.array(shares))
 
     def best(self) -> tuple[Trial | None, NDArray[np.float64]]:
-        """The input that tells most, and what the best input for each question alone would tell of it (Q,)."""
+        """The input with most expected information, and that of the best input for each question alone (Q,)."""
         surfaces = tuple(self.steady.controls)
         free = self.span - self.settings.lead - self.settings.tail - self.settings.pause * (len(surfaces) - 1)
         longest = free / len(surfaces)
