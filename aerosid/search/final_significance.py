@@ -70,7 +70,7 @@ def _weakest(found: Attribution, search: StructureSearch) -> Part | None:
 
 
 def distance_from_none(part: Part) -> float:
-    """Wald ratio: by how many of its standard errors a part is from its null value, that of its most certain number, where it has several."""
+    """Wald ratio of a part: standard errors from its null value, of its most certain number where it has several."""
     if part.active is None or not part.parameters:
         return abs(part.value - part.null) / part.std_error if part.std_error > 0.0 else 0.0
     nulls = [parameter.null for parameter in part.active.effect.parameters]

@@ -1,4 +1,4 @@
-"""Wald tests of a selected structure: each effect's numbers with their deviations, and their distance from the null value."""
+"""Wald tests of a selected structure: the numbers of each effect, and their distance from the null value."""
 
 from __future__ import annotations
 
