@@ -54,7 +54,7 @@ def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Re
     tickets, dealer = os.pipe()
     os.write(dealer, b"".join(n.to_bytes(_TICKET, "big") for n in range(len(items))))
     os.close(dealer)
-    copies = [_copy(task, items, tickets) for _ in range(count - 1)]
+    copies = [_copied(lambda: _worked(task, items, tickets)) for _ in range(count - 1)]
     try:
         done = _worked(task, items, tickets)
     finally:
@@ -68,6 +68,26 @@ def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Re
     return [done[n] if n in done else task(item) for n, item in enumerate(items)]
 
 
+def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
+    """Begins a task beside what follows, where there is a core for it; what is returned waits for its result.
+
+    Parameters
+    ----------
+    task : callable
+        Changes nothing but caches; its result can be sent between processes. Without a second core it is done when the
+        result is asked for, and so is what a copy could not do, so that an error is this process's own.
+    """
+    if _allowed.get() < 2 or sys.platform != "linux":
+        return task
+    place, here = _copied(lambda: {0: task()})
+
+    def result() -> _Result:
+        done = _received(place, here)
+        return done[0] if 0 in done else task()
+
+    return result
+
+
 def _worked(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> dict[int, _Result]:
     """The results of the items whose numbers this process draws."""
     done = {}
@@ -77,8 +97,8 @@ def _worked(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: i
     return done
 
 
-def _copy(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> tuple[int, Connection]:
-    """A copy of this process that draws items too: its number, and where its results come from."""
+def _copied(work: Callable[[], dict[int, Any]]) -> tuple[int, Connection]:
+    """A copy of this process that does some work and ends: its number, and where the results come from."""
     here, there = Pipe(duplex=False)
     with warnings.catch_warnings():
         # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar draws.
@@ -87,7 +107,7 @@ def _copy(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int
     if copy == 0:
         try:
             _allowed.set(1)
-            there.send(_worked(task, items, tickets))
+            there.send(work())
             there.close()
         finally:
             os._exit(0)

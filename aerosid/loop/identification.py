@@ -6,14 +6,16 @@ logs, aircraft -> manoeuvres -> do the instruments agree? -> the declared struct
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
+from aerosid.compiled.cores import begun
 from aerosid.effects.aerodynamic_terms import searched_numbers
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
@@ -60,8 +62,8 @@ class Identification:
         The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
     notes : tuple of str
         What the method has to say of itself.
-    second_opinion : SecondOpinion or None
-        Whether the model error d(t) alone says the same; None where it was not asked.
+    asking : callable or None
+        Gives what the model error d(t) alone says, when it has been asked; None where it is not.
     decided_by : str
         The method whose answer it is.
     """
@@ -76,10 +78,15 @@ class Identification:
     found: Attribution | None
     rivals: tuple[CoefficientRival, ...] = ()
     notes: tuple[str, ...] = ()
-    second_opinion: SecondOpinion | None = None
+    asking: Callable[[], SecondOpinion] | None = field(default=None, repr=False, compare=False)
     decided_by: Method = "likelihood"
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
     hold_out: tuple[Manoeuvre, ...] = ()
+
+    @cached_property
+    def second_opinion(self) -> SecondOpinion | None:
+        """Whether the model error d(t) alone says the same; None where it was not asked."""
+        return None if self.asking is None else self.asking()
 
 
 def identify(
@@ -141,7 +148,8 @@ def identify(
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
     # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
     if asked and told.deciding == "likelihood":
-        second = second_opinion(question, told, settings, progress)
+        progress("asking the model error d(t)")
+        second = begun(lambda: second_opinion(question, told, settings))
     return Identification(
         aircraft,
         plain,

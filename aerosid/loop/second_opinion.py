@@ -12,7 +12,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
 from aerosid.loop.methods import Answer, Question, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
-from aerosid.loop.settings import LoopSettings, Progress
+from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.swept_model import SweepSettings
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
@@ -90,12 +90,11 @@ class SecondOpinion:
     error_ratio: float | None = None
 
 
-def second_opinion(question: Question, first: Answer, settings: LoopSettings, progress: Progress) -> SecondOpinion:
+def second_opinion(question: Question, first: Answer, settings: LoopSettings) -> SecondOpinion:
     """Attribution by method iebmee on the same flights, compared with that of the deciding method.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
     """
-    progress("asking the model error d(t)")
     found = first.found
     role = "validation" if question.others else "identification"
     flights = question.others or question.manoeuvres

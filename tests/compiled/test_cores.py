@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from aerosid.compiled.cores import mapped, on_cores
+from aerosid.compiled.cores import begun, mapped, on_cores
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
 
@@ -48,7 +48,7 @@ def test_other_processes_take_part_and_make_no_copies_of_their_own() -> None:
 
 PROGRAM = """
 import os
-from aerosid.compiled.cores import mapped, on_cores
+from aerosid.compiled.cores import begun, mapped, on_cores
 
 def refuses(item):
     if item == 5:
@@ -82,3 +82,14 @@ def test_what_a_killed_copy_had_is_done_again() -> None:
 
     with on_cores(3):
         assert mapped(dies_elsewhere, range(20)) == [item * item for item in range(20)]
+
+
+def test_a_task_begun_beside_others_gives_its_result_and_is_done_here_where_its_copy_dies() -> None:
+    here = os.getpid()
+    with on_cores(2):
+        asked, lost = begun(lambda: (os.getpid(), walk(3))), begun(lambda: os._exit(1) if os.getpid() != here else 7)
+        process, numbers = asked()
+        assert lost() == 7
+    assert process != here
+    assert numbers.tobytes() == walk(3).tobytes()
+    assert begun(os.getpid)() == here

@@ -57,9 +57,7 @@ def asked() -> Question:
 def test_where_both_methods_name_the_same_one_line_says_so() -> None:
     question = asked()
     found = answer(question, replace(QUIET, catalogue="terms", method="likelihood"), lambda _stage: None)
-    opinion = second_opinion(
-        question, found, replace(QUIET, catalogue="terms", method="likelihood"), lambda _stage: None
-    )
+    opinion = second_opinion(question, found, replace(QUIET, catalogue="terms", method="likelihood"))
     assert opinion.agrees
     assert opinion.sentence.endswith("names C_X alpha^2 and C_m alpha^2 too.") or opinion.sentence.endswith(
         "names C_m alpha^2 and C_X alpha^2 too."
@@ -72,7 +70,7 @@ def test_where_they_differ_both_stand_side_by_side_with_their_errors_on_the_unse
     terms = replace(QUIET, catalogue="terms", method="likelihood")
     lacking = replace(question, candidates=())
     found = answer(lacking, terms, lambda _stage: None)
-    opinion = second_opinion(question, found, terms, lambda _stage: None)
+    opinion = second_opinion(question, found, terms)
     own, rival = opinion.structures
     assert not opinion.agrees
     assert opinion.role == "validation"
