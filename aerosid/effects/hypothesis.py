@@ -60,7 +60,7 @@ class Hypothesis:
         return *self.label, self.time, tuple(active.log for active in self.effects)
 
     def at(self, step: Sequence[float], trial: int) -> Hypothesis:
-        """The hypothesis with its effects away from none by `step`, as a start for a fit.
+        """The hypothesis with its effects away from the null value by `step`, as a start for a fit.
 
         A step past a limit says that the effect is not linear so far: the trial value that scored best is taken then.
         """

@@ -35,7 +35,7 @@ class EquationErrorSettings:
         The same where sideslip is compared: two of 200 clean flights may have something named, by whatever method, and
         real flights leave in C_l and C_n what no term of the library is.
     deviations : float
-        Distance from none, in its own corrected deviations, that a final value must keep. Three: one in 370 by chance.
+        Corrected deviations between a final value and its null value at least. Three: one in 370 by chance.
     order : int
         Order, samples, of the autoregression that colours the residuals. Klein & Morelli, Aircraft System
         Identification, section 6.3, use correlation up to a short-period's length; four poles hold a resonance, a bend

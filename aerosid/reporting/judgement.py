@@ -86,8 +86,8 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
             chance = number(100.0 * effect.evidence.p_value, 2)
             yield (
                 f"{effect_name(effect)} is named by what it brings to the likelihood; its number alone, "
-                f"{number(abs(effect.value / effect.std_error), 2)} standard errors from none, would come by chance in "
-                f"{chance} % of such searches."
+                f"{number(abs(effect.value / effect.std_error), 2)} standard errors from its null value, would come "
+                f"by chance in {chance} % of such searches."
             )
     for log in dict.fromkeys(row.log for row in result.errors):
         rows = [row for row in result.errors if row.log == log]

@@ -14,7 +14,7 @@ from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
 
 
 def pruned(search: StructureSearch, current: Refinement) -> Refinement:
-    """The estimate without those added parts that corrected deviations cannot tell from none."""
+    """The estimate without those added parts that corrected deviations cannot tell from its null value."""
     while (reduced := without_the_weakest(search, current, search.rough_deviations(current))) is not None:
         current = reduced
     return current

@@ -36,9 +36,9 @@ def significant(found: Attribution, search: StructureSearch) -> Attribution:
     Notes
     -----
     Wald's test of the very number that is reported, on the standard error that is reported beside it: whatever a search
-    or another flight said before, a term is not named by a number that the final estimate cannot tell from none, nor
-    by one whose sign another flight contradicts. The size of a random disturbance has no sign and its standard error
-    grows with it; the likelihood ratio that let it enter judges it alone.
+    or another flight said before, a term is not named by a number that the final estimate cannot tell from its null
+    value, nor by one whose sign another flight contradicts. The size of a random disturbance has no sign and its
+    standard error grows with it; the likelihood ratio that let it enter judges it alone.
     """
     current = found
     while (weakest := _weakest(current, search)) is not None:
@@ -53,8 +53,8 @@ def told_of_fallen(found: Attribution, asked: float) -> list[str]:
     """A sentence for each finding that entered and fell, for the notes."""
     return [
         f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {number(each.value)} "
-        f"with a standard error of {number(each.std_error, 2)}, is not {asked:g} standard errors from none with the "
-        "sign that it was claimed with; everything is re-estimated without it."
+        f"with a standard error of {number(each.std_error, 2)}, is not {asked:g} standard errors from its null value "
+        "with the sign that it was claimed with; everything is re-estimated without it."
         for each in found.fallen
     ]
 

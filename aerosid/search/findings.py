@@ -41,7 +41,7 @@ class Part:
 
     @property
     def ratio(self) -> float:
-        """Distance from none over the deviation; none where the record's noise looks alike."""
+        """Distance from the null value over the deviation; none where the record's noise looks alike."""
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf

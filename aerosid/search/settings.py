@@ -154,7 +154,7 @@ class ReplacementSettings:
     surely_apart : float
         Times the difference in price that decides nothing, 1, within which a rival of a small effect is fitted. Chosen.
     listed : float
-        Own deviations from none, 1, from which a part of a rival structure is listed. Convention: two.
+        Own deviations from the null value, 1, from which a part of a rival structure is listed. Convention: two.
     """
 
     nearly_all: float = 0.02

@@ -39,7 +39,7 @@ WALKS = {
     "JSBSim": ("", "", "", ""),
 }
 NAMED = 3.0
-"""Deviations from none of whatever is named."""
+"""Deviations from the null value of whatever is named."""
 
 
 def spans(names: tuple[str, str]) -> tuple[list[str], list[str]]:

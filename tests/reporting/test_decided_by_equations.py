@@ -104,7 +104,7 @@ def test_a_number_that_chance_could_have_made_is_not_proven(result: ClosedLoop) 
     first = result.effects[0]
     weak = dataclasses.replace(first, std_error=0.55, evidence=dataclasses.replace(first.evidence, p_value=0.27))
     said = " ".join(unproven(dataclasses.replace(result, effects=(weak,))))
-    assert "3.1 standard errors from none, would come by chance in 27 % of such searches" in said
+    assert "3.1 standard errors from its null value, would come by chance in 27 % of such searches" in said
 
 
 def test_a_place_is_told_with_its_axis_and_many_effects_with_the_first() -> None:

@@ -50,7 +50,7 @@ class Alternative:
 
     @property
     def ratio(self) -> float:
-        """Distance of its number from none in its own deviations; infinite where it has none."""
+        """Distance of its number from its null value in its own deviations; infinite without any."""
         null = self.active.effect.parameters[0].null if self.active is not None else 0.0
         return abs(self.value - null) / self.std_error if self.std_error > 0.0 else np.inf
 

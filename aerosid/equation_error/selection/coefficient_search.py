@@ -146,7 +146,7 @@ def _attributed(search: CoefficientSearch, begun: Selected) -> Selected:
 
 
 def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, Labels]:
-    """What keeps its distance from none on the fitted recordings, and lowers no coefficient of an unseen one."""
+    """What stays significant on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
     while True:
         point = selected.estimate.point

@@ -55,7 +55,7 @@ class EvidenceFinding:
 
     @property
     def ratio(self) -> float:
-        """Distance from none in its own deviations; of several numbers the most certain one counts."""
+        """Distance from the null value in its own deviations; of several numbers the most certain one counts."""
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         if self.active is None or len(self.active.values) == 1:

@@ -128,7 +128,7 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
 
 
 def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) -> float:
-    """Of known columns' numbers, `away` from none, by chance in noise coloured within and between the channels."""
+    """Probability of known columns' numbers `away` from null by chance, in noise coloured in and between channels."""
     known = still.fit.whitened(still.rows.known)
     others = np.delete(known, places, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
