@@ -137,7 +137,9 @@ def decide(
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
-    whole, before = replace(lone.frame, all_fitted=True), estimate(lone.frame, start)
+    before = estimate(lone.frame, start)
+    as_measured = replace(settings, blend=settings.blend_compared)
+    compared = replace(lone.frame, settings=as_measured, all_fitted=True)
     return EquationErrorDecision(
         findings=findings,
         alternatives=(*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_)),
@@ -146,7 +148,7 @@ def decide(
         covariance=covariance,
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(proved.estimate, lone),
-        shares=tuple(zip(shares_of(whole, before), shares_of(whole, completed), strict=True)),
+        shares=tuple(zip(shares_of(compared, before), shares_of(compared, completed), strict=True)),
         gust_share=share_of_gusts(proved.estimate, "beta"),
         measured=on_fitted(proved).estimate,
         asked=len(asked),

@@ -62,6 +62,9 @@ class EquationErrorSettings:
     blend : float
         Time, s, over which the difference between measured and integrated alpha and V is smoothed for the regressors:
         faster, the inertial path is the better; slower, the sensors are.
+    blend_compared : float
+        The same where a model's coefficients are compared with the measured ones, s: up to the end of the band the
+        gusts that vanes show are motion, which a model has to answer. Chosen: a Gaussian's half power at 1.3 Hz.
     wind_memory : float
         Time, s, over which airspeed and vane less their paths are smoothed to give the velocities that the paths are
         integrated from: faster, their difference is gusts, which move no aircraft; slower, it is what zeros of sensors
@@ -99,6 +102,9 @@ class EquationErrorSettings:
         hundredths of its size. By less, what stands for it is the error of its neighbours' columns; it is listed as an
         alternative. Found on a transport in gusts, flight 24 of seed 21 of benchmarks/field_detection.py, whose
         alphadot keeps four hundredths and would else be told as a speed effect.
+    shared : float
+        Share, 1, of alphadot's whitened column that no declared term explains, below which C_m q_hat is told as the sum
+        with an alphadot of the usual size: a tenth of its size. By reasoning.
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
         its place is listed as its alternative. Two standard deviations of the difference between structures neither of
@@ -186,6 +192,7 @@ class EquationErrorSettings:
     band_share: float = 0.25
     coarsest: float = 0.04
     blend: float = 1.0
+    blend_compared: float = 0.1
     wind_memory: float = 10.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     asymmetry: Mapping[str, float] = field(default_factory=_asymmetry)
@@ -221,6 +228,7 @@ class EquationErrorSettings:
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
     distinct: float = 0.001
+    shared: float = 0.01
     alike: float = 8.0
     alike_instruments: float = 12.5
     usual_excess: float = 1.4

@@ -67,6 +67,14 @@ def test_nothing_is_named_where_nothing_is_wrong() -> None:
     assert all(after.r2 == pytest.approx(before.r2, abs=1e-6) for before, after in found.shares)
 
 
+def test_gusts_that_the_vane_shows_are_motion_that_a_right_model_answers() -> None:
+    """Airspeed 55 m/s, gusts of 1 m/s, which move alpha as much as the elevator does."""
+    found = decided(*pair(9, air=1.0))
+    assert not found.findings
+    assert len(found.shares) == 6
+    assert all(min(before.r2, after.r2) > 0.95 for before, after in found.shares)
+
+
 def test_an_instrument_s_fault_is_proved_by_kinematics_and_a_term_by_coefficients() -> None:
     wrong = Wrong(delay={"alpha": 0.12}, terms={("C_X", "alpha^2"): 4.0})
     found = decided(*pair(3, wrong))
