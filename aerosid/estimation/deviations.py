@@ -98,16 +98,16 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
     variance = np.where(np.diag(corrected) > 0.0, np.diag(corrected), floor)
     free = len(refinement.free)
     first = free + sum(state.size for state in refinement.states)
-    spread = np.sqrt(np.diag(white))
+    deviation = np.sqrt(np.diag(white))
     relation = np.zeros_like(white)
-    relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(spread[keep], spread[keep])
+    relation[np.ix_(keep, keep)] = white[np.ix_(keep, keep)] / np.outer(deviation[keep], deviation[keep])
     np.fill_diagonal(relation, 0.0)
     return Deviations(
         corrected=np.sqrt(variance)[:free],
-        white=spread[:free],
+        white=deviation[:free],
         published=published[:free],
         covariance=corrected[:free, :free],
         correlation_max=np.max(np.abs(relation), axis=1)[:free] if free else np.zeros(0),
         effects=np.sqrt(variance)[first:],
-        effects_white=spread[first:],
+        effects_white=deviation[first:],
     )

@@ -52,9 +52,9 @@ def acting_flight(
         if isinstance(active.effect, NoiseEffect):
             variance = variance.copy()
             numbers = active.effect.noise(active.values, manoeuvre.interval, manoeuvre.mean_airspeed)
-            for column, spread, remembered in zip(active.effect.columns, *numbers, strict=True):
+            for column, power, remembered in zip(active.effect.columns, *numbers, strict=True):
                 place = model.columns.index(column)
-                variance[place - leading], memory[place - leading] = spread, remembered
+                variance[place - leading], memory[place - leading] = power, remembered
     positions = flight.positions
     for active in effects:
         if isinstance(active.effect, PositionEffect):

@@ -38,9 +38,9 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
         What made the numbers.
     """
     found = completion.found
-    completed, spread = found.completed, found.completed_deviations
+    completed, uncertainty = found.completed, found.completed_deviations
     values = {
-        (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(spread.corrected[n])))
+        (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(uncertainty.corrected[n])))
         for n, (coefficient, term) in enumerate(completed.free)
         if (coefficient, term) not in completion.kept
     }

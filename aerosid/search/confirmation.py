@@ -144,8 +144,8 @@ def _on_its_own(
         return 0.0, np.inf  # white residuals are the most that could be hoped for
     other = StructureSearch(tuple(validation), search.hypotheses, search.stepping, own, search.settings, search.given)
     forced = in_forces(other, own) if search.stepping else own
-    spread = deviations(forced, validation)
-    return forced.model.value(each.entry), float(max(spread.corrected[place], spread.white[place]))
+    uncertainty = deviations(forced, validation)
+    return forced.model.value(each.entry), float(max(uncertainty.corrected[place], uncertainty.white[place]))
 
 
 def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre]) -> bool:

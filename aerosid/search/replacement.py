@@ -210,9 +210,11 @@ def within_reach(
         # What is rarer loses a tie, and is as much within reach as before.
         loss = search.price(trial) - search.rareness(trial) - search.price(current) + search.rareness(current)
         if loss < margin:
-            spread = search.rough_deviations(trial)
+            uncertainty = search.rough_deviations(trial)
             least = search.settings.replacement.listed
-            others = [part for part in search.parts(trial, spread) if part.label not in base and part.ratio > least]
+            others = [
+                part for part in search.parts(trial, uncertainty) if part.label not in base and part.ratio > least
+            ]
             place = named(chosen[0])
             found.extend(
                 replace(finding_of(search, part, -loss, place), fit=trial, worse_by=loss, margin=margin)

@@ -70,8 +70,8 @@ def _separated(search: StructureSearch, bases: Sequence[Refinement]) -> Refineme
 
 def greatest_jump(search: StructureSearch, found: Refinement) -> list[Part]:
     """Of several sudden changes the parts of the most certain; none where there are not several."""
-    spread = search.rough_deviations(found)
-    certainty = {(part.label, part.time): part.ratio for part in search.parts(found, spread)}
+    uncertainty = search.rough_deviations(found)
+    certainty = {(part.label, part.time): part.ratio for part in search.parts(found, uncertainty)}
     jumps = [group for group in search.groups(found) if group[0].time is not None]
     if len(jumps) < 2:
         return []

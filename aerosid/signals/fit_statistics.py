@@ -53,8 +53,8 @@ def theil(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> Thei
 def explained_variance(measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> float | None:
     """R^2 of a simulated channel: 1 - mean square error / variance of the measurement; None where it does not vary."""
     present = np.isfinite(measured) & np.isfinite(simulated)
-    spread = float(np.var(measured[present])) if present.any() else 0.0
-    return 1.0 - float(np.mean((measured - simulated)[present] ** 2)) / spread if spread > 0.0 else None
+    variance = float(np.var(measured[present])) if present.any() else 0.0
+    return 1.0 - float(np.mean((measured - simulated)[present] ** 2)) / variance if variance > 0.0 else None
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def _error_rows(
     for name in manoeuvre.outputs:
         i = manoeuvre.row(name)
         trimmed = responses["trimmed"].rms[name]
-        spread = float(np.nanvar(manoeuvre.flight.measured[:, i]))
+        variance = float(np.nanvar(manoeuvre.flight.measured[:, i]))
         rows.append(
             ErrorRow(
                 log=manoeuvre.log.name,
@@ -153,7 +153,7 @@ def _error_rows(
                 after=responses["after"].rms[name],
                 trimmed=trimmed,
                 noise=float(manoeuvre.noise[i]),
-                r2_trimmed=None if trimmed is None or spread == 0.0 else 1.0 - trimmed**2 / spread,
+                r2_trimmed=None if trimmed is None or variance == 0.0 else 1.0 - trimmed**2 / variance,
                 noise_doubt="" if name in manoeuvre.log.noise else doubts.get(name, ""),
             )
         )

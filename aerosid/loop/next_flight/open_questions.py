@@ -51,13 +51,13 @@ REACH = AttributionSettings().reach
 
 def largest_colour(found: Attribution) -> float:
     """By how much coloured residuals widen the variance of what was found: expected differences shrink by as much."""
-    completed, spread = found.completed, found.completed_deviations
+    completed, uncertainty = found.completed, found.completed_deviations
     ratios = [1.0]
     for n, entry in enumerate(completed.free):
-        if entry not in found.before.free and np.isfinite(spread.corrected[n]):
-            ratios.append(float(spread.corrected[n] / spread.white[n]) ** 2)
-    finite = np.isfinite(spread.effects) & (spread.effects_white > 0.0)
-    ratios += ((spread.effects[finite] / spread.effects_white[finite]) ** 2).tolist()
+        if entry not in found.before.free and np.isfinite(uncertainty.corrected[n]):
+            ratios.append(float(uncertainty.corrected[n] / uncertainty.white[n]) ** 2)
+    finite = np.isfinite(uncertainty.effects) & (uncertainty.effects_white > 0.0)
+    ratios += ((uncertainty.effects[finite] / uncertainty.effects_white[finite]) ** 2).tolist()
     return max(ratios)
 
 
