@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 
 Array = NDArray[np.float64]
 
@@ -81,14 +81,36 @@ def colour_of(weights: Array) -> Colour:
     a_(k-1)[j] = (a_k[j] - r a_k[k - j])/(1 - r^2), its error's variance is that of order k over 1 - r^2. Sample n < p,
     less its prediction from those before it, has the variance of order n: the rows of the inverse Cholesky factor.
     """
-    order = weights.size - 1
+    return Colour(weights, _inverse_factor(weights))
+
+
+@njit
+def _inverse_factor(weights: Array) -> Array:
+    """Inverse of the Cholesky factor of the first samples' covariance, (p, p)."""
+    order = weights.shape[0] - 1
     start = np.zeros((order, order))
-    lower, variance = weights, 1.0
+    lower, variance = weights.copy(), 1.0
     for k in range(order, 0, -1):
-        variance /= 1.0 - float(lower[k]) * float(lower[k])
-        lower = _of_lower_order(lower)
-        start[k - 1, :k] = lower[::-1] / np.sqrt(variance)
-    return Colour(weights, start)
+        variance /= 1.0 - lower[k] * lower[k]
+        _step_down(lower, k)
+        for j in range(k):
+            start[k - 1, j] = lower[k - 1 - j] / np.sqrt(variance)
+    return start
+
+
+@njit_inline
+def _step_down(weights: Array, order: int) -> None:
+    """The first `order` weights become those of the autoregression of one order less, by its reflection coefficient."""
+    reflection = weights[order]
+    rest = 1.0 - reflection * reflection
+    for j in range((order + 1) // 2):
+        ahead, behind = weights[j], weights[order - j]
+        weights[j] = (ahead - reflection * behind) / rest
+        if order - j != order:
+            weights[order - j] = (behind - reflection * ahead) / rest
+    if order % 2 == 0:
+        middle = weights[order // 2]
+        weights[order // 2] = (middle - reflection * middle) / rest
 
 
 def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, longest: float) -> Colour:
@@ -108,17 +130,18 @@ def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, l
     forward = [values / max(size, 1e-300) for values, size in zip(residuals, sizes, strict=True)]
     forward = [values for values in forward if values.size > 4 * order]
     weights = np.ones(1)
-    backward = [values.copy() for values in forward]
+    backward = list(forward)
     for _ in range(order if forward else 0):
-        ahead = [f[1:] for f in forward]
-        behind = [b[:-1] for b in backward]
-        top = sum(float(f @ b) for f, b in zip(ahead, behind, strict=True))
-        bottom = sum(float(f @ f + b @ b) for f, b in zip(ahead, behind, strict=True))
+        top = bottom = 0.0
+        for n, (ahead, behind) in enumerate(zip(forward, backward, strict=True)):
+            forward[n], backward[n] = f, b = ahead[1:], behind[:-1]
+            top += float(f @ b)
+            bottom += float(f @ f + b @ b)
         if bottom <= 0.0:
             break
         reflection = -2.0 * top / bottom
-        forward = [f + reflection * b for f, b in zip(ahead, behind, strict=True)]
-        backward = [b + reflection * f for f, b in zip(ahead, behind, strict=True)]
+        for n, (f, b) in enumerate(zip(forward, backward, strict=True)):
+            forward[n], backward[n] = f + reflection * b, b + reflection * f
         extended = np.append(weights, 0.0)
         weights = extended + reflection * extended[::-1]
     return colour_of(_shortened(weights, longest))
@@ -135,19 +158,15 @@ def _shortened(weights: Array, longest: float) -> Array:
     return np.asarray(np.real(np.poly(poles)))
 
 
+@njit
 def _is_stable(weights: Array) -> bool:
     """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion)."""
-    for k in range(weights.size - 1, 0, -1):
-        if abs(weights[k]) >= 1.0:
+    lower = weights.copy()
+    for k in range(weights.shape[0] - 1, 0, -1):
+        if abs(lower[k]) >= 1.0:
             return False
-        weights = _of_lower_order(weights)
+        _step_down(lower, k)
     return True
-
-
-def _of_lower_order(weights: Array) -> Array:
-    """The weights (k,) of the autoregression of one order less, by its reflection coefficient, the last of (k + 1,)."""
-    reflection = float(weights[-1])
-    return np.asarray((weights[:-1] - reflection * weights[:0:-1]) / (1.0 - reflection * reflection))
 
 
 @dataclass(frozen=True)
@@ -205,7 +224,8 @@ def shared_colour(
     for _ in range(COLOUR_ROUNDS):
         colour = fit_colour(parts, divisors.tolist(), order, longest)
         white = [colour.whitened(part[:, None])[:, 0] for part in parts]
-        sizes = np.array([max(float(np.sqrt(np.mean(w**2))), low) for w, low in zip(white, floors, strict=True)])
+        powers = [float(np.add.reduce(w**2)) / w.size for w in white]
+        sizes = np.array([max(float(np.sqrt(power)), low) for power, low in zip(powers, floors, strict=True)])
         likelihood = -sum(
             w.size * np.log(s) + 0.5 * float(w @ w) / s**2 + colour.log_start for w, s in zip(white, sizes, strict=True)
         )
