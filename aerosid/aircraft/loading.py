@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from aerosid.aircraft.model import Aircraft, DeclaredEffect
 from aerosid.logs.flight_log import ChannelSource, FlightLog
 from aerosid.notation import plain
-from aerosid.signals.resampling import without_gaps
 
 __all__ = ["at_own_loading", "fuel_at", "with_mass"]
 
@@ -26,9 +25,10 @@ def fuel_at(log: FlightLog) -> NDArray[np.float64] | None:
     """Fuel used at every sample, kg, without gaps; None where the log does not hold it."""
     if "fuel_used" not in log:
         return None
-    if np.count_nonzero(np.isfinite(log["fuel_used"])) < 2:
+    present = np.isfinite(log["fuel_used"])
+    if np.count_nonzero(present) < 2:
         return None
-    return without_gaps(log.time, log["fuel_used"])
+    return np.interp(log.time, log.time[present], log["fuel_used"][present])
 
 
 def with_mass(log: FlightLog, aircraft: Aircraft) -> FlightLog:

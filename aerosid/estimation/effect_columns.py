@@ -49,30 +49,29 @@ def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> Aerody
 
 def with_thrust_arm(model: AerodynamicModel) -> AerodynamicModel:
     """The model with an input column for how far left the thrust acts, and what that does to C_n."""
-    entry = ("C_n", arm_term())
-    extended = model.with_columns([ARM_COLUMN]).extended([entry])
-    values = extended.values.copy()
-    values[extended.index(entry)] = 1.0 / model.constants.span
-    return extended.with_values(values)
+    return _with_columns(model, (), (), thrust_arm=True)
 
 
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
     """The model with the input columns that effects fill and no channel does."""
     wanted = {column for active in effects for column in _columns(active.effect)}
-    if ARM_COLUMN in wanted:
-        model = with_thrust_arm(model)
     offsets = [name for name in loads_of(model.axes) if offset_column(name) in wanted]
-    return _with_columns(model, [column for column in FILLED if column in wanted], offsets)
+    filled = [column for column in FILLED if column in wanted]
+    return _with_columns(model, filled, offsets, thrust_arm=ARM_COLUMN in wanted)
 
 
-def _with_columns(model: AerodynamicModel, filled: Sequence[str], offsets: Sequence[str]) -> AerodynamicModel:
-    """The model with columns of `FILLED`, and with ones that add to each of some coefficients directly."""
-    if not filled and not offsets:
+def _with_columns(
+    model: AerodynamicModel, filled: Sequence[str], offsets: Sequence[str], *, thrust_arm: bool = False
+) -> AerodynamicModel:
+    """The model with columns of `FILLED`, with ones that add to each of some coefficients directly, and the arm's."""
+    if not filled and not offsets and not thrust_arm:
         return model
-    entries = [(name, offset_term(name)) for name in offsets]
-    extended = model.with_columns([*filled, *map(offset_column, offsets)]).extended(entries)
+    further = {("C_n", arm_term()): 1.0 / model.constants.span} if thrust_arm else {}
+    further |= {(name, offset_term(name)): 1.0 for name in offsets}
+    columns = [*((ARM_COLUMN,) if thrust_arm else ()), *filled, *map(offset_column, offsets)]
+    extended = model.with_columns(columns).extended(further)
     values = extended.values.copy()
-    values[[extended.index(entry) for entry in entries]] = 1.0
+    values[[extended.index(entry) for entry in further]] = list(further.values())
     constants = extended.constants._asdict() | {FILLED[column]: extended.extra_place(column) for column in filled}
     return replace(extended, values=values, constants=Constants(**constants))
 

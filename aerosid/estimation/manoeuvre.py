@@ -18,7 +18,6 @@ from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.notation import plain
 from aerosid.signals.noise import calmed
-from aerosid.signals.resampling import without_gaps
 
 STANDARD_SPEED_OF_SOUND = 340.29
 """Physical: m/s, at sea level in the standard atmosphere; without a mach channel no term can name mach."""
@@ -278,7 +277,7 @@ def _without_gaps(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.flo
     if present.sum() < 2:
         raise LogError(f"{log.path}: channel {name} holds {int(present.sum())} samples, but it is needed throughout.")
     notes.append(f"{int((~present).sum())} missing samples of the input {name} are interpolated linearly.")
-    return without_gaps(log.time, values)
+    return np.interp(log.time, log.time[present], values[present])
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
