@@ -34,6 +34,8 @@ HOLD = {"delta_a": 0.1, "delta_e": 0.15}
 """Surface for a bank or a departure of pitch, 1: the pilot's gains."""
 
 SYMMETRIC, SIDE = ("C_X", "C_Z", "C_m"), ("C_Y", "C_l", "C_n")
+CASES = {"longitudinal": SYMMETRIC, "lateral": SIDE, "six": (*SYMMETRIC, *SIDE)}
+"""Coefficients that the file of each case declares."""
 UNITS = {"V": "m/s", "p": "rad/s", "q": "rad/s", "r": "rad/s", "a_x": "m/s^2", "a_y": "m/s^2", "a_z": "m/s^2"}
 UNITS |= {"h": "m", "thrust": "N"}
 NOISE = {"V": 0.12, "alpha": 1.2e-3, "beta": 1.3e-3, "p": 1.6e-3, "q": 9e-4, "r": 9e-4, "phi": 1.2e-3, "theta": 9e-4}
@@ -143,10 +145,10 @@ def trimmed(body: WholeBody) -> tuple[float, float, float]:
 
 
 def aircraft_of(at: Circumstances, plant: SidePlant, case: str, generator: np.random.Generator) -> Aircraft:
-    """The aircraft file of a case, `lateral` or `six`: what is flown less what is planted, off at random."""
+    """The aircraft file of a case, one of `CASES`: what is flown less what is planted, off at random."""
     body = at.body
     declared = {entry: value for entry, value in body.terms.items() if entry not in plant.omitted}
-    coefficients = SIDE if case == "lateral" else (*SYMMETRIC, *SIDE)
+    coefficients = CASES[case]
     i_xx, i_yy, i_zz, i_xz = body.inertia
     lines = [
         "schema = 1",

@@ -61,8 +61,8 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
         if zero is not None and zero not in measured:
             measured |= {zero: seen[zero]}
             continue
+        effects = without_moved(effects, completed.effects, gone)
         start = search.struck_out(replace(completed, effects=effects), [gone])
-        effects = start.effects
     by_label = {part.label: part for part in parts}
     findings = [row for row in found.findings if (row.kind, row.where, row.term) in by_label]
     return replace(
@@ -75,6 +75,16 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
         regressed=False,
         again=partial(_estimated_again, measured=measured, manoeuvres=search.manoeuvres),
     )
+
+
+def without_moved(
+    effects: Sequence[ActiveEffect], estimated: Sequence[ActiveEffect], gone: Part
+) -> tuple[ActiveEffect, ...]:
+    """The effects that an estimate began from, without the one that became a part; its numbers and moment have moved.
+
+    `estimated`: in the same order, constants of single records after them.
+    """
+    return tuple(active for active, moved in zip(effects, estimated, strict=False) if moved != gone.active)
 
 
 def _estimated_again(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:

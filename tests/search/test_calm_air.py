@@ -4,9 +4,13 @@ import lateral_flights as commuter
 import numpy as np
 import pytest
 
+from aerosid.effects import ActiveEffect
+from aerosid.effects.step_change import step_change
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
+from aerosid.search.calm_air import without_moved
+from aerosid.search.findings import Part
 
 EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
 TURNED = {("C_l", "1"): 0.0008, ("C_n", "1"): 0.0006}
@@ -41,3 +45,11 @@ def test_each_record_is_simulated_with_its_own_constants(joint: ClosedLoop) -> N
     for row in rows:
         assert row.after is not None
         assert row.after < 1.15 * commuter.NOISE[row.channel]
+
+
+def test_a_part_is_struck_out_of_the_start_though_its_numbers_and_moment_have_moved() -> None:
+    begun = tuple(ActiveEffect(step_change(name, 6.8, 0.04), (3e-4, 6.8), "one") for name in ("C_n", "C_l"))
+    moved = tuple(ActiveEffect(step_change(name, 7.7, 0.04), (1e-5, 7.7), "one") for name in ("C_n", "C_l"))
+    gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)
+    assert without_moved(begun, (*moved, moved[1]), gone) == begun[1:]
+    assert without_moved(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun
