@@ -68,7 +68,11 @@ def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficient
 def _varies(height: Signal, span: float) -> bool:
     """Whether a flight comes near the ground, and not below it: then its altitude is no height above ground."""
     known = height[np.isfinite(height)]
-    return bool(known.size and known.min() > -0.2 * span and np.ptp(influence(known, span)) > OFFERED.least_influence)
+    return bool(
+        known.size
+        and known.min() > -OFFERED.below_ground * span
+        and np.ptp(influence(known, span)) > OFFERED.least_influence
+    )
 
 
 FAMILY = Family(

@@ -55,6 +55,12 @@ class OfferLimits:
         The same share by which they are varied for differences.
     least_noise_ratio : float
         Standard deviation of a recorded channel over its noise, 1, below which it shows nothing.
+    least_present : float
+        Share of its samples, 1, that a recorded channel must hold to be offered as a term.
+    fewest : int
+        Samples of a recorded channel below which it shows nothing.
+    below_ground : float
+        Of wing area over mean chord, 1, by which a height may lie below ground; more, and the altitude is no height.
     least_thrust : float
         Share, 1, of its mean by which recorded thrust must vary to tell C_T or a factor from a constant.
     like_the_states, like_an_acceleration : float
@@ -120,6 +126,9 @@ class OfferLimits:
     largest_inertia: float = 0.4
     inertia_step: float = 1e-3
     least_noise_ratio: float = 5.0
+    least_present: float = 0.9
+    fewest: int = 5
+    below_ground: float = 0.2
     least_thrust: float = 0.05
     like_the_states: float = 0.9
     like_an_acceleration: float = 0.95

@@ -33,7 +33,7 @@ def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> 
     asked = []
     known = [name for name in KNOWN if name not in axes.outputs]
     for name in (*known, *names):
-        if all(name in log and np.isfinite(log[name]).mean() > 0.9 for log in logs):
+        if all(name in log and np.isfinite(log[name]).mean() > OFFERED.least_present for log in logs):
             moving = [log for log in logs if _moves(log, name)]
             if moving and (name in known or not any(_is_answer(log, name, axes) for log in moving)):
                 asked.append(name)
@@ -48,7 +48,7 @@ def _moves(log: FlightLog, name: str) -> bool:
     values = log[name]
     present = values[np.isfinite(values)]
     spread = float(present.std())
-    if present.size < 5 or spread <= 1e-9 * max(float(np.abs(present).max()), 1e-300):
+    if present.size < OFFERED.fewest or spread <= 1e-9 * max(float(np.abs(present).max()), 1e-300):
         return False
     return spread > OFFERED.least_noise_ratio * float(estimate_noise(log.time, values))
 

@@ -262,3 +262,32 @@ class DeviationSettings:
 
 DEVIATIONS = DeviationSettings()
 """Of every regression."""
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """Which hypotheses are worth a whole estimate; chosen, to save time: what lies further behind is not estimated.
+
+    Attributes
+    ----------
+    behind : float
+        ln L less its price, to first order, by which a hypothesis may lie behind the best that was estimated.
+    asked : float
+        Share of its least price, 1, that its first-order gain must reach.
+    hopeless : float
+        Times the margin of alternatives, 1, that a rival may lie behind to first order, beside the next.
+    hopeless_share : float
+        Share of the chosen one's gain, 1, by which it may lie further behind: a first order errs by so much.
+    repeated : float
+        Distinct values over samples, 1, up to which a channel has steps.
+    """
+
+    behind: float = 6.0
+    asked: float = 0.3
+    hopeless: float = 2.0
+    hopeless_share: float = 0.3
+    repeated: float = 0.7
+
+
+TRIALS = TrialSettings()
+"""Of every search."""

@@ -146,6 +146,8 @@ class ResidualTestSettings:
     as_remembered : float
         Times what its memory makes of the log's white noise, 1. That noise is known from its rough part alone, within
         25 %; what comes and goes, as samples that hang, has more left.
+    fewest : int
+        Samples of a channel below which its residual is not judged.
     quick_shortfall : float
         Times by which the published correction falls short on records of some hundred samples, 1: 2.5-7 % of cover at
         95 %.
@@ -156,6 +158,7 @@ class ResidualTestSettings:
 
     noise_ratio: float = 1.3
     as_remembered: float = 1.5
+    fewest: int = 20
     quick_shortfall: float = 1.15
     least_independence: float = 1e-5
 

@@ -25,7 +25,7 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
         for i, name in enumerate(manoeuvre.axes.outputs):
             residual = part.residual[:, i]
             present = np.isfinite(residual)
-            if present.sum() < 20 or manoeuvre.noise[i] == 0.0:
+            if present.sum() < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a reading that hangs between steps: its noise is not known
             ratio = float(np.sqrt(np.mean(residual[present] ** 2))) * level[i] / manoeuvre.noise[i]
             own = ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i])

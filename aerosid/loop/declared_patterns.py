@@ -32,6 +32,8 @@ class PatternSettings:
         Of its own, by which a number must differ from what it is compared with.
     near : float
         Relative distance from 180/pi, or from 2, at which a unit is asked after.
+    near_half : float
+        Relative distance from 2 or 1/2 at which q c/V is asked after, where its standard error is sharper.
     sharp : float
         Largest standard error of a factor, relative to 2 or 1/2, with which q c/V is asked after: a vaguer one is near
         either by chance. Chosen: a fifth of the way from 1 to 1/2.
@@ -48,6 +50,7 @@ class PatternSettings:
     many: float = 5.0
     deviations: float = 3.0
     near: float = 0.25
+    near_half: float = 0.05
     sharp: float = 0.1
     apart: float = 0.12
     common: float = 0.15
@@ -158,7 +161,7 @@ def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> s
             return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
     if "q_hat" in row.term and not rate_told:
         for unit, asked in ((2.0, "is it declared per q c/V"), (0.5, "was it doubled from q c/V once too often")):
-            near = abs(factor - unit) <= max(settings.deviations * deviation, 0.05 * unit)
+            near = abs(factor - unit) <= max(settings.deviations * deviation, settings.near_half * unit)
             sharp = deviation <= settings.sharp * unit
             if near and sharp and abs(factor - 1.0) > settings.deviations * deviation:
                 return f"{name} is {number(factor)} times as declared: {asked}? q_hat is q c/(2 U0)."

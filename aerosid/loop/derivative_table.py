@@ -129,7 +129,7 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
             continue
         error = "no bound" if row.std_error is None else f"a standard error of {number(row.std_error, 2)}"
         why = ""
-        if row.correlation_max is not None and row.correlation_max > 0.95:
+        if row.correlation_max is not None and row.correlation_max > JUDGEMENT.correlated:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         estimate = row.value if row.estimate is None else row.estimate
         holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {plain(row.value, 4)}"

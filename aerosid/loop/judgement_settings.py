@@ -22,6 +22,9 @@ class JudgementSettings:
     moves : float
         Times its noise, 1, that the standard deviation of an angle to the air or of a rate must be for a flight to have
         moved at all: that of a steady flight is its noise, which is known from the log within a quarter.
+    correlated : float
+        Largest absolute correlation with another estimate, 1, from which it is told as the reason why a derivative is
+        not shown: a variance ten times as large as alone.
     unchanged : float
         Distance of a ratio of errors from 1, 1, below which two digits after the point show none.
     """
@@ -29,6 +32,7 @@ class JudgementSettings:
     shown: float = 1.0 / AttributionSettings().final_deviations
     shown_constant: float = 1.0
     moves: float = 2.0
+    correlated: float = 0.95
     unchanged: float = 0.005
 
     def least_known(self, *, constant: bool) -> float:

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative
-from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.equation_error.settings import TRIALS, EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.axes import input_columns_of
 
@@ -174,6 +174,6 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
 def _step(values: Array) -> float:
     """The smallest step that a channel takes, where it repeats values; else 0."""
     levels = np.unique(values)
-    if levels.size > 0.7 * values.size or levels.size < 2:
+    if levels.size > TRIALS.repeated * values.size or levels.size < 2:
         return 0.0
     return float(np.median(np.diff(levels)))

@@ -27,6 +27,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.stepwise import Admitted, Chosen, Selected, is_told, without
+from aerosid.equation_error.settings import TRIALS
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,10 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
 
     def tried(n: int) -> _Tried | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        if worth - gain_over(bare.design, bare.log_likelihood, trial, settings) > 2.0 * alike + 0.3 * worth:
+        if (
+            worth - gain_over(bare.design, bare.log_likelihood, trial, settings)
+            > TRIALS.hopeless * alike + TRIALS.hopeless_share * worth
+        ):
             return None
         found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - found.gain_over(bare)

@@ -27,6 +27,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses
+from aerosid.equation_error.settings import TRIALS
 
 Array = NDArray[np.float64]
 
@@ -112,7 +113,7 @@ def _best(
     )
     tried: list[_Trial] = []
     for linear in _ranked(base, [candidates[n] for n in order], rules):
-        if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - 6.0):
+        if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - TRIALS.behind):
             break
         tried.append(_fitted(base, linear, rules))
         tried.sort(key=lambda trial: -trial.net)
@@ -249,7 +250,7 @@ def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, ru
     def worth_asking(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
         own = not hypothesis.entries or bool(scored.own[n] >= frame.settings.distinct)
-        return own and bool(gains[n] >= 0.3 * rules.least_cost(hypothesis))
+        return own and bool(gains[n] >= TRIALS.asked * rules.least_cost(hypothesis))
 
     return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
 

@@ -60,6 +60,8 @@ class DesignSettings:
         rad; amplitudes are whole multiples, as a pilot can set them.
     bisections : int
         Simulations with which the greatest amplitude of a shape is found.
+    resolved : float
+        Amplitude that leaves the limits over one that keeps them, 1, below which the search of the greatest ends.
     refined : int
         Inputs of the grid from which the free switching times and levels are searched.
     rounds : int
@@ -87,6 +89,7 @@ class DesignSettings:
     substep: float = 0.05
     resolution: float = float(np.radians(0.1))
     bisections: int = 6
+    resolved: float = 1.08
     refined: int = 2
     rounds: int = 4
     worth: float = 0.05
@@ -241,7 +244,7 @@ class InputSearch:
             # The response is nearly linear: what it uses of the room grows with the amplitude. Speed is not.
             guess = 0.5 * outside if not np.isfinite(room) else 0.97 * amplitude / (1.0 - room)
             amplitude = self.rounded(guess if inside == 0.0 else 0.5 * (inside + outside))
-            if outside < 1.08 * inside or not inside < amplitude < outside:
+            if outside < self.settings.resolved * inside or not inside < amplitude < outside:
                 break
         # Models that fit the same record answer nearly alike: they are asked last.
         others = [rival.estimate for rival in self.rivals]
