@@ -9,6 +9,7 @@ import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
+from aerosid.compiled.cores import begun
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
@@ -192,6 +193,13 @@ def _completed(
 ) -> ClosedLoop:
     """The complete result: model error d(t), linear models and the next flight added to the verdict and errors."""
     identified, completed, aircraft = known.identified, known.completion.found, result.aircraft
+    flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
+    beside = begun(
+        lambda: (
+            _linear(known, aircraft, requirement, settings),
+            prediction_rows(identified.declared, completed, flown, result.simulated),
+        )
+    )
     pictures = None
     if settings.paper_chain:
         progress("estimating the model error d(t)")
@@ -204,10 +212,7 @@ def _completed(
             settings.chain,
         )
     rows = known.rows(pictures.chain if pictures else None)
-    linear, unlinearised = _linear(known, aircraft, requirement, settings)
-
-    flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
-    predictions = prediction_rows(identified.declared, completed, flown, result.simulated)
+    (linear, unlinearised), predictions = beside()
 
     progress("designing the next flight")
     ahead = None

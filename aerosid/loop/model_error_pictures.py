@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aerosid.compiled.cores import begun
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -58,6 +59,7 @@ def model_error_pictures(
     """The paper's chain on the declared and on the completed structure; None where its recursion breaks down."""
     chosen = found.terms
     structure = (*found.before.free, *chosen)
+    smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen))
     try:
         deficient = run_chain(declared, manoeuvres, found.before.free, settings)
         scores = found.rounds[0] if found.rounds else ()
@@ -66,7 +68,7 @@ def model_error_pictures(
         if chosen:
             near = deficient.error_density
             completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings, near)
-        histories, correlations = smoothed_histories(found.completed, manoeuvres, coefficients, chosen)
+        histories, correlations = smoothed()
         if not histories:
             histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
         regressors = regressor_pictures(completed, manoeuvres, chosen, closest_rivals(screening, candidates), settings)
