@@ -13,6 +13,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
@@ -111,7 +112,7 @@ def decide(
     likelier, late = likeliest_kinds(proved, declared, sensors, told)
     if likelier is not proved:
         proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
-    declared = likelier_inputs(declared)
+    declared = likelier_smoothing(likelier_inputs(declared))
     search = _search_of(asked, proved, declared, tuple(coefficients), told)
     fitted, support = search.fitted, search.rules.support
     outcome = _timed(proved.estimate, declared, search)
@@ -138,7 +139,7 @@ def decide(
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
     before = estimate(lone.frame, start)
-    as_measured = replace(settings, blend=settings.blend_compared)
+    as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
     return EquationErrorDecision(
         findings=findings,

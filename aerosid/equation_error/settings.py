@@ -59,9 +59,13 @@ class EquationErrorSettings:
     coarsest : float
         Interval between samples, s, beyond which others are put between them: a delay between two samples, taken along
         the straight line, makes 1 Hz of such a control smaller by at most 0.8 %, and 5 % at 0.1 s.
-    blend : float
-        Time, s, over which the difference between measured and integrated alpha and V is smoothed for the regressors:
-        faster, the inertial path is the better; slower, the sensors are.
+    blend, blend_aside : float
+        Time, s, over which the difference between what is measured and what is integrated is smoothed for the
+        regressors, of alpha and V and of beta: faster, the inertial path is the better; slower, the sensors are.
+    blends : tuple of float
+        Other times, s, of alpha and V, where they are likelier: on three of four flights in gusts of
+        `benchmarks/field_detection.py`, seeds 21 and 23. A shorter one of .25 s was too, and moved the vane's lag on
+        HFB-320 further from what its kinematics show.
     blend_compared : float
         The same where a model's coefficients are compared with the measured ones, s: up to the end of the band the
         gusts that vanes show are motion, which a model has to answer. Chosen: a Gaussian's half power at 1.3 Hz.
@@ -192,6 +196,8 @@ class EquationErrorSettings:
     band_share: float = 0.25
     coarsest: float = 0.04
     blend: float = 1.0
+    blend_aside: float = 1.0
+    blends: tuple[float, ...] = (0.5,)
     blend_compared: float = 0.1
     wind_memory: float = 10.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)

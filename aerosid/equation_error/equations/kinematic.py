@@ -194,7 +194,7 @@ def reconstruct(
         forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
     if turned_aside:
         path["beta"] = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
-        beta = _blended(beta, path["beta"], blend / interval)
+        beta = _blended(beta, path["beta"], settings.blend_aside / interval)
         plane, u, w, v = _velocities(speed, alpha, beta)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
