@@ -47,3 +47,14 @@ def test_attas_has_gyros_and_attitudes_that_disagree_in_scale_and_gyros_that_are
     assert found["sensor_bias", "r"].value == pytest.approx(0.0010, abs=0.0002)
     assert found["sensor_scale", "p"].value == pytest.approx(1.0 / 0.973, abs=0.004)
     assert -0.065 < found["control_delay", "delta_r"].value < -0.025
+
+
+def test_the_citation_has_its_lateral_accelerometer_in_the_nose_and_side_force_against_sideslip() -> None:
+    """No sideslip is recorded: of one window alone C_Y beta and the place are known together."""
+    aircraft = load_aircraft(Path(recording("lateral/citation.aircraft.toml")))
+    windows = ("dutch_roll", "dutch_roll_damped", "rolls")
+    logs = [read(f"citation_ref_{name}.csv", "citation.channels.toml") for name in windows]
+    result = close_loop(logs, aircraft, settings=BRIEF)
+    assert 4.1 < by_name(result)["sensor_position", "a_y"].parameters["x"].value < 4.7
+    (side,) = [row for row in result.derivatives if (row.coefficient, row.term) == ("C_Y", "beta")]
+    assert side.value < -3.0 * (side.std_error or 1.0)
