@@ -147,6 +147,19 @@ def _r2(result: ClosedLoop, horizon: str, variant: str) -> float:
     return value
 
 
+def test_a_log_without_height_is_predicted_as_one_with_it(completed: ClosedLoop) -> None:
+    problem = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=16.0)
+    logs = []
+    for seed in (1, 2):
+        log = problem.fly(seed, f"flight {seed}")
+        logs.append(replace(log, channels={name: values for name, values in log.channels.items() if name != "h"}))
+    without = close_loop(logs[:1], LIGHT, logs[1:], settings=QUICK)
+    for horizon in (ONE_STEP, AHEAD):
+        found, wanted = (row(result, "flight 2", "q", horizon) for result in (without, completed))
+        assert found.predicted == wanted.predicted > 0.9
+        assert found.r2["declared"] == pytest.approx(wanted.r2["declared"], abs=1e-3)
+
+
 def test_rows_stand_in_result_json(completed: ClosedLoop) -> None:
     written = [entry.model_dump() for entry in result_file(completed).predictions]
     assert len(written) == len(completed.predictions) == 2 * 3 * len(completed.simulated[0].measured)

@@ -19,6 +19,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import added_along
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.restarted_simulation import predict_ahead
 from aerosid.loop.model_validation.open_loop_errors import Simulated
@@ -112,7 +113,7 @@ class _Start:
 
     @classmethod
     def of(cls, model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed) -> _Start:
-        states = Corrected.of(model, effects, manoeuvre, fed).states
+        states = _begun(Corrected.of(model, effects, manoeuvre, fed).states, manoeuvre)
         flight, _ = acting_flight(model, manoeuvre, effects)
         acting = acting_model(model, effects)
         inputs = flight.inputs.copy()
@@ -146,6 +147,15 @@ class _Start:
         recorded(read, manoeuvre, self.effects)
         read[gone] = np.nan
         return {name: read[:, manoeuvre.row(name)] for name in manoeuvre.outputs}
+
+
+def _begun(states: FloatArray, manoeuvre: Manoeuvre) -> FloatArray:
+    """The states to start from; height and heading that no channel shows are zero, for the others do not need them."""
+    kept = states.copy()
+    for n, name in enumerate(manoeuvre.axes.integrated):
+        if name in UNCOUPLED and not np.isfinite(states[:, n]).any():
+            kept[:, n] = 0.0
+    return kept
 
 
 def _columns(outputs: Mapping[str, FloatArray], manoeuvre: Manoeuvre) -> dict[str, FloatArray]:
