@@ -159,18 +159,6 @@ def test_an_unseen_flight_that_steps_itself_does_not_refuse_a_slow_elevator_by_t
     assert not found.refuted
 
 
-@pytest.mark.slow
-def test_a_term_that_its_neighbours_nearly_hold_is_named_where_it_alone_pays_its_price(tmp_path: Path) -> None:
-    """Alphadot keeps four hundredths of its column beside q and alpha, and the gusts show it all the same."""
-    _, plants, _ = written(tmp_path, [FIRST, 21, 24], 24)
-    assert [plant.label for plant in plants] == ["C_m alpha_dot_hat 13.9"]
-    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
-    found = decided(load_aircraft(str(tmp_path / "aircraft.toml")), logs[:1], logs[1:])
-    (row,) = found.findings
-    assert row.hypothesis.label == ("aero_term", "C_m", "alpha_dot_hat")
-    assert abs(row.value - 13.9) < 3.0 * row.std_error
-
-
 def test_what_happens_suddenly_in_an_unseen_flight_is_free_there_as_its_constant_is() -> None:
     aircraft, logs, others = pair(9, air=0.3)
     faults = proved(aircraft, logs, others)

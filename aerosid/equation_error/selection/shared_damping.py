@@ -58,7 +58,7 @@ def shared_damping(found: Estimate) -> SharedDamping | None:
     asked = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
     candidates = term_candidates(found.frame, found, [asked])
     (own,) = scores(found, candidates).own
-    if own >= found.frame.settings.shared:
+    if own >= found.frame.settings.distinct:
         return None
     white = whiten(found.design, candidates[0].columns, found.solution.weights)
     answers = found.solution.covariance @ (found.solution.slopes.T @ white)
