@@ -224,7 +224,7 @@ def recorded(
             channels[channel] = disturb(samples, channels[channel], generator)
         for channel, history in plant.logged:
             # Through the filters that the motion goes through: as it was it would lead by what they are late.
-            channels[channel] = _kept(recorder, history(time), np.zeros(time.size))
+            channels[channel] = _kept(recorder, history(time))
     return FlightLog(name, samples, channels, {channel: UNITS.get(channel, "rad") for channel in channels})
 
 
@@ -233,7 +233,7 @@ def _stride(recorder: Recorder) -> int:
     return round(recorder.interval / FINE)
 
 
-def _kept(recorder: Recorder, values: Array, noise: Array) -> Array:
+def _kept(recorder: Recorder, values: Array, noise: Array | float = 0.0) -> Array:
     """What a recorder keeps of a channel at each of its samples, before rounding: filtered, and smoothed afterwards."""
     instrument = butter(2, recorder.bandwidth, fs=1.0 / FINE, output="sos")
     kept: Array = (values[0] + sosfilt(instrument, values - values[0]) + noise)[:: _stride(recorder)]

@@ -48,7 +48,7 @@ def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Re
     items : sequence
         Taken by the cores as each becomes free.
     """
-    count = min(_allowed.get(), len(items), MOST)
+    count = min(_allowed.get(), len(items))
     if count < 2 or len(items) > MOST or sys.platform != "linux":
         return [task(item) for item in items]
     tickets, dealer = os.pipe()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -185,6 +185,16 @@ def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Poi
         if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
             break
     return moved, design, solution
+
+
+def likeliest_of(found: Estimate, frames: Iterable[Frame]) -> Estimate:
+    """An estimate, or that of the same structure in another frame, whichever is likeliest; it is kept where none is."""
+    best = found
+    for frame in frames:
+        tried = estimate(frame, found.point, found.solution.weights)
+        if tried.log_likelihood > best.log_likelihood:
+            best = tried
+    return best
 
 
 def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:

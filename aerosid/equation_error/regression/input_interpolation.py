@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_of
 
 
 def likelier_inputs(found: Estimate) -> Estimate:
@@ -25,9 +25,7 @@ def likelier_inputs(found: Estimate) -> Estimate:
     frame = found.frame
     if all(recording.refined for recording in frame.recordings):
         return found
-    other = replace(frame, recordings=_other(frame.recordings))
-    tried = estimate(other, found.point, found.solution.weights)
-    return tried if tried.log_likelihood > found.log_likelihood else found
+    return likeliest_of(found, [replace(frame, recordings=_other(frame.recordings))])
 
 
 def _other(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

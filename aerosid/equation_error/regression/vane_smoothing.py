@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_of
 
 
 def likelier_smoothing(found: Estimate) -> Estimate:
@@ -21,10 +21,7 @@ def likelier_smoothing(found: Estimate) -> Estimate:
     found : Estimate
         Of the coefficient equations.
     """
-    best = found
-    for time in found.frame.settings.blends:
-        frame = replace(found.frame, settings=replace(found.frame.settings, blend=time))
-        tried = estimate(frame, found.point, found.solution.weights)
-        if tried.log_likelihood > best.log_likelihood:
-            best = tried
-    return best
+    settings = found.frame.settings
+    return likeliest_of(
+        found, (replace(found.frame, settings=replace(settings, blend=time)) for time in settings.blends)
+    )
