@@ -28,6 +28,11 @@ def available() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
+def allowed() -> int:
+    """The cores that `mapped` may use here."""
+    return _allowed.get()
+
+
 @contextlib.contextmanager
 def on_cores(count: int) -> Iterator[None]:
     """Lets `mapped` use so many cores inside the block; without it there is one, as in the workers of a batch."""
@@ -75,7 +80,8 @@ def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
     ----------
     task : callable
         Changes nothing but caches; its result can be sent between processes. Without a second core it is done when the
-        result is asked for, and so is what a copy could not do, so that an error is this process's own.
+        result is asked for, and so is what a copy could not do, so that an error is this process's own. Where nobody
+        asks, the copy ends when it is done.
     """
     if _allowed.get() < 2 or sys.platform != "linux":
         return task
@@ -106,6 +112,7 @@ def _copied(work: Callable[[], dict[int, Any]]) -> tuple[int, Connection]:
         copy = os.fork()
     if copy == 0:
         try:
+            here.close()  # so that what nobody reads any more fails to be written, and does not wait for ever
             _allowed.set(1)
             there.send(work())
             there.close()

@@ -17,7 +17,8 @@ from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
-from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, left_out, weakest_of
+from aerosid.equation_error.selection.deletion import Selected, left_out
+from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, weakest_of
 from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
 from aerosid.equation_error.selection.joint_timing import (
     JointTiming,
@@ -32,7 +33,6 @@ from aerosid.equation_error.selection.joint_timing import (
 from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping
-from aerosid.equation_error.selection.stepwise import Selected
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of
 

@@ -93,3 +93,17 @@ def test_a_task_begun_beside_others_gives_its_result_and_is_done_here_where_its_
     assert process != here
     assert numbers.tobytes() == walk(3).tobytes()
     assert begun(os.getpid)() == here
+
+
+UNASKED = """
+from aerosid.compiled.cores import begun, on_cores
+with on_cores(2):
+    unasked = begun(lambda: b"0" * 1_000_000)
+print("done")
+"""
+
+
+def test_a_copy_whose_result_nobody_asks_for_ends() -> None:
+    """It holds the ends of the caller's pipes: whoever reads its output would wait for ever."""
+    done = subprocess.run([sys.executable, "-c", UNASKED], text=True, capture_output=True, check=False, timeout=60)
+    assert (done.stdout, done.stderr) == ("done\n", "")

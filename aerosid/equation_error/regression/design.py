@@ -282,14 +282,14 @@ def gain_over(base: Design, plain: float, found: Solution, settings: EquationErr
     and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
     with the prior knowledge of the noise, honest however few the instruments are.
     """
-    if _compares_all(base):
+    if compares_all(base):
         return found.log_likelihood - plain
     lacking = solve(base, found.weights)
     bases = whitened_instruments(base, found.weights)
     return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
 
 
-def _compares_all(design: Design) -> bool:
+def compares_all(design: Design) -> bool:
     """Whether no equation is compared in the space of instruments."""
     return all(instruments is None for instruments in design.instruments)
 
@@ -343,7 +343,7 @@ def regress(
     for _ in range(rounds if start else rounds + 3):
         weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)
-        if start and found.log_likelihood < solution.log_likelihood and _compares_all(design):
+        if start and found.log_likelihood < solution.log_likelihood and compares_all(design):
             break  # a colour by Burg's method that is less likely than the one before
         done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
         solution = found

@@ -13,7 +13,16 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.design import Design, Solution, Weights, design_of, gain_over, regress, solve
+from aerosid.equation_error.regression.design import (
+    Design,
+    Solution,
+    Weights,
+    compares_all,
+    design_of,
+    gain_over,
+    regress,
+    solve,
+)
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import LIFT
@@ -75,13 +84,85 @@ class Estimate:
         """Of all equations."""
         return self.solution.log_likelihood
 
-    def gain_over(self, base: Estimate) -> float:
+    def gain_over(self, base: Estimate | Peak) -> float:
         """Gain in ln L over the estimate of a structure that lacks something."""
-        return gain_over(base.design, base.log_likelihood, self.solution, self.frame.settings)
+        if compares_all(base.design):
+            return self.log_likelihood - base.log_likelihood
+        design = base.estimate.design if isinstance(base, Peak) else base.design
+        return gain_over(design, base.log_likelihood, self.solution, self.frame.settings)
 
     def value(self, unknown: Unknown) -> float:
         """The estimate of a linear unknown."""
         return float(self.solution.values[self.design.unknowns.index(unknown)])
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A point of highest likelihood, the columns of its effects' numbers made when they are asked for.
+
+    They cost as much as a step towards it, and a structure that loses its contest needs none.
+    """
+
+    frame: Frame
+    point: Point
+    design: Design
+    solution: Solution
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of all equations."""
+        return self.solution.log_likelihood
+
+    @cached_property
+    def estimate(self) -> Estimate:
+        """With the effects' columns among the others."""
+        free = numbers_of(self.point.effects)
+        if not free:
+            return Estimate(self.frame, self.point, self.design, self.solution)
+        columns = effect_columns(self.frame, linear_values(self.design, self.solution), self.point, free)
+        wide = self.design.beside(columns, [("effect", i, k) for i, k in free])
+        full = solve(wide, self.solution.weights)
+        # The likelihood of the point itself, not of the linear step beyond it.
+        full = replace(full, log_likelihood=self.log_likelihood, residuals=self.solution.residuals)
+        return Estimate(self.frame, self.point, wide, full)
+
+    @property
+    def has_columns(self) -> bool:
+        """Whether the effects' columns are made already."""
+        return "estimate" in vars(self)
+
+    def gain_over(self, base: Estimate) -> float:
+        """Gain in ln L over the estimate of a structure that lacks something."""
+        if compares_all(base.design):
+            return self.log_likelihood - base.log_likelihood
+        return self.estimate.gain_over(base)
+
+
+@dataclass(frozen=True)
+class SentPeak:
+    """A peak without what the process that asked for it has already, the frame and the structure."""
+
+    values: Array
+    numbers: tuple[tuple[float, ...], ...]
+    design: Design
+    solution: Solution
+    wide: tuple[Design, Solution] | None
+
+    @classmethod
+    def of(cls, peak: Peak, *, with_columns: bool = False) -> SentPeak:
+        """What is to be sent of a peak; the effects' columns where they are made or wanted."""
+        numbers = tuple(active.values for active in peak.point.effects)
+        wide = (peak.estimate.design, peak.estimate.solution) if with_columns or peak.has_columns else None
+        return cls(peak.point.model.values, numbers, peak.design, peak.solution, wide)
+
+    def peak(self, frame: Frame, start: Point) -> Peak:
+        """The peak, `start` being a point of its structure."""
+        effects = tuple(replace(active, values=v) for active, v in zip(start.effects, self.numbers, strict=True))
+        point = replace(start, model=start.model.with_values(self.values), effects=effects)
+        found = Peak(frame, point, self.design, self.solution)
+        if self.wide is not None:
+            vars(found)["estimate"] = Estimate(frame, point, *self.wide)
+        return found
 
 
 def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> Array:
@@ -126,6 +207,11 @@ def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> t
 
 
 def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
+    """The likeliest numbers of a structure, as `likeliest_numbers`, with the columns of its effects."""
+    return likeliest_numbers(frame, point, weights, steps).estimate
+
+
+def likeliest_numbers(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Peak:
     """The likeliest numbers of a structure.
 
     Parameters
@@ -137,9 +223,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     """
     point, design, solution = _regressed(frame, point, weights)
     free = numbers_of(point.effects)
-    if not free:
-        return Estimate(frame, point, design, solution)
-    for _ in range(steps):
+    for _ in range(steps if free else 0):
         columns = effect_columns(frame, linear_values(design, solution), point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
@@ -153,12 +237,7 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
         point, design, solution = moved, design_new, solved
         if abs(gained) < CLOSE and _small(full, linear, step):
             break
-    columns = effect_columns(frame, linear_values(design, solution), point, free)
-    wide = design.beside(columns, [("effect", i, k) for i, k in free])
-    full = solve(wide, solution.weights)
-    # The likelihood of the point itself, not of the linear step beyond it.
-    full = replace(full, log_likelihood=solution.log_likelihood, residuals=solution.residuals)
-    return Estimate(frame, point, wide, full)
+    return Peak(frame, point, design, solution)
 
 
 def numbers_of(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Design, Solution, gain_over
+from aerosid.equation_error.regression.design import compares_all, gain_over
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     joined,
@@ -25,8 +23,9 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
+from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
 from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.stepwise import Admitted, Chosen, Selected, is_told, without
+from aerosid.equation_error.selection.stepwise import Admitted, is_told
 from aerosid.equation_error.settings import TRIALS
 
 
@@ -58,22 +57,16 @@ class Alternative:
 
 def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
     """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
-    return {each.hypothesis.label: selected.estimate.gain_over(bare_of(selected, each)) for each in selected.chosen}
-
-
-def bare_of(selected: Selected, each: Chosen) -> Estimate:
-    """The structure without one, estimated anew; asked again of the same structure, it is not made anew."""
-    key = ("without", each.hypothesis.label)
-    if key not in selected.instead:
-        weights = selected.estimate.solution.weights
-        found = estimate(selected.estimate.frame, without(selected.estimate.point, each), weights, steps=4)
-        selected.instead[key] = [found]
-    bare: Estimate = selected.instead[key][0]
-    return bare
+    bare = each_struck_out(selected, selected.chosen, with_columns=not compares_all(selected.estimate.design))
+    return {
+        each.hypothesis.label: selected.estimate.gain_over(lone)
+        for each, lone in zip(selected.chosen, bare, strict=True)
+    }
 
 
 def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
     """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first."""
+    each_struck_out(selected, selected.chosen, with_columns=True)  # on all cores, where each by itself has but one
     return tuple(row for each in selected.chosen for row in in_place_of(selected, each, asked))
 
 
@@ -86,6 +79,7 @@ def replaced(
 ) -> Selected:
     """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
     for _ in range(rounds):
+        each_struck_out(selected, selected.chosen, with_columns=True)
         for each in selected.chosen:
             row = _better(selected, each, asked, rules, admitted)
             if row is not None:
@@ -130,7 +124,7 @@ def _limits(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
-    bare = bare_of(selected, each)
+    bare = struck_out(selected, each)
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
@@ -148,13 +142,12 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             > TRIALS.hopeless * alike + TRIALS.hopeless_share * worth
         ):
             return None
-        found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
+        found = likeliest_numbers(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         behind = worth - found.gain_over(bare)
         if not (behind < margin and within_limits(found, hypothesis)):
             return None
         begun = tuple(active.values for active in hypothesis.effects)
-        ended = tuple(active.values for active in found.point.effects)
-        return _Tried(begun, found.point.model.values, ended, found.design, found.solution, behind)
+        return _Tried(begun, SentPeak.of(found, with_columns=True), behind)
 
     rows = []
     for n, found in zip(order, mapped(tried, order), strict=True):
@@ -163,7 +156,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             if hypothesis.effects:
                 effects = [replace(a, values=v) for a, v in zip(hypothesis.effects, found.begun, strict=True)]
                 hypothesis = replace(hypothesis, effects=tuple(effects))
-            estimated = found.estimate(frame, joined(bare.point, hypothesis))
+            estimated = found.sent.peak(frame, joined(bare.point, hypothesis)).estimate
             row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well.
             if row.ratio >= settings.deviations:
@@ -172,24 +165,11 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
 
 
 class _Tried(NamedTuple):
-    """An estimate in place of a chosen one, without what the process that asked for it has already.
-
-    `begun`: numbers of the hypothesis' effects to first order; `values` of all terms and `ended` numbers of all effects
-    where they are likeliest.
-    """
+    """A hypothesis in place of a chosen one: its numbers where it began, where it is likeliest, and how far behind."""
 
     begun: tuple[tuple[float, ...], ...]
-    values: NDArray[np.float64]
-    ended: tuple[tuple[float, ...], ...]
-    design: Design
-    solution: Solution
+    sent: SentPeak
     behind: float
-
-    def estimate(self, frame: Frame, start: Point) -> Estimate:
-        """The estimate, `start` being where it began."""
-        effects = tuple(replace(active, values=v) for active, v in zip(start.effects, self.ended, strict=True))
-        point = replace(start, model=start.model.with_values(self.values), effects=effects)
-        return Estimate(frame, point, self.design, self.solution)
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:

@@ -24,7 +24,7 @@ from aerosid.equation_error.regression.design import (
     whiten,
     whitened_instruments,
 )
-from aerosid.equation_error.regression.estimate import Estimate, Frame, linear_values, residual_of
+from aerosid.equation_error.regression.estimate import Estimate, Frame, Peak, linear_values, residual_of
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS
 
@@ -121,7 +121,7 @@ def implausibility(effects: Sequence[ActiveEffect]) -> float:
     return 0.5 * (ratio * (value - parameter.null) / half) ** 2
 
 
-def within_limits(found: Estimate, hypothesis: Hypothesis) -> bool:
+def within_limits(found: Estimate | Peak, hypothesis: Hypothesis) -> bool:
     """Whether the numbers of the last hypothesis of an estimate lie inside their limits: at one they prove nothing."""
     if not hypothesis.effects:
         return True

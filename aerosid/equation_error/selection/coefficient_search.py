@@ -15,17 +15,11 @@ from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.evidence import left_out, weakest
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, without
+from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.prices import Rules, total_cost
 from aerosid.equation_error.selection.starts import MAINLY, may_separate, of_controls, sudden_hypotheses
-from aerosid.equation_error.selection.stepwise import (
-    Admitted,
-    Chosen,
-    Selected,
-    forward,
-    with_separation,
-    without,
-)
+from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
 from aerosid.equation_error.selection.votes import (
     Jumps,
     Predicted,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.selection.stepwise import Chosen, Selected, without
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.deletion import Chosen
 
 Array = NDArray[np.float64]
 
@@ -124,10 +124,3 @@ def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviat
         return None
     label = min(weak, key=lambda row: row.ratio).hypothesis.label
     return next(each for each in chosen if each.hypothesis.label == label)
-
-
-def left_out(selected: Selected, gone: Chosen) -> Selected:
-    """The structure without one, estimated anew."""
-    found = selected.estimate
-    lone = estimate(found.frame, without(found.point, gone), found.solution.weights, steps=4)
-    return Selected(lone, tuple(each for each in selected.chosen if each is not gone))

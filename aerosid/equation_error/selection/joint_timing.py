@@ -21,8 +21,8 @@ from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.deviations import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.regression.estimate import Estimate, effect_columns, estimate, linear_values, numbers_of
 from aerosid.equation_error.selection.alternatives import Alternative, in_place_of
-from aerosid.equation_error.selection.evidence import left_out, weakest
-from aerosid.equation_error.selection.stepwise import Chosen, Selected
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
+from aerosid.equation_error.selection.evidence import weakest
 
 Array = NDArray[np.float64]
 

@@ -32,11 +32,12 @@ from aerosid.equation_error.selection.candidates import (
     told_apart,
     within_reach,
 )
-from aerosid.equation_error.selection.evidence import left_out, weakest
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
+from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
 from aerosid.equation_error.selection.prices import rules_for
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
-from aerosid.equation_error.selection.stepwise import Chosen, Selected, at_one_distance, forward, recordings_agree
+from aerosid.equation_error.selection.stepwise import at_one_distance, forward, recordings_agree
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -214,7 +215,7 @@ def on_fitted(selected: Selected) -> Selected:
     fitted = tuple(recording for recording in found.frame.recordings if recording.fitted)
     if len(fitted) == len(found.frame.recordings):
         return selected
-    return replace(selected, estimate=estimate(replace(found.frame, recordings=fitted), found.point))
+    return Selected(estimate(replace(found.frame, recordings=fitted), found.point), selected.chosen)
 
 
 def with_proved_faults(faults: JointTiming, found: Estimate) -> tuple[Estimate, Array]:

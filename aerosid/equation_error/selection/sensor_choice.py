@@ -14,7 +14,6 @@ from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.selection.alternatives import bare_of
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     joined,
@@ -23,8 +22,9 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
+from aerosid.equation_error.selection.deletion import Chosen, Selected, struck_out
 from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.stepwise import Chosen, Selected, is_told
+from aerosid.equation_error.selection.stepwise import is_told
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def chosen_with_coefficients(
         open_ = [hypothesis for hypothesis in asked if alike(each.hypothesis, hypothesis)]
         if not open_:
             continue
-        settings, bare = selected.estimate.frame.settings, bare_of(selected, each)
+        settings, bare = selected.estimate.frame.settings, struck_out(selected, each)
         brought = selected.estimate.gain_over(bare)
         # Both leave about the same: each is judged by the noise that it leaves itself.
         kept = (

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import allowed, mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Weights, design_of, gain_over, solve, uncoloured
+from aerosid.equation_error.regression.design import Weights, compares_all, design_of, gain_over, solve, uncoloured
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    Frame,
+    Peak,
+    SentPeak,
+    estimate,
+    likeliest_numbers,
+)
 from aerosid.equation_error.selection.candidates import (
     Candidate,
     effect_candidates,
@@ -25,6 +32,7 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
+from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
 from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses
 from aerosid.equation_error.settings import TRIALS
@@ -33,30 +41,6 @@ Array = NDArray[np.float64]
 
 Admitted = Callable[[Estimate, Hypothesis], bool]
 """Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A hypothesis that entered, with its numbers at the estimate's point.
-
-    `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
-    """
-
-    hypothesis: Hypothesis
-    kinematic: bool
-    gain: float
-
-
-@dataclass(frozen=True)
-class Selected:
-    """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
-
-    `instead`: what was found to do in place of each, kept as long as the structure.
-    """
-
-    estimate: Estimate
-    chosen: tuple[Chosen, ...]
-    instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
 
 
 def forward(
@@ -82,7 +66,7 @@ def forward(
             return selected
         found, hypothesis, gain = best
         chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
-        selected = backward(Selected(found, chosen), frame, rules, keep=hypothesis, told=told)
+        selected = backward(Selected(found, chosen), rules, keep=hypothesis, told=told)
     return selected
 
 
@@ -112,30 +96,46 @@ def _best(
         dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
     )
     tried: list[_Trial] = []
-    for linear in _ranked(base, [candidates[n] for n in order], rules):
-        if len(tried) == frame.settings.fitted or (tried and linear.net < tried[0].net - TRIALS.behind):
-            break
-        tried.append(_fitted(base, linear, rules))
-        tried.sort(key=lambda trial: -trial.net)
-    tried += [_fitted(base, linear, rules) for linear in _as_late(base, tried, candidates, rules)]
+    ranked = _ranked(base, [candidates[n] for n in order], rules)
+    while len(tried) < frame.settings.fitted:
+        # As many at once as there are cores; which of them are asked at all is as on one.
+        open_now = ranked[len(tried) : min(len(tried) + allowed(), frame.settings.fitted)]
+        asked = [linear for linear in open_now if not tried or linear.net >= tried[0].net - TRIALS.behind]
+        for linear, trial in zip(asked, _fitted(base, asked, rules), strict=True):
+            if tried and linear.net < tried[0].net - TRIALS.behind:
+                break
+            tried = sorted([*tried, trial], key=lambda each: -each.net)
+        else:
+            if asked:
+                continue
+        break
+    tried += _fitted(base, _as_late(base, tried, candidates, rules), rules)
     tried.sort(key=lambda trial: -trial.net)
     told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
             continue
-        if within_limits(trial.estimate, trial.hypothesis) and admitted(trial.estimate, trial.hypothesis):
+        found = trial.peak.estimate
+        if within_limits(found, trial.hypothesis) and admitted(found, trial.hypothesis):
             told(f"  enters {trial.hypothesis.label}")
-            return trial.estimate, trial.hypothesis, trial.estimate.gain_over(base)
+            return found, trial.hypothesis, found.gain_over(base)
         told(f"  not admitted {trial.hypothesis.label}")
         refused.add(trial.hypothesis.label)
     return None
 
 
-def _fitted(base: Estimate, linear: _Linear, rules: Rules) -> _Trial:
-    """A hypothesis with all numbers estimated anew."""
-    found = estimate(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
-    own = found.point.effects[-1:] if linear.hypothesis.effects else ()
-    return _Trial(found.gain_over(base) - rules.cost(linear.hypothesis, own), found, linear.hypothesis)
+def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
+    """Hypotheses with all numbers estimated anew."""
+
+    def fitted(linear: _Linear) -> tuple[float, SentPeak]:
+        found = likeliest_numbers(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
+        own = found.point.effects[-1:] if linear.hypothesis.effects else ()
+        return found.gain_over(base) - rules.cost(linear.hypothesis, own), SentPeak.of(found)
+
+    return [
+        _Trial(net, sent.peak(base.frame, joined(base.point, linear.hypothesis)), linear.hypothesis)
+        for linear, (net, sent) in zip(asked, mapped(fitted, asked), strict=True)
+    ]
 
 
 def _as_late(base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
@@ -181,7 +181,7 @@ class _Trial:
     """A hypothesis with all numbers estimated anew; `net`: its gain in ln L beyond its price."""
 
     net: float
-    estimate: Estimate
+    peak: Peak
     hypothesis: Hypothesis
 
 
@@ -275,30 +275,18 @@ def with_separation(
     return Selected(found, (*selected.chosen, entered))
 
 
-def without(point: Point, chosen: Chosen) -> Point:
-    """The point without a hypothesis: its terms struck out, its effects gone."""
-    hypothesis = chosen.hypothesis
-    own = own_effects(point, hypothesis)
-    effects = tuple(active for active in point.effects if not any(active is one for one in own))
-    dropped = set(hypothesis.entries)
-    free = tuple(entry for entry in point.free if entry not in dropped)
-    return replace(point, model=point.model.without(dropped), free=free, effects=effects)
-
-
 def backward(
     selected: Selected,
-    frame: Frame,
     rules: Rules,
     keep: Hypothesis | None = None,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
     """The structure without what no longer pays its price."""
     while True:
-        worst: tuple[float, Estimate, Chosen] | None = None
-        for each in selected.chosen:
-            if each.hypothesis is keep:
-                continue
-            lone = estimate(frame, without(selected.estimate.point, each), selected.estimate.solution.weights, steps=4)
+        worst: tuple[float, Peak, Chosen] | None = None
+        others = [each for each in selected.chosen if each.hypothesis is not keep]
+        lone_ones = each_struck_out(selected, others, with_columns=not compares_all(selected.estimate.design))
+        for each, lone in zip(others, lone_ones, strict=True):
             own = own_effects(selected.estimate.point, each.hypothesis)
             loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, own)
             if loss < 0.0 and (worst is None or loss < worst[0]):
@@ -306,7 +294,7 @@ def backward(
         if worst is None:
             return selected
         told(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
-        selected = Selected(worst[1], tuple(each for each in selected.chosen if each is not worst[2]))
+        selected = Selected(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
 
 
 def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:

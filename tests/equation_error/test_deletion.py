@@ -1,0 +1,45 @@
+"""Structures with one effect less against the same regressions made one by one, and on as many cores as wanted."""
+
+from dataclasses import replace
+
+import numpy as np
+from equations_decided import decided, proved
+
+from aerosid.compiled.cores import on_cores
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.deletion import STEPS, each_struck_out, left_out, without
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 7500
+"""Of tests; published tables and trials begin elsewhere."""
+
+BODY = BODIES[2]
+WRONG = Wrong(bias={"q": 0.01, "theta": 0.02}, terms={("C_m", "alpha^2"): -2.0})
+AIRCRAFT = aircraft_of(BODY, 0.08, np.random.default_rng(SEEDS))
+LOGS = [flown(name, BODY, SEEDS + n, air=0.2, wrong=WRONG, seconds=20.0) for n, name in enumerate("ab")]
+
+
+def test_a_structure_without_one_fault_is_that_estimated_by_itself() -> None:
+    selected = proved(AIRCRAFT, LOGS[:1], LOGS[1:]).selected
+    found = selected.estimate
+    assert {each.hypothesis.label for each in selected.chosen} >= {("sensor_bias", "q", "")}
+    with on_cores(2):
+        rest = each_struck_out(replace(selected, instead={}), selected.chosen, with_columns=True)
+    for peak, each in zip(rest, selected.chosen, strict=True):
+        alone = estimate(found.frame, without(found.point, each), found.solution.weights, STEPS)
+        assert peak.log_likelihood == alone.log_likelihood
+        assert peak.estimate.solution.covariance.tobytes() == alone.solution.covariance.tobytes()
+        assert left_out(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
+
+
+def test_the_decision_is_that_of_one_core() -> None:
+    alone = decided(AIRCRAFT, LOGS[:1], LOGS[1:])
+    with on_cores(2):
+        shared = decided(AIRCRAFT, LOGS[:1], LOGS[1:])
+    assert len(alone.findings) >= 2
+    for one, other in ((alone.findings, shared.findings), (alone.alternatives, shared.alternatives)):
+        rows, again = (
+            [(row.hypothesis.label, row.value, row.std_error, row.gain) for row in each] for each in (one, other)
+        )
+        assert rows == again
+    assert alone.covariance.tobytes() == shared.covariance.tobytes()
