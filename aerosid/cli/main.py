@@ -254,23 +254,29 @@ def close_loop_command(
         method,
     )
     made = provenance(context.obj or (), settings, analyst, remarks)
+    from aerosid.compiled.cores import available, on_cores
     from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_next_flight, print_predictions, print_summary, write_report
-    from aerosid.reporting.result_json import result_text
+    from aerosid.reporting import print_next_flight, print_predictions, print_summary
+    from aerosid.reporting.printing import printing
 
     output = console()
-    result = with_progress(
-        roled.identification,
-        declared,
-        roled.validation,
-        settings,
-        lambda known: print_summary(known, output),
-        roled.hold_out,
-        made,
-    )
-    print_predictions(result, output)
-    print_next_flight(result, output)
-    files = write_report(result, directory, interactive=not static)
+    with on_cores(available()), printing() as printer:
+        result = with_progress(
+            roled.identification,
+            declared,
+            roled.validation,
+            settings,
+            lambda known: print_summary(known, output),
+            roled.hold_out,
+            made,
+        )
+        paper = printer(result)
+        print_predictions(result, output)
+        print_next_flight(result, output)
+        from aerosid.reporting.result_json import result_text
+        from aerosid.reporting.writing import write_report
+
+        files = write_report(result, directory, interactive=not static, paper=paper)
     written("close-loop", files, lambda: result_text(result))
     return int(strict and result.verdict not in (Verdict.EXPLAINED, Verdict.NOTHING_MISSING))
 

@@ -94,6 +94,56 @@ def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
     return result
 
 
+@contextlib.contextmanager
+def prepared(
+    task: Callable[[_Item], _Result], ready: Callable[[], object]
+) -> Iterator[Callable[[_Item], Callable[[], _Result]]]:
+    """A task for a copy of this process that readies itself beside the block until it is given its item.
+
+    Parameters
+    ----------
+    task : callable
+        Of one item, which can be sent between processes as can its result; changes nothing but caches.
+    ready : callable
+        What the copy does at once, such as imports that this process does without.
+
+    Returns
+    -------
+    context manager of callable
+        Given the item, it hands it over; what that returns waits for the result. Without a second core, or where the
+        copy fails, the task is done here when the result is asked for. A copy given nothing ends with the block.
+    """
+    if _allowed.get() < 2 or sys.platform != "linux":
+        yield lambda item: lambda: task(item)
+        return
+    asked, asking = Pipe(duplex=False)
+
+    def work() -> dict[int, Any]:
+        asking.close()
+        ready()
+        return {0: task(asked.recv())}
+
+    place, results = _copied(work)
+    asked.close()
+
+    def hand_over(item: _Item) -> Callable[[], _Result]:
+        with contextlib.suppress(OSError):  # the copy has ended: its result will be missing
+            asking.send(item)
+
+        def result() -> _Result:
+            done = {} if results.closed else _received(place, results)
+            return done[0] if 0 in done else task(item)
+
+        return result
+
+    try:
+        yield hand_over
+    finally:
+        asking.close()
+        if not results.closed:
+            _received(place, results)
+
+
 def _worked(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> dict[int, _Result]:
     """The results of the items whose numbers this process draws."""
     done = {}

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
-import sys
 import tempfile
 import threading
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from aerosid.aircraft import save_aircraft
+from aerosid.compiled.cores import available, begun, on_cores
 from aerosid.errors import AircraftError, UsageError
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import compose, report_html
@@ -33,7 +31,9 @@ COMPLETED_AIRCRAFT = "completed_aircraft.toml"
 FILES = (*TEXTS, PAGE, PAPER, COMPLETED_AIRCRAFT)
 
 
-def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = True) -> tuple[Path, ...]:
+def write_report(
+    result: ClosedLoop, directory: Path, *, interactive: bool = True, paper: Callable[[], bytes] | None = None
+) -> tuple[Path, ...]:
     """The paths of the files written: result.json, tables, the report twice, the completed aircraft, the next input.
 
     Parameters
@@ -45,6 +45,8 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
         holds none of the kind; others stay.
     interactive : bool
         Whether the figures of report.html can be zoomed, which adds 5 MB to it.
+    paper : callable, optional
+        Gives the bytes of report.pdf where it has been begun already (`aerosid.reporting.printing`).
 
     Raises
     ------
@@ -58,13 +60,13 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
         report = compose(result)
-        paper = temporary / PAPER
-        with _beside(lambda: paper.write_bytes(report_pdf(result, report))):
-            for name, text_of in TEXTS.items():
-                text = text_of(result)
-                if text is not None:
-                    _write(temporary / name, text)
-            _write(temporary / PAGE, report_html(result, report, interactive=interactive))
+        paper = paper or _beside(lambda: report_pdf(result, report))
+        for name, text_of in TEXTS.items():
+            text = text_of(result)
+            if text is not None:
+                _write(temporary / name, text)
+        _write(temporary / PAGE, report_html(result, report, interactive=interactive))
+        (temporary / PAPER).write_bytes(paper())
         save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
         written = _move(temporary, directory)
     except OSError as error:
@@ -80,33 +82,11 @@ def write_report(result: ClosedLoop, directory: Path, *, interactive: bool = Tru
     return tuple(directory / name for name in written)
 
 
-@contextlib.contextmanager
-def _beside(task: Callable[[], object]) -> Iterator[None]:
-    """Does a task that writes a file while the block runs, in a copy of this process where the platform makes them.
-
-    Elsewhere, or where the copy fails, it is done after the block, so that its error is this process's own.
-    """
-    if sys.platform != "linux" or threading.active_count() > 1:  # a copy holds locks of threads that it has not
-        yield
-        task()
-        return
-    with warnings.catch_warnings():
-        # Python from 3.12 warns of threads of numerical libraries, which wait for work and hold nothing.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        copy = os.fork()
-    if copy == 0:
-        failed = 1
-        try:
-            task()
-            failed = 0
-        finally:
-            os._exit(failed)
-    try:
-        yield
-    finally:
-        _, status = os.waitpid(copy, 0)
-    if status != 0:
-        task()
+def _beside(task: Callable[[], bytes]) -> Callable[[], bytes]:
+    """Begins a task beside what follows, where the platform makes copies of a process; its result."""
+    alone = threading.active_count() == 1  # a copy holds locks of threads that it has not
+    with on_cores(max(available(), 2) if alone else 1):
+        return begun(task)
 
 
 def _write(path: Path, text: str) -> None:

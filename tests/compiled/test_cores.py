@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from aerosid.compiled.cores import begun, mapped, on_cores
+from aerosid.compiled.cores import begun, mapped, on_cores, prepared
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
 
@@ -107,3 +107,55 @@ def test_a_copy_whose_result_nobody_asks_for_ends() -> None:
     """It holds the ends of the caller's pipes: whoever reads its output would wait for ever."""
     done = subprocess.run([sys.executable, "-c", UNASKED], text=True, capture_output=True, check=False, timeout=60)
     assert (done.stdout, done.stderr) == ("done\n", "")
+
+
+def test_a_prepared_copy_is_ready_before_it_is_given_its_item() -> None:
+    here, made_ready = os.getpid(), []
+
+    def task(seed: int) -> tuple[int, list[int], bytes]:
+        return os.getpid(), made_ready, walk(seed).tobytes()
+
+    with on_cores(2), prepared(task, lambda: made_ready.append(os.getpid())) as hand_over:
+        waiting = hand_over(3)
+        process, ready, numbers = waiting()
+    assert process != here
+    assert ready == [process]
+    assert numbers == walk(3).tobytes()
+    assert made_ready == []
+
+
+def test_what_a_prepared_copy_cannot_do_is_done_here() -> None:
+    here = os.getpid()
+
+    def dies_elsewhere() -> None:
+        assert os.getpid() != here
+        os._exit(1)
+
+    with on_cores(2), prepared(lambda item: item * item, dies_elsewhere) as hand_over:
+        waiting = hand_over(9)
+        assert waiting() == 81
+        assert waiting() == 81
+    with prepared(lambda _item: os.getpid(), dies_elsewhere) as hand_over:
+        assert hand_over(0)() == here
+
+
+ABANDONED = """
+import os
+from aerosid.compiled.cores import on_cores, prepared
+
+try:
+    with on_cores(2), prepared(print, lambda: None):
+        raise ValueError("stopped")
+except ValueError as error:
+    print(error)
+try:
+    os.waitpid(-1, os.WNOHANG)
+except ChildProcessError:
+    print("alone")
+"""
+
+
+def test_a_prepared_copy_that_is_given_nothing_ends_with_the_block() -> None:
+    done = subprocess.run([sys.executable, "-c", ABANDONED], text=True, capture_output=True, check=False, timeout=60)
+    assert done.stdout.splitlines() == ["stopped", "alone"]
+    assert done.stderr == ""

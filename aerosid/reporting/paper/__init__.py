@@ -5,5 +5,6 @@ width of columns, `typeface` holds fonts and colours, and `document` puts them o
 """
 
 from aerosid.reporting.paper.document import page_pdf, report_pdf
+from aerosid.reporting.paper.typeface import registered as load_typeface
 
-__all__ = ["page_pdf", "report_pdf"]
+__all__ = ["load_typeface", "page_pdf", "report_pdf"]
