@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextvars import ContextVar
@@ -43,7 +44,7 @@ def on_cores(count: int) -> Iterator[None]:
         _allowed.reset(before)
 
 
-def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Result]:
+def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item], worth: float = 0.0) -> list[_Result]:
     """The task's result of each item, in their order.
 
     Parameters
@@ -52,8 +53,16 @@ def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Re
         Changes nothing but caches; its results can be sent between processes. What it raises is raised here.
     items : sequence
         Taken by the cores as each becomes free.
+    worth : float
+        Seconds of work below which no copy is made, by the time that the first item takes here.
     """
     count = min(_allowed.get(), len(items))
+    if count > 1 and worth > 0.0:
+        began = time.perf_counter()
+        first = task(items[0])
+        if (time.perf_counter() - began) * (len(items) - 1) < worth:
+            return [first, *map(task, items[1:])]
+        return [first, *mapped(task, items[1:])]
     if count < 2 or len(items) > MOST or sys.platform != "linux":
         return [task(item) for item in items]
     tickets, dealer = os.pipe()

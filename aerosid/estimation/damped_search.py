@@ -13,6 +13,9 @@ from aerosid.estimation.fit_settings import DAMPED_STEPS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 
+UNDAMPED = 1e-3
+"""Numerical: damping to begin with, in units of the information's diagonal."""
+
 
 @dataclass(frozen=True)
 class _Aim:
@@ -44,58 +47,68 @@ def improving_points(
     likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
 ) -> Iterator[tuple[Point, bool]]:
     """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
-    damping = 1e-3
+    damping = UNDAMPED
+    for _ in range(settings.steps):
+        better = improved(likelihood, point, settings, hold_variance, damping)
+        if better is None:
+            return
+        point, rest, damping = better
+        yield point, rest
+        if rest:
+            return
+
+
+def improved(
+    likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool, damping: float
+) -> tuple[Point, bool, float] | None:
+    """One step of Levenberg and Marquardt: the point, whether it is at rest, the damping of the next step.
+
+    None where no step can be told from another.
+    """
     active = likelihood.active(point.effects)
     if settings.hold_states:
         active[likelihood.free.size : likelihood.free.size + sum(state.size for state in point.states)] = False
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the outputs' noise levels alone do not say how likely they are: no step counts on them then.
     disturbed = point.is_disturbed
-    for _ in range(settings.steps):
-        known, share = False, 1.0
-        rounds = 1 if disturbed else DAMPED_STEPS.weightings
-        while True:
-            aim = _aim(point, active, damping, floor, rounds, share)
-            ahead = likelihood.moved(point, aim.step)
-            small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
-            calm = hold_variance or aim.level < settings.variance_tolerance
-            if small and calm and damping <= DAMPED_STEPS.trusted and not disturbed:
-                yield point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True
-                return
-            trial = likelihood.evaluate(*ahead, aim.variance)
-            settling = None if disturbed or share < 1.0 else floor
-            reached = np.inf if trial is None else _settled_cost(trial, settling)
-            if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
-                break
-            trifle = aim.promise < DAMPED_STEPS.decides_nothing and not disturbed
-            if trial is not None and trifle and reached <= aim.cost + DAMPED_STEPS.decides_nothing:
-                break  # a rise by what is not exact in the comparison
-            if rounds > 1:
-                rounds = 1
+    known, share = False, 1.0
+    rounds = 1 if disturbed else DAMPED_STEPS.weightings
+    while True:
+        aim = _aim(point, active, damping, floor, rounds, share)
+        ahead = likelihood.moved(point, aim.step)
+        small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
+        calm = hold_variance or aim.level < settings.variance_tolerance
+        if small and calm and damping <= DAMPED_STEPS.trusted and not disturbed:
+            return point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True, damping
+        trial = likelihood.evaluate(*ahead, aim.variance)
+        settling = None if disturbed or share < 1.0 else floor
+        reached = np.inf if trial is None else _settled_cost(trial, settling)
+        if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
+            break
+        trifle = aim.promise < DAMPED_STEPS.decides_nothing and not disturbed
+        if trial is not None and trifle and reached <= aim.cost + DAMPED_STEPS.decides_nothing:
+            break  # a rise by what is not exact in the comparison
+        if rounds > 1:
+            rounds = 1
+            continue
+        if aim.level > 0.0 and not known:
+            # What was compared with is exact only at the point's own noise levels.
+            again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
+            if again is None:
+                return None
+            if again.cost > point.cost + 1e-9 * abs(point.cost):
+                # A disturbance explains what the outputs' noise would have had to: half the way, or none.
+                share = 0.5 * share if 0.5 * aim.level > DAMPED_STEPS.least_change else 0.0
                 continue
-            if aim.level > 0.0 and not known:
-                # What was compared with is exact only at the point's own noise levels.
-                again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
-                if again is None:
-                    return
-                if again.cost > point.cost + 1e-9 * abs(point.cost):
-                    # A disturbance explains what the outputs' noise would have had to: half the way, or none.
-                    share = 0.5 * share if 0.5 * aim.level > DAMPED_STEPS.least_change else 0.0
-                    continue
-                point, known, share = again, True, 0.0
-                if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
-                    break
-            damping *= 10.0
-            if damping > 1e10:
-                yield point, True
-                return
-        damping = max(damping * 0.1, 1e-12)
-        fall = aim.cost - reached
-        point = trial
-        rest = _is_at_rest(point, aim, fall, settings, None if disturbed else floor)
-        yield point, rest
-        if rest:
-            return
+            point, known, share = again, True, 0.0
+            if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
+                break
+        damping *= 10.0
+        if damping > 1e10:
+            return point, True, damping
+    fall = aim.cost - reached
+    rest = _is_at_rest(trial, aim, fall, settings, None if disturbed else floor)
+    return trial, rest, max(damping * 0.1, 1e-12)
 
 
 def _is_at_rest(

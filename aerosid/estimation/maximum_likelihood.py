@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
-from aerosid.estimation.damped_search import best_point, improving_points
+from aerosid.estimation.damped_search import UNDAMPED, best_point, improved
 from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
@@ -203,19 +205,31 @@ def contest(
 
     Notes
     -----
-    All move one step in turn. After two, or after one from a known likelihood, one is given up where even several
-    times the fall that its linearisation promises would leave it above.
+    All move one step in turn, dealt out to the cores. After two, or after one from a known likelihood, one is given up
+    where even several times the fall that its linearisation promises would leave it above.
     """
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
-    points = [_first_point(each, start, settings) for each, start in zip(likelihoods, starts, strict=True)]
-    converged = [False] * len(starts)
-    paths = {n: improving_points(likelihoods[n], points[n], settings, hold_variance=False) for n in range(len(starts))}
+
+    def begun(n: int) -> tuple[_Sent, float]:
+        point = _first_point(likelihoods[n], starts[n], settings)
+        return _Sent.of(point), likelihoods[n].held_to_data
+
+    def stepped(n: int) -> tuple[_Sent, bool, float] | None:
+        better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
+        return None if better is None else (_Sent.of(better[0]), *better[1:])
+
+    begins = mapped(begun, range(len(starts)), CONTEST.dealt_out)
+    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
+        likelihood.held_to_data = held
+    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
+    converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
+    paths = list(range(len(starts)))
     for turn in range(settings.steps):
-        for n, path in list(paths.items()):
-            points[n], rest = next(path, (points[n], True))
-            converged[n] = rest
-            if rest:
-                del paths[n]
+        for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
+            converged[n] = better is None or better[1]
+            if better is not None:
+                points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
+        paths = [n for n in paths if not converged[n]]
         # One that began where another estimate's linearisation led is near its end after a single step.
         judged = [n for n in paths if turn > 0 or starts[n].point is not None]
         if not judged:
@@ -226,11 +240,27 @@ def contest(
         for n in judged:
             promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
             if points[n].cost + allowance[n] - promise > reached + margin:
-                del paths[n]
+                paths.remove(n)
     return [
         _refinement(likelihood, start.model, start.free, point, rest)
         for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
     ]
+
+
+class _Sent(NamedTuple):
+    """A point as it goes from process to process: of its effects their numbers alone."""
+
+    bare: Point
+    numbers: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, point: Point) -> _Sent:
+        return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
+
+    def point(self, effects: Sequence[ActiveEffect]) -> Point:
+        """The point, its numbers those of the `effects` of its structure."""
+        own = (replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
+        return replace(self.bare, effects=tuple(own))
 
 
 def promised_fall(likelihood: Likelihood, point: Point) -> float:

@@ -14,9 +14,13 @@ from problems import BOTH_SQUARES, LIGHT, NOISE, SILENT, UNSTABLE, Problem, decl
 from scipy.optimize import least_squares
 from scipy.stats import chi2, norm
 
+from aerosid.compiled.cores import on_cores
+from aerosid.effects import ActiveEffect
+from aerosid.effects.control import control_delay
 from aerosid.errors import EstimationError
+from aerosid.estimation import maximum_likelihood
 from aerosid.estimation.deviations import deviations
-from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, contest, refine, whiten
@@ -215,6 +219,25 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
         assert own.cost > alone[-1].cost + 1.0
         assert among.cost > alone[-1].cost + 1.0
     assert not all(each.converged for each in together)
+
+
+def test_a_contest_over_two_cores_has_the_bits_of_one(
+    two_flights: tuple[AerodynamicModel, list[Manoeuvre]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, manoeuvres = two_flights
+    late = ActiveEffect(control_delay("delta_e"), (0.02,))
+    fewer = (tuple(other for other in model.entries if other != e) for e in model.entries[:3])
+    starts = [Start(model, model.entries, (late,)), *(Start(disturbed(model), free) for free in fewer)]
+    settings = RefinementSettings(cost_tolerance=0.01)
+    alone = contest(starts, manoeuvres, settings, [0.0] * len(starts))
+    monkeypatch.setattr(maximum_likelihood, "CONTEST", replace(CONTEST, dealt_out=0.0))
+    with on_cores(2):
+        shared = contest(starts, manoeuvres, settings, [0.0] * len(starts))
+    assert alone[0].effects == shared[0].effects
+    for one, other in zip(alone, shared, strict=True):
+        assert (one.cost, one.converged) == (other.cost, other.converged)
+        assert one.model.values.tobytes() == other.model.values.tobytes()
+        assert one.information.tobytes() == other.information.tobytes()
 
 
 def test_an_unstable_aircraft_is_estimated_from_wrong_start_values() -> None:
