@@ -46,6 +46,17 @@ def declared(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog])
     return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
 
 
+def frames_of(
+    aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog], candidates: Sequence[Entry]
+) -> tuple[AerodynamicModel, Frame, Frame]:
+    """The declared model, and the coefficient equations of all flights and of the fitted ones."""
+    model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
+    settings = EquationErrorSettings()
+    recordings = read_recordings(manoeuvres, unseen, settings)
+    whole = Frame(recordings, COEFFICIENT, settings, all_fitted=True)
+    return model, whole, Frame(recordings, COEFFICIENT, settings)
+
+
 def _prepared(
     aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog], candidates: Sequence[Entry]
 ) -> tuple[AerodynamicModel, list[Manoeuvre], list[Manoeuvre]]:

@@ -17,8 +17,9 @@ from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
-from aerosid.equation_error.selection.deletion import Selected, left_out
-from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, weakest_of
+from aerosid.equation_error.selection.confirmation import is_replicated
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
+from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, nearer_than, unknowns_of, weakest_of
 from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
 from aerosid.equation_error.selection.joint_timing import (
     JointTiming,
@@ -120,8 +121,9 @@ def decide(
     while True:
         point = kept.estimate.point
         lone = likelier_inputs(estimate(fitted, point, weights_on(kept.estimate, fitted, point)))
-        completed, covariance = with_proved_faults(outcome.timing, lone)
-        findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
+        chosen = (*proved.chosen, *kept.chosen)
+        completed, covariance = _with_deviations(outcome.timing, lone, kept, chosen)
+        findings = findings_of(completed, covariance, chosen)
         # What the faults' own uncertainty could have made does not stand either.
         weak = weakest_of(findings, kept.chosen, settings.deviations)
         if weak is None:
@@ -133,7 +135,6 @@ def decide(
     for hypothesis in together:
         (active,) = own_effects(kept.estimate.point, hypothesis)
         worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
-    chosen = (*proved.chosen, *kept.chosen)
     findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, lone))
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
@@ -158,6 +159,23 @@ def decide(
         timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
         supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
     )
+
+
+def _with_deviations(
+    timing: JointTiming, lone: Estimate, kept: Selected, chosen: Sequence[Chosen]
+) -> tuple[Estimate, Array]:
+    """The estimate with the instruments' numbers, and the covariance of all.
+
+    An effect that one event of the fitted recordings shows keeps the deviation of the deleted blocks, unless it would
+    be lost by that alone and the unseen recordings show it too.
+    """
+    completed, covariance = with_proved_faults(timing, lone)
+    rows = findings_of(completed, covariance, chosen)
+    near = nearer_than(rows, kept.chosen, lone.frame.settings.deviations)
+    replicated = [each for each in near if is_replicated(kept, lone, each)]
+    if not replicated:
+        return completed, covariance
+    return with_proved_faults(timing, lone, unknowns_of(lone, replicated))
 
 
 def _search_of(

@@ -8,23 +8,36 @@ events. So contiguous blocks of all equations together are deleted one after the
 squared and summed: the delete-a-block jackknife (Kuensch, Annals of Statistics 17, 1989), of clustered residuals the
 form CR3 (Bell & McCaffrey, Survey Methodology 28, 2002). Where equations are compared in a space of instruments rows
 cannot be deleted, and the summed scores are taken. The larger of both variances counts.
+
+CR3 is too large where one block alone shows a number: right for a number that only one event shows, too strict for one
+that another recording shows as well. Of those the bias-reduced form CR2 (the same authors) counts, whose mean is the
+variance wherever the weights are right.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.design import Design, Solution
 from aerosid.equation_error.settings import DEVIATIONS
 
 Array = NDArray[np.float64]
 
 
-def corrected_covariance(design: Design, solution: Solution) -> Array:
-    """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares."""
+DELETED, BIAS_REDUCED = 1.0, 0.5
+"""Published: powers of one less its leverage by which a block's residual is divided, of CR3 and CR2."""
+
+
+def corrected_covariance(design: Design, solution: Solution, confirmed: Collection[Unknown] = ()) -> Array:
+    """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares.
+
+    `confirmed`: the unknowns that a recording outside this regression shows as well.
+    """
     bread = solution.covariance
     samples = design.target.size
     freedom = samples / max(samples - bread.shape[0], 1)
@@ -34,15 +47,19 @@ def corrected_covariance(design: Design, solution: Solution) -> Array:
         other = freedom * np.diag(bread @ meat @ bread)
     else:
         other = np.sum(moves_without_blocks(design, solution) ** 2, axis=0)
+        shown = [design.unknowns.index(unknown) for unknown in confirmed]
+        if shown:
+            reduced = moves_without_blocks(design, solution, BIAS_REDUCED)
+            other[shown] = np.sum(reduced[:, shown] ** 2, axis=0)
     scale = np.sqrt(np.maximum(plain, other) / np.maximum(np.diag(bread), 1e-300))
     return np.asarray(bread * np.outer(scale, scale))
 
 
-def moves_without_blocks(design: Design, solution: Solution) -> Array:
+def moves_without_blocks(design: Design, solution: Solution, power: float = DELETED) -> Array:
     """By how much the numbers move when each block of a recording is left out, (B, P).
 
     With the slopes S_b and innovations e_b of a block and the covariance C of the numbers, C S_b' (1 - S_b C S_b')^-1
-    e_b: no regression is made anew.
+    e_b: no regression is made anew. `power`: in place of that one, for the bias-reduced form.
     """
     bread, moves = solution.covariance, []
     for recording in sorted({recording for recording, _ in design.segments}):
@@ -54,7 +71,8 @@ def moves_without_blocks(design: Design, solution: Solution) -> Array:
             out = np.concatenate([np.arange(rows.start + first, rows.start + stop) for rows in members])
             slopes = solution.slopes[out]
             shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-            own = directions.T @ solution.whitened[out] / (1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed))
+            rest = 1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed)
+            own = directions.T @ solution.whitened[out] / rest**power
             moves.append(bread @ (slopes.T @ (directions @ own)))
     return np.array(moves)
 

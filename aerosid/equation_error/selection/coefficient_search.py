@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import joined
+from aerosid.equation_error.selection.confirmation import is_replicated
 from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, without
 from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.prices import Rules, total_cost
@@ -145,7 +147,7 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
     while True:
         point = selected.estimate.point
         completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
-        gone = weakest(completed, selected.chosen)
+        gone = weakest(completed, selected.chosen, functools.partial(is_replicated, selected, completed))
         if gone is None:
             gone = _refused_one(search, selected, completed)
             if gone is None:

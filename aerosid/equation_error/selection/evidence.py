@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.deletion import Chosen
@@ -110,16 +111,44 @@ def _rank(row: EvidenceFinding) -> tuple[bool, float]:
     return (False, -row.ratio) if row.witness == "kinematics" else (True, -row.gain)
 
 
-def weakest(found: Estimate, chosen: Sequence[Chosen]) -> Chosen | None:
-    """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep."""
+def weakest(
+    found: Estimate, chosen: Sequence[Chosen], confirmed: Callable[[Chosen], bool] = lambda _each: False
+) -> Chosen | None:
+    """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep.
+
+    `confirmed`: asked of those that are too near, whether another recording shows them as well.
+    """
+    deviations = found.frame.settings.deviations
     rows = findings_of(found, corrected_covariance(found.design, found.solution), chosen)
-    return weakest_of(rows, chosen, found.frame.settings.deviations)
+    shown = [each for each in nearer_than(rows, chosen, deviations) if confirmed(each)]
+    if shown:
+        covariance = corrected_covariance(found.design, found.solution, unknowns_of(found, shown))
+        rows = findings_of(found, covariance, chosen)
+    return weakest_of(rows, chosen, deviations)
+
+
+def unknowns_of(found: Estimate, chosen: Sequence[Chosen]) -> list[Unknown]:
+    """The unknowns of an estimate that are numbers of some chosen hypotheses."""
+    entries = {entry for each in chosen for entry in each.hypothesis.entries}
+    names = {(active.name, active.log) for each in chosen for active in each.hypothesis.effects}
+    effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
+    return [
+        unknown
+        for unknown in found.design.unknowns
+        if (unknown[0] == "term" and unknown[1] in entries) or (unknown[0] == "effect" and unknown[1] in effects)
+    ]
+
+
+def nearer_than(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> list[Chosen]:
+    """The chosen ones whose finding is nearer to none than so many of its deviations."""
+    near = {row.hypothesis.label for row in rows if row.ratio < deviations}
+    return [each for each in chosen if each.hypothesis.label in near]
 
 
 def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> Chosen | None:
     """The chosen one whose finding is nearest to none, where that is nearer than so many of its deviations."""
-    labels = {each.hypothesis.label for each in chosen}
-    weak = [row for row in rows if row.ratio < deviations and row.hypothesis.label in labels]
+    labels = {each.hypothesis.label for each in nearer_than(rows, chosen, deviations)}
+    weak = [row for row in rows if row.hypothesis.label in labels]
     if not weak:
         return None
     label = min(weak, key=lambda row: row.ratio).hypothesis.label

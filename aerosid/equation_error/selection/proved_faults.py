@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, VANE_OF
-from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.deviations import corrected_covariance
@@ -218,15 +218,18 @@ def on_fitted(selected: Selected) -> Selected:
     return Selected(estimate(replace(found.frame, recordings=fitted), found.point), selected.chosen)
 
 
-def with_proved_faults(faults: JointTiming, found: Estimate) -> tuple[Estimate, Array]:
+def with_proved_faults(
+    faults: JointTiming, found: Estimate, confirmed: Collection[Unknown] = ()
+) -> tuple[Estimate, Array]:
     """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
 
     Biases, scales and places stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere.
-    The uncertainty of all is passed on to the derivatives to first order.
+    The uncertainty of all is passed on to the derivatives to first order. `confirmed`: unknowns that another recording
+    shows as well.
     """
     point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
     free = numbers_of(faults.effects)
-    covariance = corrected_covariance(found.design, found.solution)
+    covariance = corrected_covariance(found.design, found.solution, confirmed)
     if not free:
         return replace(found, point=point), covariance
     columns = effect_columns(found.frame, linear_values(found.design, found.solution), point, free)
