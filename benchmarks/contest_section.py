@@ -36,11 +36,19 @@ def contest_section(folder: Path, book: FigureBook, flights: int = FLIGHTS) -> S
     scores = compete(folder, flights, RIVALS)
     asked = [score for score in scores if not score.told]
     told = [score for score in scores if score.told]
-    figure = book.add(
-        _chart(scores),
-        "Time on the sample flight, and root-mean-square error in units of the Cramér-Rao bound; logarithmic axes, and "
-        "less is better on both.",
-        "A row for each tool with its time and its error over the bound, the numbers of the two tables above.",
+    figures = (
+        book.add(
+            _chart(scores),
+            "Time on the sample flight, and root-mean-square error in units of the Cramér-Rao bound; logarithmic axes, "
+            "and less is better on both.",
+            "A row for each tool with its time and its error over the bound, the numbers of the two tables above.",
+        ),
+        book.add(
+            _error_against_time(scores),
+            "The same errors against the times; numbers as in the figure before. Logarithmic axes: below and "
+            "to the left is better. 1 is the bound.",
+            "Error over the bound against time, a numbered dot for each tool.",
+        ),
     )
     return Section(
         "tools",
@@ -49,7 +57,7 @@ def contest_section(folder: Path, book: FigureBook, flights: int = FLIGHTS) -> S
             _TASK,
             Table(_HEADINGS, _rows(asked, asked[0].seconds), 1, "Asked what is missing, and every derivative"),
             Table(_HEADINGS, _rows(told, told[0].seconds), 1, "Told the structure, asked every derivative"),
-            figure,
+            *figures,
             Table(
                 ("tool", "what it is given, how it is set"),
                 tuple((f"{score.name}{', told' if score.told else ''}", score.given) for score in scores),
@@ -122,8 +130,8 @@ def _chart(scores: Sequence[Score]) -> Chart:
     limits = (0.3, len(there) + 0.7)
     height = 15.0 * len(there)
     names = [
-        Words(0.98, row - 0.15, f"{score.name}{', told' if score.told else ''}", "ink", "right", 7.5)
-        for row, score in zip(rows, there, strict=True)
+        Words(0.98, row - 0.15, f"{score.name}{', told' if score.told else ''} ({n})", "ink", "right", 7.5)
+        for n, (row, score) in enumerate(zip(rows, there, strict=True), 1)
     ]
     panels = [
         Panel(0.0, _BOTTOM, _NAMES, height, Axis("", (0.0, 1.0)), Axis("", limits), tuple(names), framed=False),
@@ -133,6 +141,34 @@ def _chart(scores: Sequence[Score]) -> Chart:
         _dots(_NAMES + _ACROSS + 16.0, "error / bound", [s.error or 1.0 for s in there], rows, limits, there, 2.0),
     ]
     return Chart(WIDTH, _BOTTOM + height + 6.0, tuple(panels))
+
+
+def _error_against_time(scores: Sequence[Score]) -> Chart:
+    """Each tool's error over the bound against its time, on logarithmic axes."""
+    there = [score for score in scores if score.seconds is not None and score.error is not None]
+    x = np.log10([score.seconds or 1.0 for score in there])
+    y = np.log2([score.error or 1.0 for score in there])
+    (left, right), (low, high) = _whole(x), _whole(y)
+    marks: list[Line | Points | Words] = []
+    for exponent in range(left, right + 1):
+        marks.append(Line(np.full(2, float(exponent)), np.array([low, high], dtype=np.float64), "grid", 0.5))
+        marks.append(Words(exponent + 0.03, low + 0.06, f"{10.0**exponent:g}", "muted", size=6.5))
+    for exponent in range(low, high + 1):
+        role: Role = "muted" if exponent == 0 else "grid"
+        marks.append(Line(np.array([left, right], dtype=np.float64), np.full(2, float(exponent)), role, 0.5))
+        marks.append(Words(right - 0.03, exponent + 0.06, f"{2.0**exponent:g}", "muted", "right", 6.5))
+    for n, score in enumerate(there):
+        own: Role = "after" if score.name.startswith("aerosid") else "declared"
+        marks.append(Points(x[n : n + 1], y[n : n + 1], own, ordered=False))
+        marks.append(Words(float(x[n]) + 0.05, float(y[n]) + 0.07, str(n + 1), "ink", size=7.5))
+    across, height = WIDTH - 60.0, 150.0
+    axes = Axis("time on the sample flight [s]", (left, right)), Axis("error / bound", (low, high))
+    return Chart(WIDTH, _BOTTOM + height + 6.0, (Panel(40.0, _BOTTOM, across, height, *axes, tuple(marks)),))
+
+
+def _whole(values: np.ndarray) -> tuple[int, int]:
+    """Whole exponents around some logarithms."""
+    return math.floor(float(values.min()) - 0.2), math.ceil(float(values.max()) + 0.2)
 
 
 _NAMES, _ACROSS, _BOTTOM = 170.0, 170.0, 30.0  # pt

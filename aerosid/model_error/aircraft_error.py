@@ -10,6 +10,7 @@ contain d itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, Axes, coupled_of, fed_of, moving_of
+from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.terms import TermTable
 from aerosid.model_error.aircraft_recursion import History, RecursionWeights, run
 from aerosid.model_error.measured_states import input_place, measured_states
 
@@ -97,6 +100,55 @@ def estimate_aircraft_error(
     leaves a residual that a high gain mistakes for model error, and a noise-free coefficient came back wrong by its
     own size at large weights.
     """
+    recursion = prepared_recursion(model, flight, measurement_variance, error_density, respond, likelihood)
+    history, samples, terms = recursion.history, flight.time.size, model.values.size
+    reached, cost = run(*recursion)
+    if reached < samples:
+        raise EstimationError(
+            f"the model-error recursion left the model's range at {flight.time[reached]:.3f} s (sample {reached + 1}); "
+            "check units and signs of V, alpha and q around that time."
+        )
+    return AircraftErrorHistory(
+        history.states,
+        history.d,
+        history.columns[:, :, :terms],
+        history.columns[:, :, terms:],
+        history.rate_per_unit,
+        history.innovations,
+        history.riccati,
+        float(cost) if likelihood else np.nan,
+    )
+
+
+class PreparedRecursion(NamedTuple):
+    """The arguments of the compiled recursion in their order; `history` is what it fills."""
+
+    flight: Flight
+    start: NDArray[np.float64]
+    parameters: NDArray[np.float64]
+    table: TermTable
+    constants: Constants
+    measured: NDArray[np.float64]
+    given: RecursionWeights
+    likelihood: bool
+    history: History
+
+
+def prepared_recursion(
+    model: AerodynamicModel,
+    flight: Flight,
+    measurement_variance: NDArray[np.float64],
+    error_density: NDArray[np.float64],
+    respond: bool,
+    likelihood: bool,
+) -> PreparedRecursion:
+    """What the recursion is run on, as the parameters of `estimate_aircraft_error`.
+
+    Raises
+    ------
+    ValueError
+        Where the flight does not hold the model's input columns.
+    """
     axes = model.axes
     if flight.inputs.shape[1] != len(model.columns):
         raise ValueError(f"the flight has {flight.inputs.shape[1]} input columns, the model {len(model.columns)}")
@@ -115,23 +167,9 @@ def estimate_aircraft_error(
     airspeed = 0.0 if "V" in fed_of(axes) else float(flight.inputs[0, input_place(axes, "V")])
     riccati = initial_riccati(start, measurement_variance, axes, airspeed)
     weights = RecursionWeights(fed.weights, fed.covariance, error_density, riccati)
-    reached, cost = run(
-        flight, start, np.array(model.values), model.table, model.constants, fed.states, weights, likelihood, history
-    )
-    if reached < samples:
-        raise EstimationError(
-            f"the model-error recursion left the model's range at {flight.time[reached]:.3f} s (sample {reached + 1}); "
-            "check units and signs of V, alpha and q around that time."
-        )
-    return AircraftErrorHistory(
-        history.states,
-        history.d,
-        history.columns[:, :, :terms],
-        history.columns[:, :, terms:],
-        history.rate_per_unit,
-        history.innovations,
-        history.riccati,
-        float(cost) if likelihood else np.nan,
+    values = np.array(model.values)
+    return PreparedRecursion(
+        flight, start, values, model.table, model.constants, fed.states, weights, likelihood, history
     )
 
 
