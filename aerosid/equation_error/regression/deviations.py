@@ -16,7 +16,7 @@ variance wherever the weights are right.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -62,19 +62,24 @@ def moves_without_blocks(design: Design, solution: Solution, power: float = DELE
     e_b: no regression is made anew. `power`: in place of that one, for the bias-reduced form.
     """
     bread, moves = solution.covariance, []
+    for out in rows_of_blocks(design):
+        slopes = solution.slopes[out]
+        shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
+        rest = 1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed)
+        own = directions.T @ solution.whitened[out] / rest**power
+        moves.append(bread @ (slopes.T @ (directions @ own)))
+    return np.array(moves)
+
+
+def rows_of_blocks(design: Design) -> Iterator[NDArray[np.int64]]:
+    """The rows of each block of each recording, of all its equations together."""
     for recording in sorted({recording for recording, _ in design.segments}):
         members = [design.rows(s) for s, (place, _) in enumerate(design.segments) if place == recording]
         length = min(rows.stop - rows.start for rows in members)
         count = max(length // max(min(DEVIATIONS.lags + 1, length // DEVIATIONS.fewest_blocks), 1), 1)
         edges = np.linspace(0, length, count + 1).astype(np.int64)
         for first, stop in pairwise(edges.tolist()):
-            out = np.concatenate([np.arange(rows.start + first, rows.start + stop) for rows in members])
-            slopes = solution.slopes[out]
-            shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-            rest = 1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed)
-            own = directions.T @ solution.whitened[out] / rest**power
-            moves.append(bread @ (slopes.T @ (directions @ own)))
-    return np.array(moves)
+            yield np.concatenate([np.arange(rows.start + first, rows.start + stop) for rows in members])
 
 
 def covariance_of_scores(design: Design, scores: Array) -> Array:

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden, moment
+from aerosid.equation_error.regression.design import compares_all
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
+from aerosid.equation_error.regression.moderated_test import chance_of
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
-from aerosid.equation_error.selection.candidates import joined
+from aerosid.equation_error.selection.candidates import joined, told_apart
 from aerosid.equation_error.selection.confirmation import is_replicated
 from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, without
-from aerosid.equation_error.selection.evidence import weakest
+from aerosid.equation_error.selection.evidence import distances, weakest
 from aerosid.equation_error.selection.prices import Rules, total_cost
 from aerosid.equation_error.selection.starts import MAINLY, may_separate, of_controls, sudden_hypotheses
 from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
@@ -147,7 +149,8 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
     while True:
         point = selected.estimate.point
         completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
-        gone = weakest(completed, selected.chosen, functools.partial(is_replicated, selected, completed))
+        replicated = functools.partial(is_replicated, selected, completed)
+        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected)
         if gone is None:
             gone = _refused_one(search, selected, completed)
             if gone is None:
@@ -155,6 +158,29 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
             refuted.append(gone.hypothesis.label)
         search.told(f"  does not stand: {gone.hypothesis.label}")
         selected = left_out(selected, gone)
+
+
+def _of_few_blocks(search: CoefficientSearch, selected: Selected) -> Chosen | None:
+    """The chosen one that the noise of the few blocks that show it makes most easily, where it does so too easily.
+
+    What is sudden is one event by its nature, and was looked for at every instant; a fault that kinematics show as well
+    has another witness.
+    """
+    found, worst = selected.estimate, None
+    if not compares_all(found.design):
+        return None
+    for each in selected.chosen:
+        hypothesis = each.hypothesis
+        if any(is_sudden(active) for active in hypothesis.effects) or told_apart(hypothesis) in search.rules.support:
+            continue
+        chance = min(
+            (chance_of(found.design, found.solution, place, away) for place, away in distances(found, hypothesis)),
+            default=0.0,
+        )
+        excess = chance / search.rules.chance(hypothesis)
+        if excess > 1.0 and (worst is None or excess > worst[0]):
+            worst = excess, each
+    return worst[1] if worst is not None else None
 
 
 def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estimate) -> Chosen | None:

@@ -153,3 +153,17 @@ def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviat
         return None
     label = min(weak, key=lambda row: row.ratio).hypothesis.label
     return next(each for each in chosen if each.hypothesis.label == label)
+
+
+def distances(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
+    """Place among the unknowns of each of a hypothesis' numbers, and its distance from the null value."""
+    names = {(active.name, active.log) for active in hypothesis.effects}
+    rows = []
+    for n, unknown in enumerate(found.design.unknowns):
+        if unknown[0] == "term" and unknown[1] in hypothesis.entries:
+            rows.append((n, float(found.solution.values[n])))
+        elif unknown[0] == "effect":
+            active, number = found.point.effects[int(str(unknown[1]))], int(str(unknown[2]))
+            if (active.name, active.log) in names:
+                rows.append((n, active.values[number] - active.effect.parameters[number].null))
+    return rows
