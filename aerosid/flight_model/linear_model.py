@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy.linalg import expm
 
 from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import AerodynamicModel, controls_of
@@ -109,9 +109,30 @@ class LinearModel:
         """
         a, b = self.air_axes
         column = size * b[:, [self.inputs.index(control_input)]]
-        whole = np.eye(len(self.states)), np.zeros((len(self.states), 1))
-        _, response, _ = signal.lsim((a, column, *whole), np.ones(time.size), time)
-        return dict(zip(self.air_states, np.asarray(response, dtype=np.float64).T, strict=True))
+        response = _step_response(a, column[:, 0], time)
+        return dict(zip(self.air_states, response, strict=True))
+
+
+def _step_response(a: FloatArray, b: FloatArray, time: FloatArray) -> FloatArray:
+    """The states (n, N) of x' = A x + b from rest, exact at evenly spaced times.
+
+    Notes
+    -----
+    exp([A b; 0 0] h) = [F g; 0 1] holds the step (Van Loan 1978): x_(m+j) = F^m x_j + x_m, which doubles what is known.
+    """
+    states = b.size
+    if time.size < 2:
+        return np.zeros((states, time.size))
+    block = np.zeros((states + 1, states + 1))
+    block[:states, :states], block[:states, states] = a, b
+    step = expm(block * (time[1] - time[0]))
+    known, carried = np.zeros((states, 1)), step[:states, :states]
+    after = step[:states, states]
+    while known.shape[1] < time.size:
+        known = np.concatenate([known, carried @ known + after[:, None]], axis=1)
+        after = carried @ after + after
+        carried = carried @ carried
+    return known[:, : time.size]
 
 
 def linearise(model: AerodynamicModel, condition: FlightCondition) -> LinearModel:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import AerodynamicModel, controls_of
@@ -145,6 +144,8 @@ def trim(
         x = trimmed_state(model, trimmed)
         evaluate(x, inputs, values, model.table, model.constants, positions, work, False, False)
         return work.rates[places]
+
+    from scipy.optimize import root  # late: what lacks in a model is found without it
 
     start = np.array([_START.get(name, 0.0) for name in unknowns])
     # A model that lacks surfaces has fewer unknowns than equations: symmetric flight needs none of them.

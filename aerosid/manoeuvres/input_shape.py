@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from aerosid.manoeuvres.record import FloatArray, runs
 from aerosid.manoeuvres.settings import FinderSettings
@@ -154,6 +153,8 @@ def goes_one_way(deviation: FloatArray, settings: FinderSettings) -> bool:
 
 def _order(halves: Sequence[int]) -> float:
     """Rank correlation of half periods with time; the first and last are cut where the input begins and ends."""
+    from scipy.stats import spearmanr  # late: few inputs have the half cycles of a sweep
+
     inner = halves[1:-1]
     return abs(float(spearmanr(np.arange(len(inner)), inner).statistic))
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
@@ -19,6 +18,7 @@ from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_ai
 from aerosid.model_error.paper_chain import ChainSettings, choose_error_density, feed
 from aerosid.model_error.streaming_screening import Screened, ScreeningSettings, StreamingScreening
 from aerosid.signals.delay_and_lag import lagged
+from aerosid.signals.recursive_filter import butterworth_sections, filtered_from_steady
 
 Array = NDArray[np.float64]
 
@@ -173,14 +173,12 @@ def _low_passed(
     interval = manoeuvre.interval
     if settings.cut_off_hz * interval >= 0.4:
         return history
-    sections = signal.butter(2, settings.cut_off_hz, fs=1.0 / interval, output="sos")
+    sections = butterworth_sections(2, settings.cut_off_hz, interval)
     present = np.isfinite(history.d).all(axis=1)
 
     def passed(values: Array) -> Array:
         found = np.full_like(values, np.nan)
-        flat = values[present].reshape(int(present.sum()), -1)
-        first = signal.sosfilt_zi(sections)[:, :, None] * flat[0]
-        found[present] = signal.sosfilt(sections, flat, axis=0, zi=first)[0].reshape(values[present].shape)
+        found[present] = filtered_from_steady(sections, values[present])
         return found
 
     return replace(history, d=passed(history.d), responded=passed(history.responded), initial=passed(history.initial))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
@@ -19,6 +18,7 @@ from aerosid.model_error.paper_chain import Chain, ChainSettings, Fed, choose_er
 from aerosid.signals import prefilter
 from aerosid.signals.correlation import correlation
 from aerosid.signals.prefilter import Butterworth
+from aerosid.signals.recursive_filter import butterworth_sections, filtered_both_ways
 
 
 @dataclass(frozen=True)
@@ -254,11 +254,11 @@ def _seen(history: AircraftErrorHistory, fed: Fed) -> AircraftErrorHistory:
 
     steps = np.diff(fed.flight.time)
     even = bool(np.ptp(steps) < 1e-3 * interval) and bool(np.isfinite(history.d).all())
-    sections = signal.butter(low_pass.order, low_pass.cut_off_hz, fs=1.0 / interval, output="sos")
+    sections = butterworth_sections(low_pass.order, low_pass.cut_off_hz, interval)
 
     def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
         if even:  # all columns at once
-            return np.asarray(signal.sosfiltfilt(sections, values, axis=0))
+            return filtered_both_ways(sections, values)
         flat = values.reshape(values.shape[0], -1)
         columns = [prefilter.apply(low_pass, fed.flight.time, column) for column in flat.T]
         return np.column_stack(columns).reshape(values.shape) if columns else values

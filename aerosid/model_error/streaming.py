@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import signal
 
 from aerosid.errors import EstimationError, UsageError
 from aerosid.model_error.continuous import Estimate, Interval, Slopes, advance, make_scratch, model_error_at
@@ -20,6 +19,7 @@ from aerosid.model_error.functions import BY_DIFFERENCES, Partials, model_functi
 from aerosid.model_error.response import ResponseStep, response_at, response_scratch, response_step
 from aerosid.model_error.weights import Weights
 from aerosid.signals.least_squares import RecursiveLeastSquares
+from aerosid.signals.recursive_filter import butterworth_sections, filtered, steady_state
 
 Array = NDArray[np.float64]
 
@@ -102,14 +102,13 @@ class _CausalFilter:
                 f"a cut-off of {cut_off_hz:g} Hz cannot be had from samples every {interval:g} s: choose one below "
                 f"{0.5 / interval:g} Hz."
             )
-        self._sections = signal.butter(order, cut_off_hz, fs=1.0 / interval, output="sos")
+        self._sections = butterworth_sections(order, cut_off_hz, interval)
         self._state: Array | None = None
 
     def update(self, values: Array) -> Array:
         if self._state is None:
-            self._state = signal.sosfilt_zi(self._sections)[:, :, None] * values
-        filtered, self._state = signal.sosfilt(self._sections, values[None, :], axis=0, zi=self._state)
-        return np.asarray(filtered[0])
+            self._state = steady_state(self._sections, values)
+        return np.asarray(filtered(self._sections, np.ascontiguousarray(values[None, :]), self._state)[0])
 
 
 class StreamingModelError:

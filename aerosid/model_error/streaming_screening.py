@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy import special
 
 from aerosid.errors import UsageError
 
@@ -151,7 +151,7 @@ class StreamingScreening:
         rho = np.where(apart, _in_own_equation(lagged[:, 0], away, asking), 0.0)
         ratio = np.divide(product, np.sqrt(np.where(apart, noise, 1.0)), out=np.zeros(others.size), where=apart)
         ratio = ratio / np.sqrt(np.maximum(1.0 - rho**2, np.finfo(float).tiny))  # it would leave less noise itself
-        p_value = 2.0 * stats.t.sf(np.abs(ratio), self.samples) * (others.size if asked is None else asked)
+        p_value = 2.0 * special.stdtr(self.samples, -np.abs(ratio)) * (others.size if asked is None else asked)
         silent.correlation[others - 1], silent.ratio[others - 1] = rho, ratio
         silent.p_value[others - 1] = np.where(apart, np.minimum(1.0, p_value), 1.0)
         variance = np.diag(inverse @ middle[np.ix_(places, places)] @ inverse)

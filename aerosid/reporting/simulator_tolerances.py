@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog
@@ -195,6 +194,8 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
         columns = np.column_stack([envelope * np.cos(rate * t), envelope * np.sin(rate * t), np.ones_like(t)])
         solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
         return np.asarray(y - columns @ solution)
+
+    from scipy.optimize import least_squares  # late: few histories hold an oscillation
 
     rate = 2.0 * math.pi / period
     bounds = ([-0.5 * rate, 0.3 * rate], [2.0 * rate, 3.0 * rate])

@@ -13,10 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
-from scipy import signal
 
 from aerosid.compiled import njit
 from aerosid.notation import number, plain
+from aerosid.signals.recursive_filter import (
+    butterworth_poles,
+    butterworth_sections,
+    filtered_from_rest,
+    filtered_from_steady,
+)
 from aerosid.signals.settings import PREFILTER
 
 FloatArray = NDArray[np.float64]
@@ -210,7 +215,7 @@ def noise_gain(butterworth: Butterworth, interval: float) -> float:
     length = 8 + math.ceil(40.0 / (slowest * interval))
     impulse = np.zeros(length)
     impulse[0] = 1.0
-    response = signal.sosfilt(_sections(butterworth, interval), impulse)
+    response = filtered_from_rest(_sections(butterworth, interval), impulse)
     if butterworth.zero_phase:
         # Forward and backward: the impulse response is the autocorrelation of the one-way response.
         spectrum = np.abs(scipy.fft.rfft(response, 2 * length)) ** 2
@@ -238,8 +243,7 @@ def _sinking_frequency(
 
 
 def _sections(butterworth: Butterworth, interval: float) -> FloatArray:
-    sections = signal.butter(butterworth.order, butterworth.cut_off_hz, fs=1.0 / interval, output="sos")
-    return np.asarray(sections, dtype=np.float64)
+    return butterworth_sections(butterworth.order, butterworth.cut_off_hz, interval)
 
 
 def _filter_segment(butterworth: Butterworth, time: FloatArray, samples: FloatArray, interval: float) -> FloatArray:
@@ -255,9 +259,9 @@ def _filter_segment(butterworth: Butterworth, time: FloatArray, samples: FloatAr
         even = np.interp(grid, positions, samples)
         sections = _sections(butterworth, interval)
         if not butterworth.zero_phase:
-            return _one_way(sections, even)[positions]
+            return filtered_from_steady(sections, even)[positions]
         _, padded, start = _turned_ends(butterworth, grid * interval, even)
-        both_ways = _one_way(sections, _one_way(sections, padded)[::-1])[::-1]
+        both_ways = filtered_from_steady(sections, filtered_from_steady(sections, padded)[::-1])[::-1]
         return both_ways[start : start + even.size][positions]
     poles, residues = _modes(butterworth)
     if not butterworth.zero_phase:
@@ -266,13 +270,6 @@ def _filter_segment(butterworth: Butterworth, time: FloatArray, samples: FloatAr
     forward = _run_modes(poles, residues, padded_time, padded)
     backward = _run_modes(poles, residues, -padded_time[::-1], forward[::-1])[::-1]
     return backward[start : start + samples.size]
-
-
-def _one_way(sections: FloatArray, samples: FloatArray) -> FloatArray:
-    """Causal filter started in the steady state of the first sample."""
-    state = signal.sosfilt_zi(sections) * samples[0]
-    filtered, _ = signal.sosfilt(sections, samples, zi=state)
-    return np.asarray(filtered)
 
 
 def _turned_ends(butterworth: Butterworth, time: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray, int]:
@@ -300,8 +297,11 @@ def _end_value(distance: FloatArray, samples: FloatArray, reach: float) -> float
 
 def _modes(butterworth: Butterworth) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Poles (rad/s) in the upper half plane and the residues of the continuous filter; a conjugate counts double."""
-    _, poles, gain = signal.butter(butterworth.order, 2.0 * math.pi * butterworth.cut_off_hz, analog=True, output="zpk")
-    residues = np.array([gain / np.prod(pole - np.delete(poles, i)) for i, pole in enumerate(poles)])
+    cut_off = 2.0 * math.pi * butterworth.cut_off_hz
+    poles = cut_off * butterworth_poles(butterworth.order)
+    residues = np.array(
+        [cut_off**butterworth.order / np.prod(pole - np.delete(poles, i)) for i, pole in enumerate(poles)]
+    )
     upper = poles.imag > 1e-9 * abs(poles)
     real = abs(poles.imag) <= 1e-9 * abs(poles)
     return (

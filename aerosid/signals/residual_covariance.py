@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
-from scipy import signal
 
+from aerosid.compiled import njit
 from aerosid.signals.noise import autocovariance
 from aerosid.signals.settings import COLOUR
 
@@ -338,12 +338,13 @@ def _extend(model: FloatArray, leading: FloatArray, count: int) -> FloatArray:
     return gamma[:count]
 
 
+@njit
 def _recurse_lags(model: FloatArray, gamma: FloatArray, first: int) -> None:
     """gamma_k = sum_j a_j gamma_(k-j) from lag `first` on, in place."""
-    order = model.size
-    denominator = np.concatenate(([1.0], -model))
-    state = signal.lfiltic([1.0], denominator, gamma[first - 1 :: -1][:order])
-    gamma[first:], _ = signal.lfilter([1.0], denominator, np.zeros(gamma.size - first), zi=state)
+    for k in range(first, gamma.size):
+        gamma[k] = 0.0
+        for j in range(model.size):
+            gamma[k] += model[j] * gamma[k - 1 - j]
 
 
 def _effective(gamma: FloatArray, count: int) -> float:

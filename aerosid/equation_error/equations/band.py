@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import firwin, upfirdn
+
+from aerosid.signals.decimation import decimated, windowed_sinc
 
 Array = NDArray[np.float64]
 
@@ -46,12 +47,9 @@ class Band:
         after = 2.0 * values[-1] - values[-2 : -half - 2 : -1]
         whole = np.concatenate([before, values, after])
         first = CUT_AT_ENDS * self.step
-        kept = self.rows(values.shape[0]).size
-        # Output n of the decimated convolution ends at input n * step: the filter's whole length comes first.
-        skip = -(-2 * half // self.step)
-        shift = skip * self.step - 2 * half
-        filtered = upfirdn(self.weights, whole[first - shift :], down=self.step, axis=0)
-        return np.asarray(filtered[skip : skip + kept])
+        kept = self.rows(values.shape[0])
+        columns = np.ascontiguousarray(whole[first:], dtype=np.float64).reshape(whole.shape[0] - first, -1)
+        return decimated(self.weights, columns, self.step)[: kept.size].reshape(kept.size, *values.shape[1:])
 
 
 def band_end(
@@ -82,7 +80,7 @@ def band_up_to(end: float, interval: float) -> Band:
     step = max(1, int(0.5 / (interval * end) + 1e-9))
     if step == 1:
         return Band(1, np.ones(1))
-    return Band(step, np.asarray(firwin(2 * HALF_LENGTH * step + 1, 0.9 / step, window="hamming")))
+    return Band(step, windowed_sinc(2 * HALF_LENGTH * step + 1, 0.9 / step))
 
 
 def _end(rate: Array, interval: float, ratio: float, depth: float) -> float:

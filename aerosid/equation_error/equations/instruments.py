@@ -14,11 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.signals.recursive_filter import filtered_from_rest
 
 Array = NDArray[np.float64]
 
@@ -32,9 +32,10 @@ TRENDS = 3
 def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:
     """A signal (N,) through the first Laguerre filters of a time constant, s: (N, order)."""
     kept = float(np.exp(-interval / time_constant))
-    columns = [lfilter([1.0 - kept], [1.0, -kept], signal)]
+    low_pass, all_pass = np.array([[[1.0 - kept, 0.0, 0.0, -kept, 0.0]], [[-kept, 1.0, 0.0, -kept, 0.0]]])
+    columns = [filtered_from_rest(low_pass, signal)]
     while len(columns) < order:
-        columns.append(lfilter([-kept, 1.0], [1.0, -kept], columns[-1]))
+        columns.append(filtered_from_rest(all_pass, columns[-1]))
     return np.column_stack(columns)
 
 

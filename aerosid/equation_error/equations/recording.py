@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 from aerosid.equation_error.equations.channels import equations_of
@@ -128,6 +127,8 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
     factor = int(np.ceil(recording.interval / coarsest - 1e-6))
     if factor <= 1:
         return replace(recording, band=band_up_to(end, recording.interval))
+    from scipy.interpolate import CubicSpline  # late: most recordings are fine enough
+
     manoeuvre = recording.manoeuvre
     time = manoeuvre.flight.time
     interval = recording.interval / factor

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -103,6 +102,8 @@ def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
     rows, outputs = np.zeros((2, len(model.columns))), len(axes.outputs)
     time, none, still = np.array([0.0, _STILL]), np.full((2, outputs), np.nan), np.zeros((outputs, 3))
     found = [name for state, name in _BALANCED.items() if state in axes.integrated]
+    from scipy.optimize import root  # late: the verdict is reached without it
+
     moving = [axes.integrated.index(state) for state in _BALANCED if state in axes.integrated]
     size = np.array([1.0 if state in ("p", "q", "r") else 9.8 for state in _BALANCED if state in axes.integrated])
 
