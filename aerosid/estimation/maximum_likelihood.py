@@ -206,8 +206,13 @@ def contest(
     Notes
     -----
     All move one step in turn, dealt out to the cores. After two, or after one from a known likelihood, one is given up
-    where even several times the fall that its linearisation promises would leave it above.
+    where even several times the fall that its linearisation promises would leave it above. Against a given level none
+    hangs on the others, and each is followed to its end at once.
     """
+    if level is not None and len(starts) > 1:
+        alone = list(zip(starts, allowance, strict=True))
+        fits = mapped(lambda one: contest([one[0]], manoeuvres, settings, [one[1]], level, margin), alone)
+        return [_at_home(fit, start) for (fit,), start in zip(fits, starts, strict=True)]
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
 
     def begun(n: int) -> tuple[_Sent, float]:
@@ -261,6 +266,12 @@ class _Sent(NamedTuple):
         """The point, its numbers those of the `effects` of its structure."""
         own = (replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
         return replace(self.bare, effects=tuple(own))
+
+
+def _at_home(fit: Refinement, start: Start) -> Refinement:
+    """An estimate from another process, its numbers those of the model and effects that it began with."""
+    own = (replace(active, values=moved.values) for active, moved in zip(start.effects, fit.effects, strict=True))
+    return replace(fit, model=start.model.with_values(fit.model.values), free=start.free, effects=tuple(own))
 
 
 def promised_fall(likelihood: Likelihood, point: Point) -> float:

@@ -139,32 +139,36 @@ class Linearised:
                 held = 0
             batches[-1].append(n)
             held += len(columns)
-        whole: Point | None = None
+        places, part = self._batch(manoeuvres, chords, batches[0])
+        if len(batches) == 1:
+            return part
         outputs = self.refinement.variance.size
-        for batch in batches:
-            entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
-            tested = [active for n in batch for active in chords[n].effects]
-            free = len(self.refinement.free)
-            added = [self.place[entry] for entry in entries]
-            columns = [c for n in batch for c in self.asked[n][1] if c > self.own[-1]]
-            places = np.array([*self.own[:free], *added, *self.own[free:], *columns], dtype=np.int64)
-            here = {int(place): n for n, place in enumerate(places)}
-            groups = [[here[c] for c in self.asked[n][1]] for n in batch]
-            part = _extended_point(self.refinement, manoeuvres, entries, tested, groups)
-            if whole is None:
-                whole = replace(
-                    part,
-                    normals=np.zeros((outputs, count, count)),
-                    gradients=np.zeros((outputs, count)),
-                    prior_normal=np.zeros((count, count)),
-                    prior_gradient=np.zeros(count),
-                )
-            inside = places[:, None], places
-            for known, found in zip(whole.normals, part.normals, strict=True):
-                known[inside] = np.where(known[inside] != 0.0, known[inside], found)
-            whole.gradients[:, places] = part.gradients
-        assert whole is not None
+        whole = replace(
+            part,
+            normals=np.zeros((outputs, count, count)),
+            gradients=np.zeros((outputs, count)),
+            prior_normal=np.zeros((count, count)),
+            prior_gradient=np.zeros(count),
+        )
+        _insert(whole, part, places)
+        for batch in batches[1:]:
+            places, part = self._batch(manoeuvres, chords, batch)
+            _insert(whole, part, places)
         return whole
+
+    def _batch(
+        self, manoeuvres: Sequence[Manoeuvre], chords: Sequence[Hypothesis], batch: Sequence[int]
+    ) -> tuple[NDArray[np.int64], Point]:
+        """The places, in rising order, of the estimate's parameters and of a batch's, and the likelihood in them."""
+        entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
+        tested = [active for n in batch for active in chords[n].effects]
+        free = len(self.refinement.free)
+        added = [self.place[entry] for entry in entries]
+        columns = [c for n in batch for c in self.asked[n][1] if c > self.own[-1]]
+        places = np.array([*self.own[:free], *added, *self.own[free:], *columns], dtype=np.int64)
+        here = {int(place): n for n, place in enumerate(places)}
+        groups = [[here[c] for c in self.asked[n][1]] for n in batch]
+        return places, _extended_point(self.refinement, manoeuvres, entries, tested, groups)
 
     def with_terms(self, entries: Sequence[Entry]) -> Point:
         """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.
@@ -266,6 +270,14 @@ def _extended_point(
     if point is None:
         raise OutOfRangeError
     return replace(point, values=np.array(refinement.model.values))
+
+
+def _insert(whole: Point, part: Point, places: NDArray[np.int64]) -> None:
+    """Put a batch into the likelihood in all parameters; products of the estimate's own stand in every batch."""
+    inside = places[:, None], places
+    for known, found in zip(whole.normals, part.normals, strict=True):
+        known[inside] = np.where(known[inside] != 0.0, known[inside], found)
+    whole.gradients[:, places] = part.gradients
 
 
 def _part(point: Point, places: NDArray[np.int64]) -> Point:
