@@ -141,6 +141,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
+    import scipy.optimize  # noqa: F401  here, where a second opinion is waited for: copies that come need it
+
     said = summarise(known.verdict, effects, tuple(errors))
     patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors)
     return ClosedLoop(
@@ -210,6 +212,7 @@ def _completed(
             completed,
             aircraft.coefficients,
             settings.chain,
+            identified.declared_chain,
         )
     rows = known.rows(pictures.chain if pictures else None)
     (linear, unlinearised), predictions = beside()

@@ -28,6 +28,7 @@ from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
 from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
+from aerosid.model_error.paper_chain import Chain, run_chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.indistinguishable_terms import CoefficientRival
@@ -56,6 +57,8 @@ class Identification:
         What the declared model lacks; None where the instruments contradict each other, so that nothing is judged.
     hold_out : tuple of Manoeuvre
         Further logs, that touched no decision.
+    declared_chain : callable or None
+        Gives the paper's chain on the declared structure, of which nothing here is decided; None where it is not asked.
     rivals : tuple of CoefficientRival
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     search : StructureSearch or None
@@ -82,6 +85,7 @@ class Identification:
     decided_by: Method = "likelihood"
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
     hold_out: tuple[Manoeuvre, ...] = ()
+    declared_chain: Callable[[], Chain] | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def second_opinion(self) -> SecondOpinion | None:
@@ -135,14 +139,14 @@ def identify(
     declared = with_columns_of(plain, given)
 
     progress("comparing the instruments with each other")
-    compared = settings.kinematics and aircraft.axes in compatibility.CASES
-    opposed = contradicting(logs) if compared else None
+    opposed = contradicting(logs) if settings.kinematics and aircraft.axes in compatibility.CASES else None
     if opposed is not None:
         return Identification(
             aircraft, plain, declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
         )
 
     question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others)
+    chain = _begun_chain(plain, question, settings)
     told = answer(question, settings, progress)
     second = None
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
@@ -170,6 +174,7 @@ def identify(
         told.deciding,
         told.search,
         held_out,
+        chain,
     )
 
 
@@ -184,6 +189,13 @@ def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> t
     if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
         return (f"Not asked of a {aircraft.axes.name} model: whether the instruments agree by kinematics.",)
     return ()
+
+
+def _begun_chain(plain: AerodynamicModel, question: Question, settings: LoopSettings) -> Callable[[], Chain] | None:
+    """The paper's chain on the declared structure, begun beside the search of what it lacks."""
+    if not settings.paper_chain:
+        return None
+    return begun(lambda: run_chain(plain, question.manoeuvres, question.free, settings.chain))
 
 
 def asked_of(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,13 +55,19 @@ def model_error_pictures(
     found: Attribution,
     coefficients: Sequence[str],
     settings: ChainSettings,
+    declared_chain: Callable[[], Chain] | None = None,
 ) -> ModelErrorPictures | None:
-    """The paper's chain on the declared and on the completed structure; None where its recursion breaks down."""
+    """The paper's chain on the declared and on the completed structure; None where its recursion breaks down.
+
+    `declared_chain` gives the former where it has been begun already.
+    """
     chosen = found.terms
     structure = (*found.before.free, *chosen)
     smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen))
     try:
-        deficient = run_chain(declared, manoeuvres, found.before.free, settings)
+        deficient = declared_chain() if declared_chain is not None else None
+        if deficient is None or deficient.entries != found.before.free:
+            deficient = run_chain(declared, manoeuvres, found.before.free, settings)
         scores = found.rounds[0] if found.rounds else ()
         screening = screen(deficient, manoeuvres, candidates, chosen, scores, settings)
         completed = deficient
