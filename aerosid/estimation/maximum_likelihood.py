@@ -211,8 +211,12 @@ def contest(
     """
     if level is not None and len(starts) > 1:
         alone = list(zip(starts, allowance, strict=True))
-        fits = mapped(lambda one: contest([one[0]], manoeuvres, settings, [one[1]], level, margin), alone)
-        return [_at_home(fit, start) for (fit,), start in zip(fits, starts, strict=True)]
+
+        def followed(one: tuple[Start, float]) -> Refinement:
+            return contest([one[0]], manoeuvres, settings, [one[1]], level, margin)[0]
+
+        fits = mapped(followed, alone, CONTEST.dealt_out)
+        return [_at_home(fit, start) for fit, start in zip(fits, starts, strict=True)]
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
 
     def begun(n: int) -> tuple[_Sent, float]:
