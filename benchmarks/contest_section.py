@@ -161,9 +161,9 @@ def _error_against_time(scores: Sequence[Score]) -> Chart:
         own: Role = "after" if score.name.startswith("aerosid") else "declared"
         marks.append(Points(x[n : n + 1], y[n : n + 1], own, ordered=False))
         marks.append(Words(float(x[n]) + 0.05, float(y[n]) + 0.07, str(n + 1), "ink", size=7.5))
-    across, height = WIDTH - 60.0, 150.0
+    across, height = WIDTH - 70.0, 150.0
     axes = Axis("time on the sample flight [s]", (left, right)), Axis("error / bound", (low, high))
-    return Chart(WIDTH, _BOTTOM + height + 6.0, (Panel(40.0, _BOTTOM, across, height, *axes, tuple(marks)),))
+    return Chart(WIDTH, _BOTTOM + height + 6.0, (Panel(55.0, _BOTTOM, across, height, *axes, tuple(marks)),))
 
 
 def _whole(values: np.ndarray) -> tuple[int, int]:

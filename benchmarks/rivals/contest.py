@@ -242,7 +242,7 @@ def compete(folder: Path, flights: int = FLIGHTS, rivals: Sequence[Rival] = RIVA
     records = list(task.flights(flights))
     tools = {rival.name: rival.make(folder) for rival in rivals}
     there = {name: tool for name, tool in tools.items() if tool is not None}
-    best = _best_times(task, records[0], there)
+    best, first = _best_times(task, records[0], there)
     bound = task.bound()
     scores = []
     for rival in rivals:
@@ -250,17 +250,18 @@ def compete(folder: Path, flights: int = FLIGHTS, rivals: Sequence[Rival] = RIVA
         if tool is None:
             scores.append(Score(rival.name, rival.told, rival.given, rival.lacking))
             continue
-        judged = records[: rival.flights]
-        scores.append(_score(rival, [tool(task, record) for record in judged], task, bound, best[rival.name]))
+        answers = [first[rival.name], *(tool(task, record) for record in records[1 : rival.flights])]
+        scores.append(_score(rival, answers, task, bound, best[rival.name]))
     return scores
 
 
-def _best_times(task: Task, record: Record, tools: dict[str, Tool]) -> dict[str, float]:
-    """Shortest time of each tool on one flight, all taken in turn so that they meet the same load."""
+def _best_times(task: Task, record: Record, tools: dict[str, Tool]) -> tuple[dict[str, float], dict[str, Answer]]:
+    """Shortest time of each tool on one flight, all taken in turn so that they meet the same load; their answers."""
+    answers: dict[str, Answer] = {}
     best, spent = dict.fromkeys(tools, math.inf), dict.fromkeys(tools, 0.0)
     for name, tool in tools.items():
         began = time.perf_counter()
-        tool(task, record)  # loads compiled code; counts only as time spent
+        answers[name] = tool(task, record)  # loads compiled code; counts only as time spent
         spent[name] = time.perf_counter() - began
     for round_ in range(MOST_ROUNDS):
         for name, tool in tools.items():
@@ -272,7 +273,7 @@ def _best_times(task: Task, record: Record, tools: dict[str, Tool]) -> dict[str,
             spent[name] += seconds
             # Octave tells its own time, without its start.
             best[name] = min(best[name], float(getattr(tool, "seconds", seconds)))
-    return best
+    return best, answers
 
 
 def _score(rival: Rival, answers: list[Answer], task: Task, bound: np.ndarray, seconds: float) -> Score:
