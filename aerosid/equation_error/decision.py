@@ -31,6 +31,7 @@ from aerosid.equation_error.selection.joint_timing import (
     likeliest_kinds,
     where_witnesses_differ,
 )
+from aerosid.equation_error.selection.model_averaging import averaged
 from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping
@@ -53,7 +54,8 @@ class EquationErrorDecision:
     before, completed : Estimate
         Declared and completed structure, coefficients regressed on the identification recordings alone.
     covariance : ndarray, shape (P, P)
-        Of the completed estimate's unknowns, corrected for coloured residuals.
+        Of the completed estimate's unknowns, corrected for coloured residuals; that of declared derivatives with what
+        the choice among the alternatives adds.
     before_covariance : ndarray
         The same of the declared structure.
     turbulence : tuple of Turbulence
@@ -142,12 +144,14 @@ def decide(
     before = estimate(lone.frame, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
+    alternatives = (*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_))
+    derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     return EquationErrorDecision(
         findings=findings,
-        alternatives=(*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_)),
+        alternatives=alternatives,
         before=before,
         completed=completed,
-        covariance=covariance,
+        covariance=averaged(completed, covariance, lone, alternatives, derivatives),
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(proved.estimate, lone),
         shares=tuple(zip(shares_of(compared, before), shares_of(compared, completed), strict=True)),

@@ -1,0 +1,93 @@
+"""Bayesian model averaging: what the choice among alternatives adds to the deviations of the declared derivatives.
+
+Where another effect does in place of a chosen one what it does, the recordings do not tell which of them is there, and
+the derivatives differ from one to the other by more than either's deviations. The mean square of a derivative about its
+estimate is then its variance in the chosen structure and the squares of its differences to those of the alternatives,
+each by its probability (Hoeting, Madigan, Raftery & Volinsky, Statistical Science 14 (4), 1999, section 1, about the
+estimate of the chosen structure and not about the mean of all, since it is that which is reported).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled.cores import mapped
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Point, Unknown
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
+from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.joint_timing import held_at
+
+Array = NDArray[np.float64]
+
+LEAST = 0.01
+"""Numerical: probability of an alternative below which it adds nothing: less than a deviation where it is ten away."""
+
+STEPS = 2
+"""Numerical: Gauss-Newton steps from the alternative's numbers on all recordings to those on the fitted ones."""
+
+
+def averaged(
+    completed: Estimate,
+    covariance: Array,
+    fitted: Estimate,
+    alternatives: Sequence[Alternative],
+    declared: Sequence[Unknown],
+) -> Array:
+    """The covariance (P, P) of the completed structure's unknowns with that of the choice among alternatives.
+
+    Parameters
+    ----------
+    completed : Estimate
+        Whose unknowns they are.
+    covariance : ndarray, shape (P, P)
+        In the chosen structure.
+    fitted : Estimate
+        The chosen structure on the fitted recordings, faults of instruments held.
+    alternatives : sequence of Alternative
+        What could stand in place of something chosen.
+    declared : sequence of Unknown
+        The derivatives to which it applies: an effect's own number is that of the effect which is named.
+    """
+    places = {unknown: completed.design.unknowns.index(unknown) for unknown in declared}
+    rows = [(row, weight) for row, weight in zip(alternatives, probabilities(alternatives), strict=True)]
+    rows = [(row, weight) for row, weight in rows if weight >= LEAST]
+
+    def away(row: Alternative) -> Array:
+        point = _instead(fitted.point, row)
+        apart = np.zeros(len(completed.design.unknowns))
+        if point is not None:
+            found = likeliest_numbers(fitted.frame, point, fitted.solution.weights, STEPS)
+            values = dict(zip(found.design.unknowns, found.solution.values.tolist(), strict=False))
+            for unknown, place in places.items():
+                apart[place] = values.get(unknown, 0.0) - completed.solution.values[place]
+        return apart
+
+    total = covariance.copy()
+    for (_, weight), apart in zip(rows, mapped(away, [row for row, _ in rows]), strict=True):
+        total += weight * np.outer(apart, apart)
+    return total
+
+
+def probabilities(alternatives: Sequence[Alternative]) -> list[float]:
+    """Probability of each alternative among those of the same chosen one, it and they as likely beforehand."""
+    odds = [float(np.exp(-max(row.behind, 0.0))) for row in alternatives]
+    together: dict[tuple[str, str, str], float] = {}
+    for row, each in zip(alternatives, odds, strict=True):
+        together[row.instead_of.label] = together.get(row.instead_of.label, 1.0) + each
+    return [each / together[row.instead_of.label] for row, each in zip(alternatives, odds, strict=True)]
+
+
+def _instead(point: Point, row: Alternative) -> Point | None:
+    """A point of the coefficient equations with an alternative in place of what it stands for."""
+    other = row.estimate.point
+    if row.estimate.frame.kinds == COEFFICIENT:
+        return other
+    names = {active.name for active in row.instead_of.effects}
+    if row.active is None or not names <= {active.name for active in point.effects}:
+        return None  # kinematics chose between them before another one of the two was taken
+    effects = tuple(row.active if active.name == row.active.name else active for active in other.effects)
+    return held_at(point, effects)

@@ -1,0 +1,93 @@
+"""Deviations with the choice among alternatives: closed forms, and a flight on which the wrong one of two is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from equations_decided import decided
+from numpy.testing import assert_allclose
+
+from aerosid.aircraft import load_aircraft
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.model_averaging import averaged, probabilities
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
+
+LATE_FORCE = (31, 36)
+"""Seed and place of a flight whose accelerometer lags; forces in gusts take it for late by a dead time."""
+
+
+@pytest.fixture(scope="module")
+def told_as_delay(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[EquationErrorDecision, dict[tuple[str, str], float]]:
+    folder = Path(tmp_path_factory.mktemp("late"))
+    seed, n = LATE_FORCE
+    circumstances, _, _ = written(folder, [FIRST, seed, n], n)
+    logs = [[read_log(folder / f"{name}.csv")] for name in ("identification", "validation")]
+    return decided(load_aircraft(folder / "aircraft.toml"), *logs), dict(circumstances.body.terms)
+
+
+def row(found: Estimate, behind: float, chosen: str) -> Alternative:
+    other, named = Hypothesis("aero_term", "C_m", "alpha^2"), Hypothesis("aero_term", "C_m", chosen)
+    return Alternative(other, None, 1.0, 0.1, 9.0, behind, 8.0, named, found)
+
+
+def test_probabilities_are_those_of_equal_prior_odds(told_as_delay: tuple[EquationErrorDecision, object]) -> None:
+    found = told_as_delay[0].completed
+    rows = [row(found, np.log(2.0), "alpha^3"), row(found, np.log(4.0), "alpha^3"), row(found, -3.0, "q_hat^2")]
+    # One, a half and a quarter share the first; nothing is likelier than what was chosen.
+    assert_allclose(probabilities(rows), [2.0 / 7.0, 1.0 / 7.0, 0.5])
+
+
+def test_the_truth_lies_within_the_bounds_though_the_other_one_is_named(
+    told_as_delay: tuple[EquationErrorDecision, dict[tuple[str, str], float]],
+) -> None:
+    decision, flown = told_as_delay
+    assert [each.hypothesis.label for each in decision.findings] == [("sensor_delay", "a_z", "")]
+    assert ("sensor_lag", "a_z", "") in {each.hypothesis.label for each in decision.alternatives}
+    completed = decision.completed
+    deviations = np.sqrt(np.diag(decision.covariance))
+    alone = np.sqrt(np.diag(completed.solution.covariance))
+    off = {
+        (unknown[1][0], str(unknown[1][1])): (value - flown[unknown[1][0], str(unknown[1][1])], ours, plain)  # type: ignore[index]
+        for unknown, value, ours, plain in zip(
+            completed.design.unknowns, completed.solution.values, deviations, alone, strict=True
+        )
+        if unknown[0] == "term"
+    }
+    away, ours, plain = off["C_Z", "alpha"]
+    assert abs(away) > 8.0 * plain
+    assert abs(away) < 3.0 * ours
+
+
+def test_alternatives_add_their_squared_difference_by_their_probability(
+    told_as_delay: tuple[EquationErrorDecision, object],
+) -> None:
+    decision, _ = told_as_delay
+    completed = decision.completed
+    size = len(completed.design.unknowns)
+    declared = [unknown for unknown in completed.design.unknowns if unknown[0] == "term"]
+    lag = next(each for each in decision.alternatives if each.hypothesis.kind == "sensor_lag")
+    fitted = estimate(completed.frame, completed.point)
+    total = averaged(completed, np.zeros((size, size)), fitted, [lag], declared)
+    assert np.linalg.matrix_rank(total, tol=1e-9 * np.trace(total)) == 1
+    assert np.linalg.eigvalsh(total).min() > -1e-9 * np.trace(total)
+    deviations = np.sqrt(np.diag(completed.solution.covariance))
+    # The same flight with the lag in the delay's place, estimated from the declared numbers on.
+    assert lag.active is not None
+    before = decision.before.point
+    other = estimate(
+        completed.frame, before.with_effects((*before.effects, lag.active)), decision.before.solution.weights, 0
+    )
+    for unknown in declared:
+        place = completed.design.unknowns.index(unknown)
+        apart = other.value(unknown) - completed.solution.values[place]
+        assert_allclose(
+            np.sqrt(total[place, place] / probabilities([lag])[0]), abs(apart), atol=0.2 * deviations[place], rtol=0.05
+        )
