@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
@@ -27,12 +28,14 @@ from aerosid.loop.methods import Answer, Question, answer
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
-from aerosid.model_error.in_flight import Frame, InFlightSettings, frames
 from aerosid.model_error.paper_chain import Chain, run_chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.indistinguishable_terms import CoefficientRival
 from aerosid.search.structure_search import StructureSearch
+
+if TYPE_CHECKING:
+    from aerosid.model_error.in_flight import Frame
 
 
 @dataclass(frozen=True)
@@ -216,6 +219,8 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     EstimationError
         Where the recursion leaves the model's range.
     """
+    from aerosid.model_error.in_flight import InFlightSettings, frames  # late: of all runs a replay alone needs it
+
     aircraft, (log,), _ = at_own_loading(aircraft, [log], [])
     model, candidates = asked_of([log], [], aircraft)
     # The knots of a spline are taken from the whole record, which is not known on board.

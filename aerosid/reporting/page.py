@@ -61,9 +61,9 @@ class Report:
     """Of the title block, what the head of the page repeats."""
 
 
-def compose(result: ClosedLoop) -> Report:
-    """The title block, and every section that the result has something for."""
-    figures = FigureBook()
+def compose(result: ClosedLoop, *, inline: bool = True) -> Report:
+    """The title block, and every section that the result has something for; `inline`: with the figures as SVG."""
+    figures = FigureBook(inline=inline)
     parts = []
     for section in SECTIONS:
         context = section.context(result, figures)

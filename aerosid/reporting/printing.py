@@ -26,7 +26,7 @@ def _printed(result: ClosedLoop) -> bytes:
     from aerosid.reporting.page import compose
     from aerosid.reporting.paper import report_pdf
 
-    return report_pdf(result, compose(result))
+    return report_pdf(result, compose(result, inline=False))
 
 
 def _made_ready() -> None:

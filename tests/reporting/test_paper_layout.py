@@ -163,3 +163,9 @@ def test_a_chart_is_parted_where_enough_fits() -> None:
     assert parted(strips(7), 10_000.0) is not None
     assert parted(strips(7), 400.0) is not None
     assert parted(strips(7), 120.0) is None
+
+
+def test_the_paper_is_the_same_whether_or_not_the_page_was_drawn(eight_seconds: ClosedLoop) -> None:
+    assert report_pdf(eight_seconds, compose(eight_seconds, inline=False)) == report_pdf(
+        eight_seconds, compose(eight_seconds)
+    )

@@ -12,12 +12,16 @@ from aerosid.reporting.figures.svg import chart_svg
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its number, its caption and a longer text for those who cannot see it."""
+    """A figure with its number, its caption and a longer text for those who cannot see it.
+
+    `inline`: whether its drawing stands in the page's text; on paper it is drawn from the chart.
+    """
 
     number: int
     chart: Chart
     caption: str
     label: str
+    inline: bool = True
 
     @property
     def identity(self) -> str:
@@ -26,7 +30,9 @@ class Figure:
 
     @property
     def drawing(self) -> Markup:
-        """The figure as SVG."""
+        """The figure as SVG; empty where it is drawn elsewhere."""
+        if not self.inline:
+            return Markup()
         return chart_svg(self.chart, f"{self.identity}-svg", self.label)
 
 
@@ -35,6 +41,7 @@ class FigureBook:
     """Collects figures; every section of a report draws its figures through the same one."""
 
     figures: list[Figure] = field(default_factory=list)
+    inline: bool = True
 
     def add(self, chart: Chart, caption: str, label: str) -> Figure:
         """The chart as the next figure.
@@ -48,6 +55,6 @@ class FigureBook:
         label : str
             What it shows, for those who cannot see it.
         """
-        figure = Figure(len(self.figures) + 1, chart, caption, label)
+        figure = Figure(len(self.figures) + 1, chart, caption, label, self.inline)
         self.figures.append(figure)
         return figure
