@@ -24,6 +24,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 from benchmarks.planted_aircraft import Body
+from benchmarks.plants import finely_lagged
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SINGLE, GLIDER = BODIES[:2]
@@ -84,6 +85,20 @@ def test_an_instrument_s_fault_is_proved_by_kinematics_and_a_term_by_coefficient
     unseen = [(before.r2, after.r2) for before, after in found.shares if not after.fitted]
     assert len(unseen) == 3
     assert all(after >= before - 0.005 for before, after in unseen)
+
+
+def test_a_slow_and_noisy_vane_is_slow_and_nothing_steps_where_the_record_begins() -> None:
+    """Noise of .003 rad is .03 rad in what a lag of .3 s is taken off, and the first sample has no neighbour."""
+    aircraft, logs, others = pair(43, air=0.6, body=BODIES[2])
+    found = decided(aircraft, [slow_vane(log, 0) for log in logs], [slow_vane(log, 1) for log in others])
+    (row,) = found.findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_lag", "alpha")
+    assert abs(row.value - 0.3) < 3.0 * row.std_error
+
+
+def slow_vane(log: FlightLog, seed: int) -> FlightLog:
+    noise = 0.003 * np.random.default_rng([43, seed]).standard_normal(log.time.size)
+    return replace(log, channels={**log.channels, "alpha": finely_lagged(log.time, log["alpha"], 0.3) + noise})
 
 
 def test_nothing_is_named_in_turbulence_where_nothing_is_wrong() -> None:

@@ -27,7 +27,7 @@ from aerosid.equation_error.equations.running_integral import derivative, runnin
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.constants import GRAVITY
-from aerosid.signals.gaussian_filter import gaussian_filtered
+from aerosid.signals.local_regression import locally_smoothed
 
 Array = NDArray[np.float64]
 
@@ -390,10 +390,7 @@ def _aligned(path: Array, measured: Array) -> Array:
 
 
 def _blended(measured: Array, path: Array, samples: float) -> Array:
-    """The path with the smoothed difference of what was measured from it; a Gaussian of that standard deviation."""
+    """The path with the difference of what was measured from it, smoothed by a Gaussian of that standard deviation."""
     if samples < 0.5:
         return measured
-    difference = measured - path
-    centred = np.arange(path.size) - 0.5 * (path.size - 1)
-    line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
-    return np.asarray(path + line + gaussian_filtered(difference - line, samples))
+    return np.asarray(path + locally_smoothed(measured - path, samples))
