@@ -8,16 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
-from aerosid.estimation import damped_step
-from aerosid.estimation.damped_search import UNDAMPED, best_point, improved
+from aerosid.estimation.damped_search import best_point
 from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
@@ -128,7 +125,7 @@ def refine(
     """
     likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), settings.filtering, tuple(priors))
     start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
-    point = _first_point(likelihood, start, settings)
+    point = first_point(likelihood, start, settings)
     point, converged = best_point(likelihood, point, settings, settings.hold_variance)
     if settings.disturbances and point.is_disturbed:
         for _ in range(settings.rounds):
@@ -136,7 +133,7 @@ def refine(
             if moved is point:
                 break
             point, converged = best_point(likelihood, moved, settings, settings.hold_variance)
-    return _refinement(likelihood, model, tuple(free), point, converged)
+    return refinement_at(likelihood, model, tuple(free), point, converged)
 
 
 def refine_on(
@@ -177,113 +174,7 @@ class Start:
     point: Point | None = None
 
 
-def contest(
-    starts: Sequence[Start],
-    manoeuvres: Sequence[Manoeuvre],
-    settings: RefinementSettings,
-    allowance: Sequence[float],
-    level: float | None = None,
-    margin: float = 0.0,
-) -> list[Refinement]:
-    """Estimates from several starting points; those that cannot become the best are abandoned early.
-
-    Parameters
-    ----------
-    starts : sequence of Start
-        The contestants: different structures on the same manoeuvres.
-    allowance : sequence of float
-        What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
-    level : float, optional
-        -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
-    margin : float
-        By how much more than that a contestant may have at the end and still be of interest.
-
-    Returns
-    -------
-    list of Refinement
-        In the order of `starts`; of those that were given up the state at that time, `converged` false.
-
-    Notes
-    -----
-    All move one step in turn, dealt out to the cores. After two, or after one from a known likelihood, one is given up
-    where even several times the fall that its linearisation promises would leave it above. Against a given level none
-    hangs on the others, and each is followed to its end at once.
-    """
-    if level is not None and len(starts) > 1:
-        alone = list(zip(starts, allowance, strict=True))
-
-        def followed(one: tuple[Start, float]) -> Refinement:
-            return contest([one[0]], manoeuvres, settings, [one[1]], level, margin)[0]
-
-        fits = mapped(followed, alone, CONTEST.dealt_out)
-        return [_at_home(fit, start) for fit, start in zip(fits, starts, strict=True)]
-    likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
-
-    def begun(n: int) -> tuple[_Sent, float]:
-        point = _first_point(likelihoods[n], starts[n], settings)
-        return _Sent.of(point), likelihoods[n].held_to_data
-
-    def stepped(n: int) -> tuple[_Sent, bool, float] | None:
-        better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
-        return None if better is None else (_Sent.of(better[0]), *better[1:])
-
-    begins = mapped(begun, range(len(starts)), CONTEST.dealt_out)
-    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
-        likelihood.held_to_data = held
-    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
-    converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
-    paths = list(range(len(starts)))
-    for turn in range(settings.steps):
-        for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
-            converged[n] = better is None or better[1]
-            if better is not None:
-                points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
-        paths = [n for n in paths if not converged[n]]
-        # One that began where another estimate's linearisation led is near its end after a single step.
-        judged = [n for n in paths if turn > 0 or starts[n].point is not None]
-        if not judged:
-            continue
-        reached = level
-        if reached is None:
-            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
-        for n in judged:
-            promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
-            if points[n].cost + allowance[n] - promise > reached + margin:
-                paths.remove(n)
-    return [
-        _refinement(likelihood, start.model, start.free, point, rest)
-        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
-    ]
-
-
-class _Sent(NamedTuple):
-    """A point as it goes from process to process: of its effects their numbers alone."""
-
-    bare: Point
-    numbers: tuple[tuple[float, ...], ...]
-
-    @classmethod
-    def of(cls, point: Point) -> _Sent:
-        return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
-
-    def point(self, effects: Sequence[ActiveEffect]) -> Point:
-        """The point, its numbers those of the `effects` of its structure."""
-        own = (replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
-        return replace(self.bare, effects=tuple(own))
-
-
-def _at_home(fit: Refinement, start: Start) -> Refinement:
-    """An estimate from another process, its numbers those of the model and effects that it began with."""
-    own = (replace(active, values=moved.values) for active, moved in zip(start.effects, fit.effects, strict=True))
-    return replace(fit, model=start.model.with_values(fit.model.values), free=start.free, effects=tuple(own))
-
-
-def promised_fall(likelihood: Likelihood, point: Point) -> float:
-    """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
-    return damped_step.promised_fall(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
-
-
-def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
+def first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
     """The start with its likelihood."""
     if start.point is not None:
         return start.point
@@ -297,7 +188,7 @@ def _first_point(likelihood: Likelihood, start: Start, settings: RefinementSetti
     return point
 
 
-def _refinement(
+def refinement_at(
     likelihood: Likelihood, model: AerodynamicModel, free: tuple[Entry, ...], point: Point, converged: bool
 ) -> Refinement:
     """The result at a point."""

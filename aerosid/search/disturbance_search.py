@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gusts_of, unmodelled_forces
+from aerosid.estimation.contest import refined_on
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import BACKGROUND
-from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.findings import Finding
@@ -99,8 +100,6 @@ def through_air(search: StructureSearch, start: Refinement, most: int | None = N
 def with_noise(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
     """The estimate with a disturbance, from the most likely of its trial values."""
     quiet, rest = replace(start, variance=search.noise_level(start)), [p.trials[0] for p in effect.parameters[1:]]
-    trials = [
-        refine_on(quiet, search.manoeuvres, BACKGROUND, (*start.effects, ActiveEffect(effect, (first, *rest))))
-        for first in effect.parameters[0].trials
-    ]
+    begins = [(*start.effects, ActiveEffect(effect, (first, *rest))) for first in effect.parameters[0].trials]
+    trials = refined_on(quiet, search.manoeuvres, BACKGROUND, begins)
     return min(trials, key=lambda trial: trial.cost)

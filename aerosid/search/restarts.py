@@ -9,9 +9,10 @@ import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.contest import contest
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
-from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.estimation.score_test import Score
 from aerosid.search.command_filters import FILTERS
 from aerosid.search.structure_search import StructureSearch

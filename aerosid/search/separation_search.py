@@ -8,8 +8,9 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.flow_separation import flow_separation
+from aerosid.estimation.contest import contest
 from aerosid.estimation.fit_settings import TRIAL
-from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.findings import Finding, Part
 from aerosid.search.forward_selection import forward

@@ -9,9 +9,10 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect, whole
 from aerosid.effects.sudden import at_moment
+from aerosid.estimation.contest import contest
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
-from aerosid.estimation.maximum_likelihood import Refinement, Start, contest
+from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch

@@ -1,0 +1,158 @@
+"""Several structures or starts estimated side by side over the cores, those that cannot win given up early."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled.cores import mapped
+from aerosid.effects import ActiveEffect
+from aerosid.estimation import damped_step
+from aerosid.estimation.damped_search import UNDAMPED, improved
+from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.likelihood_point import Point
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, Start, first_point, refine_on, refinement_at
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+
+
+def contest(
+    starts: Sequence[Start],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    allowance: Sequence[float],
+    level: float | None = None,
+    margin: float = 0.0,
+) -> list[Refinement]:
+    """Estimates from several starting points; those that cannot become the best are abandoned early.
+
+    Parameters
+    ----------
+    starts : sequence of Start
+        The contestants: different structures on the same manoeuvres.
+    allowance : sequence of float
+        What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
+    level : float, optional
+        -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
+    margin : float
+        By how much more than that a contestant may have at the end and still be of interest.
+
+    Returns
+    -------
+    list of Refinement
+        In the order of `starts`; of those that were given up the state at that time, `converged` false.
+
+    Notes
+    -----
+    All move one step in turn, dealt out to the cores. After two, or after one from a known likelihood, one is given up
+    where even several times the fall that its linearisation promises would leave it above. Against a given level none
+    hangs on the others, and each is followed to its end at once.
+    """
+    if level is not None and len(starts) > 1:
+        alone = list(zip(starts, allowance, strict=True))
+
+        def followed(one: tuple[Start, float]) -> SentFit:
+            return SentFit.of(contest([one[0]], manoeuvres, settings, [one[1]], level, margin)[0])
+
+        fits = mapped(followed, alone, CONTEST.dealt_out)
+        return [fit.refinement(start.model, start.free, start.effects) for fit, start in zip(fits, starts, strict=True)]
+    likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
+
+    def begun(n: int) -> tuple[_Sent, float]:
+        point = first_point(likelihoods[n], starts[n], settings)
+        return _Sent.of(point), likelihoods[n].held_to_data
+
+    def stepped(n: int) -> tuple[_Sent, bool, float] | None:
+        better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
+        return None if better is None else (_Sent.of(better[0]), *better[1:])
+
+    begins = mapped(begun, range(len(starts)), CONTEST.dealt_out)
+    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
+        likelihood.held_to_data = held
+    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
+    converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
+    paths = list(range(len(starts)))
+    for turn in range(settings.steps):
+        for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
+            converged[n] = better is None or better[1]
+            if better is not None:
+                points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
+        paths = [n for n in paths if not converged[n]]
+        # One that began where another estimate's linearisation led is near its end after a single step.
+        judged = [n for n in paths if turn > 0 or starts[n].point is not None]
+        if not judged:
+            continue
+        reached = level
+        if reached is None:
+            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
+        for n in judged:
+            promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
+            if points[n].cost + allowance[n] - promise > reached + margin:
+                paths.remove(n)
+    return [
+        refinement_at(likelihood, start.model, start.free, point, rest)
+        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+    ]
+
+
+class _Sent(NamedTuple):
+    """A point as it goes from process to process: of its effects their numbers alone."""
+
+    bare: Point
+    numbers: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, point: Point) -> _Sent:
+        return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
+
+    def point(self, effects: Sequence[ActiveEffect]) -> Point:
+        """The point, its numbers those of the `effects` of its structure."""
+        own = (replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
+        return replace(self.bare, effects=tuple(own))
+
+
+class SentFit(NamedTuple):
+    """An estimate as it goes from process to process: of its effects, which hold functions, their numbers alone."""
+
+    values: NDArray[np.float64]
+    numbers: tuple[tuple[float, ...], ...]
+    rest: dict[str, Any]
+
+    @classmethod
+    def of(cls, fit: Refinement) -> SentFit:
+        """What is to be sent of an estimate."""
+        known = ("states", "variance", "cost", "information", "converged", "held_to_data")
+        rest = {name: getattr(fit, name) for name in known}
+        return cls(fit.model.values, tuple(active.values for active in fit.effects), rest)
+
+    def refinement(
+        self, model: AerodynamicModel, free: tuple[Entry, ...], effects: Sequence[ActiveEffect]
+    ) -> Refinement:
+        """The estimate of the structure that it began with."""
+        own = tuple(replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
+        return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)
+
+
+def refined_on(
+    at: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    begins: Sequence[tuple[ActiveEffect, ...]],
+) -> list[Refinement]:
+    """As `refine_on` from each of several sets of effects, dealt out to the cores."""
+
+    def refined(effects: tuple[ActiveEffect, ...]) -> SentFit:
+        return SentFit.of(refine_on(at, manoeuvres, settings, effects))
+
+    fits = mapped(refined, begins, CONTEST.dealt_out)
+    return [fit.refinement(at.model, at.free, effects) for fit, effects in zip(fits, begins, strict=True)]
+
+
+def promised_fall(likelihood: Likelihood, point: Point) -> float:
+    """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
+    return damped_step.promised_fall(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
