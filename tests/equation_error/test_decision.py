@@ -20,6 +20,7 @@ from aerosid.equation_error.selection.candidates import (
     within_reach,
 )
 from aerosid.equation_error.selection.votes import beside_gusts
+from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -94,6 +95,24 @@ def test_a_slow_and_noisy_vane_is_slow_and_nothing_steps_where_the_record_begins
     (row,) = found.findings
     assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_lag", "alpha")
     assert abs(row.value - 0.3) < 3.0 * row.std_error
+
+
+@pytest.mark.parametrize("seed", [44, 45])
+def test_a_slow_accelerometer_reads_gusts_slowly_too(seed: int) -> None:
+    """Had the lift's answer to gusts come at once, the accelerometer would be late and the lift a third too small."""
+    aircraft, logs, others = pair(seed, air=0.6)
+    found = decided(aircraft, [slow_accelerometer(log) for log in logs], [slow_accelerometer(log) for log in others])
+    (row,) = found.findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_lag", "a_z")
+    assert abs(row.value - 0.2) < 3.0 * row.std_error
+    place = found.completed.design.unknowns.index(("term", ("C_Z", parse_term("alpha"))))
+    slope, error = found.completed.solution.values[place], np.sqrt(found.covariance[place, place])
+    assert abs(slope - SINGLE.terms["C_Z", "alpha"]) < 3.0 * error
+    assert error < 0.02 * abs(slope)
+
+
+def slow_accelerometer(log: FlightLog) -> FlightLog:
+    return replace(log, channels={**log.channels, "a_z": finely_lagged(log.time, log["a_z"], 0.2)})
 
 
 def slow_vane(log: FlightLog, seed: int) -> FlightLog:

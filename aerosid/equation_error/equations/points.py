@@ -17,7 +17,7 @@ from aerosid.equation_error.equations.height_wander import height_wander
 from aerosid.equation_error.equations.instruments import instruments_of
 from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.equations.sensors import corrected
+from aerosid.equation_error.equations.sensors import as_read, corrected
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
@@ -153,7 +153,7 @@ class Equations:
                 {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
             )
             names = _ordered(equations)
-            gusts = [values.get(("gust", name), 0.0) * _gust(name, recording, motion) for name in names]
+            gusts = [values.get(("gust", name), 0.0) * _gust(name, recording, point.effects, motion) for name in names]
             banded = recording.band(np.column_stack([left[name] - g for name, g in zip(names, gusts, strict=True)]))
             parts.extend(banded.T)
         return np.concatenate(parts)
@@ -226,16 +226,19 @@ def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, ti
     for name, (entries, _) in touching.items():
         target, *slopes = banded[:, place : place + 1 + len(entries)].T
         columns = dict(zip(entries, slopes, strict=True))
-        gust = recording.band(_gust(name, recording, motion)) if motion.gusts[VANE_OF[name]].any() else None
+        gust = (
+            recording.band(_gust(name, recording, point.effects, motion)) if motion.gusts[VANE_OF[name]].any() else None
+        )
         segments.append(Segment(n, name, target, columns, time, 0.0, gust=gust))
         place += 1 + len(entries)
     return segments
 
 
-def _gust(name: str, recording: Recording, motion: Motion) -> Array:
-    """What the vane of an equation's plane shows beyond the path, (N,), as the equation's sensor shows it."""
-    gust = motion.gusts[VANE_OF[name]]
-    return gust if MEASURED_BY[name] in ACCELERATIONS else recording.in_rates(gust)
+def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> Array:
+    """What the vane of an equation's plane shows beyond the path, (N,), as the equation's sensor reads it."""
+    gust, channel = motion.gusts[VANE_OF[name]], MEASURED_BY[name]
+    shown = gust if channel in ACCELERATIONS else recording.in_rates(gust)
+    return as_read(recording, effects, channel, shown[:, None])[:, 0]
 
 
 def _ordered(equations: CoefficientEquations) -> list[str]:
