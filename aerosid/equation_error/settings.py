@@ -106,6 +106,10 @@ class EquationErrorSettings:
         tenth of its size. In usual manoeuvres alphadot leaves less beside q and alpha, which then stand for it; it is
         listed as an alternative. By reasoning; the first recording on which it decided is the Twin Otter 018. With
         three hundredths ATTAS elv1 got a lift of the stabiliser, which hardly moves there, of twice that of alpha.
+    overwhelming : float
+        Times its price, 1, that such a term must gain to be named all the same: an error of a percent in the columns of
+        others makes no gain of a hundred in ln L. By reasoning, on the drag polar of
+        tests/equation_error/test_drag_polar.py, of whose column a hundredth of its size is its own.
     alike : float
         Difference in ln L, beside three parts in a hundred of the chosen one's gain, within which another hypothesis in
         its place is listed as its alternative. Two standard deviations of the difference between structures neither of
@@ -231,6 +235,7 @@ class EquationErrorSettings:
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
     distinct: float = 0.01
+    overwhelming: float = 10.0
     alike: float = 8.0
     alike_instruments: float = 12.5
     usual_excess: float = 1.4

@@ -49,9 +49,9 @@ def test_a_polar_that_is_asked_for_is_named_in_the_place_of_powers_of_alpha() ->
     asked = replace(LIFT_AND_DRAG, candidates={"C_D": (entry("C_D", "C_L^2")[1],)})
     found = decided(asked, logs[:1], logs[1:])
     (first,) = found.findings
-    same = {row.hypothesis.label for row in found.alternatives} | {first.hypothesis.label}
-    assert ("aero_term", "C_D", "C_L^2") in same
-    assert first.hypothesis.where == "C_D"
+    # A hundredth of its column is its own where alpha moves so little: it is named for what it gains.
+    assert first.hypothesis.label == ("aero_term", "C_D", "C_L^2")
+    assert abs(first.value - 0.05) < 4.0 * first.std_error
     assert found.completed.gain_over(found.before) > 20.0
 
 

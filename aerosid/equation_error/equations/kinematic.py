@@ -25,9 +25,9 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
+from aerosid.equation_error.equations.smoothing import blended, without_gusts
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.constants import GRAVITY
-from aerosid.signals.local_regression import locally_smoothed
 
 Array = NDArray[np.float64]
 
@@ -176,7 +176,7 @@ def reconstruct(
         if turned_aside:
             # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
             aside = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
-            v = speed * np.sin(_blended(beta_vane, aside, settings.wind_memory / interval))
+            v = speed * np.sin(without_gusts(beta_vane, aside, settings.wind_memory / interval))
         forcing = (
             forces["a_x"] - GRAVITY * np.sin(theta) + r * v,
             forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
@@ -186,15 +186,15 @@ def reconstruct(
             bent = running_integral(-(u * p + w * r) / plane**2, interval)
             path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - aside))
         path["V"] = path_speed / np.cos(beta)
-        alpha = _blended(alpha, path["alpha"], blend / interval)
-        speed = _blended(speed, path["V"], blend / interval)
+        alpha = blended(alpha, path["alpha"], blend / interval)
+        speed = blended(speed, path["V"], blend / interval)
         plane, u, w, v = _velocities(speed, alpha, beta)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
         forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
     if turned_aside:
         path["beta"] = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
-        beta = _blended(beta, path["beta"], settings.blend_aside / interval)
+        beta = blended(beta, path["beta"], settings.blend_aside / interval)
         plane, u, w, v = _velocities(speed, alpha, beta)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
@@ -280,8 +280,8 @@ def _inertial_path(
     path_alpha, path_speed = alpha, speed
     for turn in range(PATH_ROUNDS):
         if turn:
-            path_alpha = _blended(alpha, path_alpha, memory / interval)
-            path_speed = _blended(speed, path_speed, memory / interval)
+            path_alpha = without_gusts(alpha, path_alpha, memory / interval)
+            path_speed = without_gusts(speed, path_speed, memory / interval)
         u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
         u_dot, w_dot = forcing[0] - q * w, forcing[1] + q * u
         rate = (u * w_dot - w * u_dot) / path_speed**2
@@ -387,10 +387,3 @@ def _beta_at_centre(
 
 def _aligned(path: Array, measured: Array) -> Array:
     return np.asarray(path + float(np.mean(measured - path)))
-
-
-def _blended(measured: Array, path: Array, samples: float) -> Array:
-    """The path with the difference of what was measured from it, smoothed by a Gaussian of that standard deviation."""
-    if samples < 0.5:
-        return measured
-    return np.asarray(path + locally_smoothed(measured - path, samples))

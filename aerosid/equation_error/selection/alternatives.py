@@ -102,8 +102,9 @@ def _better(
         for row in in_place_of(selected, each, asked)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
-        distinct = not row.hypothesis.entries or row.own >= row.estimate.frame.settings.distinct
-        if better > selected.estimate.frame.settings.clearly and distinct and admitted(row.estimate, row.hypothesis):
+        settings = row.estimate.frame.settings
+        distinct = rules.is_distinct(row.hypothesis, row.own, row.gain, settings)
+        if better > settings.clearly and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
 

@@ -12,6 +12,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.selection.candidates import implausibility, told_apart
+from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
 
@@ -88,6 +89,12 @@ class Rules:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
         odds = -float(np.log(self.chance(hypothesis)))
         return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+
+    def is_distinct(self, hypothesis: Hypothesis, own: float, gain: float, settings: EquationErrorSettings) -> bool:
+        """Whether a term tells more than what others' errors could, by its column's own share or by a gain in ln L."""
+        if not hypothesis.entries or own >= settings.distinct:
+            return True
+        return gain >= settings.overwhelming * self.price(hypothesis)
 
     def least_cost(self, hypothesis: Hypothesis) -> float:
         """The price less the most that other equations gain by it: no number costs less."""

@@ -249,8 +249,8 @@ def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, ru
 
     def worth_asking(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
-        own = not hypothesis.entries or bool(scored.own[n] >= frame.settings.distinct)
-        return own and bool(gains[n] >= TRIALS.asked * rules.least_cost(hypothesis))
+        paid = bool(gains[n] >= TRIALS.asked * rules.least_cost(hypothesis))
+        return paid and rules.is_distinct(hypothesis, scored.own[n], gains[n], frame.settings)
 
     return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
 
