@@ -29,6 +29,7 @@ from aerosid.effects.kinds import (
     StateEffect,
     frozen,
     whole,
+    with_numbers,
 )
 
 CATALOGUE: tuple[Family, ...] = (
@@ -68,4 +69,5 @@ __all__ = [
     "at_null",
     "frozen",
     "whole",
+    "with_numbers",
 ]

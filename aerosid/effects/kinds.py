@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -216,6 +216,11 @@ class ActiveEffect:
     def name(self) -> tuple[str, str]:
         """Kind and place."""
         return self.effect.kind, self.effect.where
+
+
+def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:
+    """The effects with other numbers to estimate: of an effect, which holds functions, they alone can be sent."""
+    return tuple(replace(active, values=values) for active, values in zip(effects, numbers, strict=True))
 
 
 def whole(active: ActiveEffect) -> ActiveEffect:

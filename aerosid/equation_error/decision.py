@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,8 +19,8 @@ from aerosid.equation_error.selection.alternatives import Alternative, alternati
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
 from aerosid.equation_error.selection.confirmation import is_replicated
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
-from aerosid.equation_error.selection.evidence import EvidenceFinding, findings_of, nearer_than, unknowns_of, weakest_of
+from aerosid.equation_error.selection.deletion import Selected, left_out
+from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
 from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
 from aerosid.equation_error.selection.joint_timing import (
     JointTiming,
@@ -124,7 +125,7 @@ def decide(
         point = kept.estimate.point
         lone = likelier_inputs(estimate(fitted, point, weights_on(kept.estimate, fitted, point)))
         chosen = (*proved.chosen, *kept.chosen)
-        completed, covariance = _with_deviations(outcome.timing, lone, kept, chosen)
+        completed, covariance = _with_deviations(outcome.timing, lone, kept)
         findings = findings_of(completed, covariance, chosen)
         # What the faults' own uncertainty could have made does not stand either.
         weak = weakest_of(findings, kept.chosen, settings.deviations)
@@ -165,21 +166,15 @@ def decide(
     )
 
 
-def _with_deviations(
-    timing: JointTiming, lone: Estimate, kept: Selected, chosen: Sequence[Chosen]
-) -> tuple[Estimate, Array]:
+def _with_deviations(timing: JointTiming, lone: Estimate, kept: Selected) -> tuple[Estimate, Array]:
     """The estimate with the instruments' numbers, and the covariance of all.
 
     An effect that one event of the fitted recordings shows keeps the deviation of the deleted blocks, unless it would
     be lost by that alone and the unseen recordings show it too.
     """
     completed, covariance = with_proved_faults(timing, lone)
-    rows = findings_of(completed, covariance, chosen)
-    near = nearer_than(rows, kept.chosen, lone.frame.settings.deviations)
-    replicated = [each for each in near if is_replicated(kept, lone, each)]
-    if not replicated:
-        return completed, covariance
-    return with_proved_faults(timing, lone, unknowns_of(lone, replicated))
+    shown = confirmed_unknowns(completed, covariance, kept.chosen, functools.partial(is_replicated, kept, lone))
+    return with_proved_faults(timing, lone, shown) if shown else (completed, covariance)
 
 
 def _search_of(

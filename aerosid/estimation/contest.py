@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.estimation import damped_step
 from aerosid.estimation.damped_search import UNDAMPED, improved
 from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
@@ -112,8 +112,7 @@ class _Sent(NamedTuple):
 
     def point(self, effects: Sequence[ActiveEffect]) -> Point:
         """The point, its numbers those of the `effects` of its structure."""
-        own = (replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
-        return replace(self.bare, effects=tuple(own))
+        return replace(self.bare, effects=with_numbers(effects, self.numbers))
 
 
 class SentFit(NamedTuple):
@@ -134,7 +133,7 @@ class SentFit(NamedTuple):
         self, model: AerodynamicModel, free: tuple[Entry, ...], effects: Sequence[ActiveEffect]
     ) -> Refinement:
         """The estimate of the structure that it began with."""
-        own = tuple(replace(active, values=values) for active, values in zip(effects, self.numbers, strict=True))
+        own = with_numbers(effects, self.numbers)
         return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)
 
 

@@ -14,7 +14,7 @@ REACH = 4.0
 """Numerical: standard deviations at which the bell is cut off; 6e-5 of its weight lies beyond."""
 
 KEPT_SPECTRA = 64
-"""Numerical: pairs of length and standard deviation whose transform is kept; a search comes back to the same few."""
+"""Numerical: pairs of length and standard deviation whose transforms are kept; a search comes back to the same few."""
 
 
 def gaussian_filtered(values: Array, samples: float) -> Array:
@@ -31,25 +31,31 @@ def gaussian_filtered(values: Array, samples: float) -> Array:
     Cyclic convolution over the record and the Gaussian's reach on both sides: the cost does not grow with the
     Gaussian's width, as that of a direct sum does.
     """
-    reach = _reach(samples)
+    reach = reach_of(samples)
     length = scipy.fft.next_fast_len(values.size + 2 * reach, real=True)
     padded = np.empty(length)
     padded[:reach] = values[0]
     padded[reach : reach + values.size] = values
     padded[reach + values.size :] = values[-1]
-    cyclic = scipy.fft.irfft(scipy.fft.rfft(padded) * _transfer(samples, length), length)
+    cyclic = scipy.fft.irfft(scipy.fft.rfft(padded) * bell_spectrum(samples, length, 0).real, length)
     return np.asarray(cyclic[reach : reach + values.size])
 
 
-def _reach(samples: float) -> int:
+def reach_of(samples: float) -> int:
+    """Samples on either side of the middle that the bell has."""
     return int(REACH * samples + 0.5)
 
 
-@lru_cache(maxsize=KEPT_SPECTRA)
-def _transfer(samples: float, length: int) -> Array:
-    """Real transform of the weights, centred on sample zero of so many; they are symmetric, so that it has no phase."""
-    reach = _reach(samples)
-    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / samples) ** 2)
-    centred = np.zeros(length)
-    np.add.at(centred, np.arange(-reach, reach + 1), bell / bell.sum())
-    return np.asarray(scipy.fft.rfft(centred).real)
+@lru_cache(maxsize=3 * KEPT_SPECTRA)
+def bell_spectrum(samples: float, length: int, power: int) -> NDArray[np.complex128]:
+    """Transform of the weights times the distance ahead, in standard deviations, to a power.
+
+    Centred on sample zero of so many; the weights themselves are symmetric, so that they have no phase.
+    """
+    reach = reach_of(samples)
+    ahead = np.arange(-reach, reach + 1) / samples
+    bell = np.exp(-0.5 * ahead**2)
+    about = np.zeros(length)
+    # A sample at a distance ahead reaches back to the one in question: the weights run the other way.
+    np.add.at(about, -np.arange(-reach, reach + 1), ahead**power * bell / bell.sum())
+    return np.asarray(scipy.fft.rfft(about))

@@ -13,13 +13,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from aerosid.signals.gaussian_filter import KEPT_SPECTRA, bell_spectrum, reach_of
+
 Array = NDArray[np.float64]
-
-REACH = 4.0
-"""Numerical: standard deviations at which the bell is cut off; 6e-5 of its weight lies beyond."""
-
-KEPT_SPECTRA = 64
-"""Numerical: pairs of length and standard deviation whose transform is kept; a search comes back to the same few."""
 
 
 def locally_smoothed(values: Array, samples: float) -> Array:
@@ -38,15 +34,11 @@ def locally_smoothed(values: Array, samples: float) -> Array:
     the line's value there is (S_2 T_0 - S_1 T_1)/(S_0 S_2 - S_1^2). The sums are convolutions over the record and the
     Gaussian's reach: the cost does not grow with the Gaussian's width, as that of a direct sum does.
     """
-    length = scipy.fft.next_fast_len(values.size + _reach(samples), real=True)
+    length = scipy.fft.next_fast_len(values.size + reach_of(samples), real=True)
     s0, s1, s2 = _moments(samples, length, values.size)
     spectrum = scipy.fft.rfft(values, length)
     t0, t1 = (_sums(spectrum, samples, length, power)[: values.size] for power in (0, 1))
     return np.asarray((s2 * t0 - s1 * t1) / (s0 * s2 - s1 * s1))
-
-
-def _reach(samples: float) -> int:
-    return int(REACH * samples + 0.5)
 
 
 @lru_cache(maxsize=KEPT_SPECTRA)
@@ -59,16 +51,4 @@ def _moments(samples: float, length: int, count: int) -> tuple[Array, Array, Arr
 
 def _sums(spectrum: NDArray[np.complex128], samples: float, length: int, power: int) -> Array:
     """Of a signal of that spectrum times weight and distance, over the standard deviation, to a power."""
-    return np.asarray(scipy.fft.irfft(spectrum * _transfer(samples, length, power), length))
-
-
-@lru_cache(maxsize=3 * KEPT_SPECTRA)
-def _transfer(samples: float, length: int, power: int) -> NDArray[np.complex128]:
-    """Transform of the weights times distance to a power, as the sample before the one in question is found by it."""
-    reach = _reach(samples)
-    ahead = np.arange(-reach, reach + 1) / samples
-    bell = np.exp(-0.5 * ahead**2)
-    about = np.zeros(length)
-    # A sample at a distance ahead reaches back to the one in question: the weights run the other way.
-    np.add.at(about, -np.arange(-reach, reach + 1), ahead**power * bell / bell.sum())
-    return np.asarray(scipy.fft.rfft(about))
+    return np.asarray(scipy.fft.irfft(spectrum * bell_spectrum(samples, length, power), length))

@@ -46,6 +46,14 @@ def test_other_processes_take_part_and_make_no_copies_of_their_own() -> None:
     os.close(opener)
 
 
+LEFT_ALONE = """
+try:
+    os.waitpid(-1, os.WNOHANG)
+except ChildProcessError:
+    print("alone")
+"""
+"""End of a program: said where no copy is left, neither running nor unreaped."""
+
 PROGRAM = """
 import os
 from aerosid.compiled.cores import begun, mapped, on_cores
@@ -60,15 +68,13 @@ try:
         mapped(refuses, range(12))
 except ValueError as error:
     print(error)
-try:
-    os.waitpid(-1, os.WNOHANG)
-except ChildProcessError:
-    print("alone")
 """
 
 
 def test_an_error_is_the_callers_own_and_leaves_no_process_behind() -> None:
-    done = subprocess.run([sys.executable, "-c", PROGRAM], text=True, capture_output=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM + LEFT_ALONE], text=True, capture_output=True, check=False, timeout=60
+    )
     assert done.stdout.splitlines() == ["the sixth", "alone"]
 
 
@@ -148,14 +154,12 @@ try:
         raise ValueError("stopped")
 except ValueError as error:
     print(error)
-try:
-    os.waitpid(-1, os.WNOHANG)
-except ChildProcessError:
-    print("alone")
 """
 
 
 def test_a_prepared_copy_that_is_given_nothing_ends_with_the_block() -> None:
-    done = subprocess.run([sys.executable, "-c", ABANDONED], text=True, capture_output=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", ABANDONED + LEFT_ALONE], text=True, capture_output=True, check=False, timeout=60
+    )
     assert done.stdout.splitlines() == ["stopped", "alone"]
     assert done.stderr == ""

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerosid.signals.local_regression import REACH, locally_smoothed
+from aerosid.signals.gaussian_filter import REACH
+from aerosid.signals.local_regression import locally_smoothed
 
 
 @given(st.integers(2, 120), st.floats(0.5, 300.0), st.integers(0, 10))

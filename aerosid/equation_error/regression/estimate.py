@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
@@ -157,7 +157,7 @@ class SentPeak:
 
     def peak(self, frame: Frame, start: Point) -> Peak:
         """The peak, `start` being a point of its structure."""
-        effects = tuple(replace(active, values=v) for active, v in zip(start.effects, self.numbers, strict=True))
+        effects = with_numbers(start.effects, self.numbers)
         point = replace(start, model=start.model.with_values(self.values), effects=effects)
         found = Peak(frame, point, self.design, self.solution)
         if self.wide is not None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aerosid.compiled.cores import mapped
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import compares_all, gain_over
 from aerosid.equation_error.regression.deviations import corrected_covariance
@@ -155,8 +155,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         if found is not None:
             hypothesis = candidates[n].hypothesis
             if hypothesis.effects:
-                effects = [replace(a, values=v) for a, v in zip(hypothesis.effects, found.begun, strict=True)]
-                hypothesis = replace(hypothesis, effects=tuple(effects))
+                hypothesis = replace(hypothesis, effects=with_numbers(hypothesis.effects, found.begun))
             estimated = found.sent.peak(frame, joined(bare.point, hypothesis)).estimate
             row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well.

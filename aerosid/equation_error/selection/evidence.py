@@ -118,25 +118,19 @@ def weakest(
 
     `confirmed`: asked of those that are too near, whether another recording shows them as well.
     """
-    deviations = found.frame.settings.deviations
-    rows = findings_of(found, corrected_covariance(found.design, found.solution), chosen)
-    shown = [each for each in nearer_than(rows, chosen, deviations) if confirmed(each)]
+    covariance = corrected_covariance(found.design, found.solution)
+    shown = confirmed_unknowns(found, covariance, chosen, confirmed)
     if shown:
-        covariance = corrected_covariance(found.design, found.solution, unknowns_of(found, shown))
-        rows = findings_of(found, covariance, chosen)
-    return weakest_of(rows, chosen, deviations)
+        covariance = corrected_covariance(found.design, found.solution, shown)
+    return weakest_of(findings_of(found, covariance, chosen), chosen, found.frame.settings.deviations)
 
 
-def unknowns_of(found: Estimate, chosen: Sequence[Chosen]) -> list[Unknown]:
-    """The unknowns of an estimate that are numbers of some chosen hypotheses."""
-    entries = {entry for each in chosen for entry in each.hypothesis.entries}
-    names = {(active.name, active.log) for each in chosen for active in each.hypothesis.effects}
-    effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
-    return [
-        unknown
-        for unknown in found.design.unknowns
-        if (unknown[0] == "term" and unknown[1] in entries) or (unknown[0] == "effect" and unknown[1] in effects)
-    ]
+def confirmed_unknowns(
+    found: Estimate, covariance: Array, chosen: Sequence[Chosen], confirmed: Callable[[Chosen], bool]
+) -> list[Unknown]:
+    """The numbers of those chosen that are too near to none by some covariance, and confirmed."""
+    near = nearer_than(findings_of(found, covariance, chosen), chosen, found.frame.settings.deviations)
+    return [found.design.unknowns[n] for each in near if confirmed(each) for n in places_of(found, each.hypothesis)]
 
 
 def nearer_than(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> list[Chosen]:
@@ -155,15 +149,25 @@ def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviat
     return next(each for each in chosen if each.hypothesis.label == label)
 
 
+def places_of(found: Estimate, hypothesis: Hypothesis) -> list[int]:
+    """Where the numbers of a hypothesis stand among the unknowns."""
+    names = {(active.name, active.log) for active in hypothesis.effects}
+    effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
+    return [
+        n
+        for n, unknown in enumerate(found.design.unknowns)
+        if (unknown[0] == "term" and unknown[1] in hypothesis.entries)
+        or (unknown[0] == "effect" and unknown[1] in effects)
+    ]
+
+
 def distances(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
     """Place among the unknowns of each of a hypothesis' numbers, and its distance from the null value."""
-    names = {(active.name, active.log) for active in hypothesis.effects}
     rows = []
-    for n, unknown in enumerate(found.design.unknowns):
-        if unknown[0] == "term" and unknown[1] in hypothesis.entries:
-            rows.append((n, float(found.solution.values[n])))
-        elif unknown[0] == "effect":
+    for n in places_of(found, hypothesis):
+        unknown, away = found.design.unknowns[n], float(found.solution.values[n])
+        if unknown[0] == "effect":
             active, number = found.point.effects[int(str(unknown[1]))], int(str(unknown[2]))
-            if (active.name, active.log) in names:
-                rows.append((n, active.values[number] - active.effect.parameters[number].null))
+            away = active.values[number] - active.effect.parameters[number].null
+        rows.append((n, away))
     return rows
