@@ -28,8 +28,9 @@ from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pi
 from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.model_validation.leave_one_out import Gains, prediction_gains
 from aerosid.loop.model_validation.open_loop_errors import compare
-from aerosid.loop.model_validation.predictions import prediction_rows
+from aerosid.loop.model_validation.predictions import PredictionRow, prediction_rows
 from aerosid.loop.next_flight.plan import plan_next_flight
+from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
@@ -104,8 +105,11 @@ def close_loop(
     completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
     known = _Judged(identified, identified.found, identified.search, verdict, completion)
     result = _judged(known, settings, progress, signed)
+    # Begun before the second opinion is waited for, which a core would otherwise be idle beside.
+    consequences = begun(lambda: _consequences(result, known, requirement, settings))
+    result = replace(result, second_opinion=identified.second_opinion)
     judged(result)
-    return _completed(result, known, requirement, settings, progress)
+    return _completed(result, known, consequences, settings, progress)
 
 
 @dataclass(frozen=True)
@@ -132,7 +136,7 @@ class _Judged:
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
-    """Verdict, findings and simulation errors before and after on every log: the part of the result shown first."""
+    """Verdict, findings and simulation errors before and after on every log: shown first, with a second opinion."""
     identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
     progress("simulating every log")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
@@ -141,8 +145,6 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
-    import scipy.optimize  # noqa: F401  here, where a second opinion is waited for: copies that come need it
-
     said = summarise(known.verdict, effects, tuple(errors))
     patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors)
     return ClosedLoop(
@@ -172,7 +174,6 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         decided_by_validation=told_of_decisions(completed) if identified.validation else (),
         provenance=provenance,
         settings=settings,
-        second_opinion=known.identified.second_opinion,
         decided_by=known.identified.decided_by,
     )
 
@@ -186,22 +187,40 @@ def _gains(known: _Judged) -> tuple[Gains, Gains]:
     )
 
 
+@dataclass(frozen=True)
+class _Consequences:
+    """What follows from the completed model and changes nothing of it; `unlinearised`: a note for each lacking trim."""
+
+    linear: tuple[LinearRow, ...]
+    unlinearised: tuple[str, ...]
+    predictions: tuple[PredictionRow, ...]
+    next_flight: NextFlight | None
+
+
+def _consequences(
+    result: ClosedLoop, known: _Judged, requirement: Requirement, settings: LoopSettings
+) -> _Consequences:
+    """Linear models, predictions ahead and the next flight, none of which asks the model error d(t)."""
+    identified, aircraft = known.identified, result.aircraft
+    linear, unlinearised = _linear(known, aircraft, requirement, settings)
+    flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
+    predictions = prediction_rows(identified.declared, known.completion.found, flown, result.simulated)
+    ahead = None
+    if settings.next_flight:
+        limits = {**aircraft.limits, **settings.limits}
+        ahead = plan_next_flight(known.found, identified.manoeuvres, result.derivatives, limits)
+    return _Consequences(linear, unlinearised, predictions, ahead)
+
+
 def _completed(
     result: ClosedLoop,
     known: _Judged,
-    requirement: Requirement,
+    consequences: Callable[[], _Consequences],
     settings: LoopSettings,
     progress: Progress,
 ) -> ClosedLoop:
     """The complete result: model error d(t), linear models and the next flight added to the verdict and errors."""
-    identified, completed, aircraft = known.identified, known.completion.found, result.aircraft
-    flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
-    beside = begun(
-        lambda: (
-            _linear(known, aircraft, requirement, settings),
-            prediction_rows(identified.declared, completed, flown, result.simulated),
-        )
-    )
+    identified, completed = known.identified, known.completion.found
     pictures = None
     if settings.paper_chain:
         progress("estimating the model error d(t)")
@@ -210,18 +229,13 @@ def _completed(
             identified.manoeuvres,
             identified.candidates,
             completed,
-            aircraft.coefficients,
+            result.aircraft.coefficients,
             settings.chain,
             identified.declared_chain,
         )
     rows = known.rows(pictures.chain if pictures else None)
-    (linear, unlinearised), predictions = beside()
-
     progress("designing the next flight")
-    ahead = None
-    if settings.next_flight:
-        limits = {**aircraft.limits, **settings.limits}
-        ahead = plan_next_flight(known.found, identified.manoeuvres, rows, limits)
+    further = consequences()
     return replace(
         result,
         effects=with_correlations(result.effects, completed, pictures.correlations if pictures else {}),
@@ -229,11 +243,11 @@ def _completed(
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),
         prefilter=prefilter_note(pictures, settings),
-        notes=_notes(known, pictures, unlinearised, rows, settings),
-        linear=linear,
-        next_flight=ahead,
+        notes=_notes(known, pictures, further.unlinearised, rows, settings),
+        linear=further.linear,
+        next_flight=further.next_flight,
         regressors=pictures.regressors if pictures else (),
-        predictions=predictions,
+        predictions=further.predictions,
     )
 
 

@@ -13,8 +13,7 @@ from aerosid.aircraft import save_aircraft
 from aerosid.compiled.cores import available, begun, on_cores
 from aerosid.errors import AircraftError, UsageError
 from aerosid.loop.result import ClosedLoop
-from aerosid.reporting.page import compose, report_html
-from aerosid.reporting.paper import report_pdf
+from aerosid.reporting.page import Report, compose, report_html
 from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 
@@ -60,7 +59,7 @@ def write_report(
     try:
         temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
         report = compose(result)
-        paper = paper or _beside(lambda: report_pdf(result, report))
+        paper = paper or _beside(lambda: _printed(result, report))
         for name, text_of in TEXTS.items():
             text = text_of(result)
             if text is not None:
@@ -80,6 +79,12 @@ def write_report(
             if not any(folder.iterdir()):
                 folder.rmdir()
     return tuple(directory / name for name in written)
+
+
+def _printed(result: ClosedLoop, report: Report) -> bytes:
+    from aerosid.reporting.paper import report_pdf  # late: where a printer was readied, this process needs no fonts
+
+    return report_pdf(result, report)
 
 
 def _beside(task: Callable[[], bytes]) -> Callable[[], bytes]:
