@@ -52,7 +52,9 @@ class InputEffect:
     `transform(time, values, parameters)` gives the acting signal (N,); `noise(parameters, interval)` the factor on the
     recorded signal's noise variance and its memory from sample to sample. Of a sudden change `again(time, interval)`
     is the same one at another time, s, in a record with that sampling interval, s. Where `driven_by` names another
-    column, the transform takes that one's signal and its result is added.
+    column, the transform takes that one's signal and its result is added. An effect acts on what those found before it
+    leave, or, where it `comes_first`, on the recorded signal: a lag of the command and one of the surface are not the
+    same beside a limit of the actuator's rate.
     """
 
     kind: str
@@ -64,6 +66,7 @@ class InputEffect:
     column: str = ""
     driven_by: str = ""
     again: Callable[[float, float], InputEffect] | None = None
+    comes_first: bool = False
 
     @property
     def where_acts(self) -> str:

@@ -81,7 +81,9 @@ class EquationErrorSettings:
         Standard deviation, 1, of the constants of side force, rolling and yawing moment: aircraft are nearly symmetric
         and trimmed. About what a degree of sideslip or a third of a degree of aileron makes.
     separation_range : float
-        Span of alpha, rad, from which on flow separation is asked: six degrees.
+        Span of alpha, rad, from which on flow separation is asked: three degrees, of which a flight near the stall is
+        enough to bend lift. Found on flights 37 and 5 of benchmarks/field_detection.py, seeds 101 and 102, where powers
+        of alpha and pitch rate stood in its place below six.
     factor_odds : float
         Prior odds, 1, of a term with one factor more against the simpler one: of equal fits the simpler is named.
     height_bend : float
@@ -203,7 +205,7 @@ class EquationErrorSettings:
     wind_memory: float = 10.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
     asymmetry: Mapping[str, float] = field(default_factory=_asymmetry)
-    separation_range: float = 0.105
+    separation_range: float = 0.05
     factor_odds: float = 0.3
     height_bend: float = 0.02
     least_noise: Mapping[str, float] = field(default_factory=_least_noise)

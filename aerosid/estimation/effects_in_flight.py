@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,12 +37,10 @@ def acting_flight(
         inputs[:, : len(held)] = flight.inputs
         variance = np.zeros(extra)
         variance[: flight.input_variance.size] = flight.input_variance
-    acting = [active for active in effects if isinstance(active.effect, InputEffect) and active.acts_on(manoeuvre.name)]
+    acting = in_acting_order(active for active in effects if active.acts_on(manoeuvre.name))
     if acting:
         inputs, variance = inputs.copy(), variance.copy()
-        for active in acting:
-            effect = active.effect
-            assert isinstance(effect, InputEffect)
+        for effect, active in acting:
             place = model.columns.index(effect.where_acts)
             inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
             factor, remembered = effect.noise(active.values, manoeuvre.interval)
@@ -63,6 +61,12 @@ def acting_flight(
             for axis, further in zip(active.effect.axes, active.numbers, strict=True):
                 positions[row, "xyz".index(axis)] += further
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance, positions=positions), memory
+
+
+def in_acting_order(effects: Iterable[ActiveEffect]) -> list[tuple[InputEffect, ActiveEffect]]:
+    """The effects on inputs, each behind those whose result it acts on."""
+    acting = [(active.effect, active) for active in effects if isinstance(active.effect, InputEffect)]
+    return sorted(acting, key=lambda pair: not pair[0].comes_first)
 
 
 def acting_model(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:

@@ -13,6 +13,7 @@ from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCo
 from aerosid.aircraft.completion_record import shortened
 from aerosid.effects import ActiveEffect
 from aerosid.effects.sudden import is_sudden, moment
+from aerosid.estimation.effects_in_flight import in_acting_order
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.kept_derivatives import Completion
 from aerosid.loop.provenance import Provenance
@@ -54,11 +55,23 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
             std_error=_finite(finding.std_error),
             parameters={name: value for name, value, _, _ in finding.parameters},
         )
-        for finding in found.findings
+        for finding in listed_in_acting_order(found.findings, completed.effects)
         if finding.entry is None
     ]
     not_shown = [(coefficient, str(term)) for coefficient, term in completion.kept]
     return aircraft.completed(values, effects, not_shown, record)
+
+
+def listed_in_acting_order(findings: Sequence[Finding], effects: Sequence[ActiveEffect]) -> list[Finding]:
+    """The findings, those on one control in the order in which they act: declared effects act as they are listed."""
+    order = [active.name for _, active in in_acting_order(effects)]
+    ordered = list(findings)
+    for control in {where for _, where in order}:
+        places = [n for n, each in enumerate(ordered) if each.where == control and (each.kind, each.where) in order]
+        own = sorted((ordered[n] for n in places), key=lambda each: order.index((each.kind, each.where)))
+        for n, each in zip(places, own, strict=True):
+            ordered[n] = each
+    return ordered
 
 
 def completion_record(

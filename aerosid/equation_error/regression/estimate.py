@@ -61,6 +61,14 @@ class Frame:
     def _equations(self) -> Equations:
         return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
 
+    def acting(self, point: Point) -> Point:
+        """The point without what belongs to a recording whose coefficients are not compared: nothing shows it here."""
+        if self.all_fitted or self.kinds != COEFFICIENT:
+            return point
+        names = {recording.name for recording in self.recordings if recording.fitted}
+        effects = tuple(active for active in point.effects if not (active.values and active.log) or active.log in names)
+        return point if len(effects) == len(point.effects) else replace(point, effects=effects)
+
     def segments(self, point: Point) -> list[Segment]:
         """The equations at a point."""
         return self._equations.at(point)
@@ -221,7 +229,7 @@ def likeliest_numbers(frame: Frame, point: Point, weights: Weights | None = None
     weights : Weights, optional
         What the residuals are like to begin with.
     """
-    point, design, solution = _regressed(frame, point, weights)
+    point, design, solution = _regressed(frame, frame.acting(point), weights)
     free = numbers_of(point.effects)
     for _ in range(steps if free else 0):
         columns = effect_columns(frame, linear_values(design, solution), point, free)

@@ -16,6 +16,7 @@ from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
+    in_either_order,
     joined,
     likeliest,
     scores,
@@ -129,7 +130,8 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
-    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, open_)]
+    either = in_either_order(open_, bare.point.effects)
+    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, either)]
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike

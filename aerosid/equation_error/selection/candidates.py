@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
-from aerosid.effects import ActiveEffect, OutputEffect
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import EffectParameter, PositionEffect
@@ -136,6 +136,25 @@ def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
         for channel, axis in SHOWN_BY_PITCHING
         if channel in channels
     )
+
+
+def in_either_order(hypotheses: Sequence[Hypothesis], effects: Sequence[ActiveEffect]) -> list[Hypothesis]:
+    """The hypotheses, those of a control beside what acts on the same one in either order.
+
+    A lag and a rate limit, or a dead band, are another thing in the other order; which it is the flight tells.
+    """
+    known = {
+        active.effect.where for active in effects if isinstance(active.effect, InputEffect) and not active.effect.column
+    }
+    both = []
+    for hypothesis in hypotheses:
+        both.append(hypothesis)
+        for active in hypothesis.effects:
+            effect = active.effect
+            if isinstance(effect, InputEffect) and not effect.column and effect.where in known:
+                first = replace(active, effect=replace(effect, comes_first=True))
+                both.append(replace(hypothesis, effects=(first,)))
+    return both
 
 
 def joined(point: Point, hypothesis: Hypothesis) -> Point:

@@ -11,18 +11,27 @@ from numpy.typing import NDArray
 
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.regression.design import compares_all
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.regression.moderated_test import chance_of
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
-from aerosid.equation_error.selection.candidates import joined, told_apart
+from aerosid.equation_error.selection.candidates import told_apart
 from aerosid.equation_error.selection.confirmation import is_replicated
 from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, without
 from aerosid.equation_error.selection.evidence import distances, weakest
+from aerosid.equation_error.selection.level_shifts import (
+    as_hypothesis,
+    comes_again,
+    level_shifts,
+    shift_columns,
+    shifts_of,
+    sudden_elsewhere,
+    with_shifts,
+)
 from aerosid.equation_error.selection.prices import Rules, total_cost
-from aerosid.equation_error.selection.starts import MAINLY, may_separate, of_controls, sudden_hypotheses
+from aerosid.equation_error.selection.starts import may_separate, of_controls
 from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
 from aerosid.equation_error.selection.votes import (
     Jumps,
@@ -80,8 +89,14 @@ class CoefficientSearch:
         )
 
     def replaced(self, found: Selected, asked: Sequence[Hypothesis]) -> Selected:
-        """The structure with each hypothesis changed for a likelier one."""
-        return replaced(found, asked, self.rules, self.admitted)
+        """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay."""
+        most = found.estimate.frame.settings.most
+        for _ in range(found.estimate.frame.settings.rounds):
+            changed = replaced(found, asked, self.rules, self.admitted)
+            if changed is found:
+                break
+            found = self.forward(changed, asked, most)
+        return found
 
     def refuses(self, before: Estimate, after: Estimate) -> bool:
         """Whether an unseen recording's coefficient is predicted worse by one estimate than by another before it.
@@ -100,16 +115,18 @@ class CoefficientSearch:
         return worse and sum(a - b for a, b in unseen) > 0.0
 
     def paid(self, selected: Selected) -> float:
-        """Ln L less the cost of all that entered."""
+        """Ln L less the cost of all that entered, level shifts of unseen recordings among it."""
         chosen = [each.hypothesis for each in selected.chosen]
-        return selected.estimate.log_likelihood - total_cost(self.rules, selected.estimate.point, chosen)
+        cost = total_cost(self.rules, selected.estimate.point, chosen)
+        shifts = sum(self.rules.price(as_hypothesis(active)) for active in shifts_of(selected.estimate))
+        return selected.estimate.log_likelihood - cost - shifts
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
     """What the coefficients lack and every recording can bear; what was refused may have stood in another's place."""
     refuted: Labels = ()
     most = begun.estimate.frame.settings.most
-    found = _attributed(search, begun)
+    found = _beside_level_shifts(search, begun)
     for _ in range(begun.estimate.frame.settings.rounds):
         kept, refused_now = _standing(search, found)
         refuted = (*refuted, *refused_now)
@@ -121,6 +138,28 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
             return kept, refuted
     kept, refused_now = _standing(search, found)
     return kept, (*refuted, *refused_now)
+
+
+def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
+    """What the coefficients lack beside what happens suddenly on unseen recordings.
+
+    The first structure was chosen where a sudden change of an unseen recording was noise, and may stand in its place:
+    the search goes on from it, and begins anew where that is clearly likelier. A shift once found stays, so that
+    nothing is named for explaining it.
+    """
+    found, frame = _attributed(search, begun), begun.estimate.frame
+    for _ in range(frame.settings.rounds):
+        beside = level_shifts(found.estimate, search.coefficients, search.rules, frame.settings.most, search.told)
+        if beside is found.estimate:
+            break
+        point = with_shifts(begun.estimate.point, shifts_of(beside))
+        afresh = Selected(estimate(frame, point, begun.estimate.solution.weights), ())
+        onward = search.forward(Selected(beside, found.chosen), search.asked, frame.settings.most)
+        found, anew = search.replaced(onward, search.asked), _attributed(search, afresh)
+        search.told(f"  beside level shifts {search.paid(found):.1f}, begun anew {search.paid(anew):.1f}")
+        if search.paid(anew) > search.paid(found) + frame.settings.clearly:
+            found = anew
+    return found
 
 
 def _attributed(search: CoefficientSearch, begun: Selected) -> Selected:
@@ -190,18 +229,21 @@ def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estim
         return None
     settings = completed.frame.settings
     predicted, doubt = _jury(selected, completed)
-    after = predicted(completed, {})
-    elsewhere: list[Estimate] | None = None
+    known = shifts_of(selected.estimate)
+    steps = shift_columns(selected.estimate)
+    after = predicted(completed, steps)
+    further: list[Estimate] | None = None
     for each in sorted(selected.chosen, key=lambda each: each.gain):
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        before = predicted(bare, {})
+        before = predicted(bare, steps)
         if refused(before, after, doubt, settings.least_rise):
-            elsewhere = _sudden_elsewhere(search, selected) if elsewhere is None else elsewhere
-            if _comes_again(elsewhere, each.hypothesis):
+            if further is None:
+                further = sudden_elsewhere(selected.estimate, search.coefficients, search.rules)
+            if comes_again((*known, *(found.point.effects[-1] for found in further)), each.hypothesis):
                 continue
             # An unseen recording in which something happens suddenly refuses nothing by that.
-            jumps = _jumps(elsewhere)
-            if not jumps or refused(predicted(bare, jumps), predicted(completed, jumps), doubt, settings.least_rise):
+            every = shift_columns(selected.estimate, further)
+            if not further or refused(predicted(bare, every), predicted(completed, every), doubt, settings.least_rise):
                 return each
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
         if any(unconfirmed(before, after, coefficient) for coefficient in sideways):
@@ -225,42 +267,10 @@ def predicted_better(selected: Selected, completed: Estimate) -> dict[tuple[str,
     `completed`: the structure on the fitted recordings. Empty where nothing is unseen.
     """
     predicted, _ = _jury(selected, completed)
-    after = predicted(completed, {})
+    steps = shift_columns(selected.estimate)
+    after = predicted(completed, steps)
     falls: dict[tuple[str, str, str], bool] = {}
     for each in selected.chosen if after else ():
         bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
-        falls[each.hypothesis.label] = share_lost(predicted(bare, {}), after) < 0.0
+        falls[each.hypothesis.label] = share_lost(predicted(bare, steps), after) < 0.0
     return falls
-
-
-def _sudden_elsewhere(search: CoefficientSearch, selected: Selected) -> list[Estimate]:
-    """Estimates with each sudden change that an unseen recording has at a price, the change its last effect."""
-    base = selected.estimate
-    rows = []
-    for again in sudden_hypotheses(base.frame, base, search.coefficients, fitted=False):
-        found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
-        if found.gain_over(base) > search.rules.price(again):
-            rows.append(found)
-    return rows
-
-
-def _comes_again(elsewhere: Sequence[Estimate], hypothesis: Hypothesis) -> bool:
-    """Whether a sudden change happens on an unseen recording too: that cannot refute it by being there."""
-    return any(is_sudden(active) for active in hypothesis.effects) and any(
-        (found.point.effects[-1].effect.kind, found.point.effects[-1].effect.where)
-        == (hypothesis.kind, hypothesis.where)
-        for found in elsewhere
-    )
-
-
-def _jumps(elsewhere: Sequence[Estimate]) -> dict[tuple[int, str], Array]:
-    """Columns (n, k) of the steps of coefficients among some sudden changes, by recording and coefficient."""
-    columns: dict[tuple[int, str], list[Array]] = {}
-    for found in elsewhere:
-        active = found.point.effects[-1]
-        for place, recording in enumerate(found.frame.recordings):
-            key = (place, MAINLY.get(active.effect.where, ""))
-            if recording.name == active.log and key in found.design.segments:
-                at = recording.time[recording.band.rows(recording.time.size)]
-                columns.setdefault(key, []).append((at > moment(active)).astype(np.float64))
-    return {key: np.column_stack(rows) for key, rows in columns.items()}

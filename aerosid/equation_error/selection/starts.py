@@ -50,15 +50,15 @@ LAGS = ((0.1, 0.1), (0.4, 0.4))
 
 
 def sudden_hypotheses(
-    frame: Frame, base: Estimate, coefficients: Sequence[str], *, fitted: bool = True
+    frame: Frame, base: Estimate, coefficients: Sequence[str], recording_name: str | None = None
 ) -> list[Hypothesis]:
     """A step of each coefficient on each fitted recording, at the instant that the whitened residuals favour most.
 
-    `fitted`: of the recordings that are, or of those that are not.
+    `recording_name`: on that recording alone, fitted or not.
     """
     found: list[Hypothesis] = []
     for n, recording in enumerate(frame.recordings):
-        if recording.fitted is not fitted:
+        if not (recording.fitted if recording_name is None else recording.name == recording_name):
             continue
         for coefficient in coefficients:
             for rise in (recording.interval, *RISES):

@@ -25,6 +25,7 @@ from aerosid.equation_error.regression.estimate import (
 from aerosid.equation_error.selection.candidates import (
     Candidate,
     effect_candidates,
+    in_either_order,
     joined,
     likeliest,
     scores,
@@ -52,16 +53,18 @@ def forward(
     kinematic: bool,
     most: int,
     coefficients: Sequence[str] = (),
+    recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
 
-    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for.
+    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
+    recordings or on that one alone whose name is given.
     """
     refused: set[tuple[str, str, str]] = set()
     while len(selected.chosen) < most:
-        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients)
+        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients, recording)
         if best is None:
             return selected
         found, hypothesis, gain = best
@@ -79,6 +82,7 @@ def _best(
     admitted: Admitted,
     told: Callable[[str], None],
     coefficients: Sequence[str],
+    recording: str | None,
 ) -> tuple[Estimate, Hypothesis, float] | None:
     base = selected.estimate
     taken = {each.hypothesis.label for each in selected.chosen} | refused
@@ -88,8 +92,8 @@ def _best(
     if any(kind in COEFFICIENT for kind in frame.kinds):
         candidates = term_candidates(frame, base, open_)
         for each in (base, uncoloured_):
-            open_ += [h for h in sudden_hypotheses(frame, each, coefficients) if h.label not in taken]
-    candidates += effect_candidates(frame, base, open_)
+            open_ += [h for h in sudden_hypotheses(frame, each, coefficients, recording) if h.label not in taken]
+    candidates += effect_candidates(frame, base, in_either_order(open_, base.point.effects))
     if not candidates:
         return None
     order = list(
