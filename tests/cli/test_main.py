@@ -216,6 +216,20 @@ def test_module_and_reader_that_goes_away() -> None:
     assert "Log formats" in run.stdout
 
 
+@pytest.mark.parametrize(("ran", "searched"), [("pass", True), ("main(['--version'])", False)])
+def test_a_command_ends_without_a_last_search_for_cycles(ran: str, searched: bool) -> None:
+    code = (
+        "import os; from aerosid.cli.main import main\n"
+        "class Cycle:\n"
+        "    def __init__(self): self.own = self\n"
+        "    def __del__(self): os.write(1, b'found')\n"
+        f"Cycle(); {ran}"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert ("found" in run.stdout) is searched
+
+
 def test_every_verb_is_in_the_readme_and_has_help() -> None:
     text = README.read_text()
     for command in app.registered_commands:
