@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled import njit
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
@@ -53,7 +54,7 @@ class Motion:
 
     `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
     holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
-    gusts and its noise. `recording`: whose motion it is.
+    gusts and its noise. `recording`: whose motion it is. `sine`, `cosine`: of alpha.
     """
 
     V: Array
@@ -68,16 +69,8 @@ class Motion:
     path: Mapping[str, Array]
     gusts: Mapping[str, Array]
     recording: Recording
-
-    @cached_property
-    def sine(self) -> Array:
-        """Sine of alpha, (N,)."""
-        return np.sin(self.alpha)
-
-    @cached_property
-    def cosine(self) -> Array:
-        """Cosine of alpha, (N,)."""
-        return np.cos(self.alpha)
+    sine: Array
+    cosine: Array
 
     @cached_property
     def declared_offsets(self) -> dict[str, Array]:
@@ -163,67 +156,79 @@ def reconstruct(
     speed = _speed_at_centre(recording, effects, held("V"), rates)
     alpha_vane = _alpha_at_centre(recording, effects, held("alpha"), speed, rates)
     beta_vane = _beta_at_centre(recording, effects, held("beta"), speed, rates)
-    theta, path = _attitude(recording, rates, true, phi, alpha_vane)
+    bank = recording.sine_and_cosine("phi", phi)
+    theta, pitch, path = _attitude(recording, rates, true, (phi, *bank), alpha_vane)
     offsets = accelerometer_offsets(recording, effects, rates)
     forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
     alpha, beta = alpha_vane, beta_vane
-    plane, u, w, v = _velocities(speed, alpha, beta)
+    aside = recording.sine_and_cosine("beta", beta)
+    plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     alpha_dot = np.zeros_like(q)
     along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
     turned_aside = "v" in integrated and "a_y" in forces
-    side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * np.cos(theta) * np.sin(phi)
+    side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
     if along_path:
         if turned_aside:
             # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
-            aside = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
-            v = speed * np.sin(without_gusts(beta_vane, aside, settings.wind_memory / interval))
+            swept = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
+            v = speed * np.sin(without_gusts(beta_vane, swept, settings.wind_memory / interval))
         forcing = (
-            forces["a_x"] - GRAVITY * np.sin(theta) + r * v,
-            forces["a_z"] + GRAVITY * np.cos(theta) * np.cos(phi) - p * v,
+            forces["a_x"] - GRAVITY * pitch[0] + r * v,
+            forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v,
         )
-        path["alpha"], path_speed, alpha_dot = _inertial_path(alpha, plane, q, forcing, interval, settings.wind_memory)
+        path["alpha"], path_speed, alpha_dot = _inertial_path(
+            alpha, plane, (u, w), q, forcing, interval, settings.wind_memory
+        )
         if turned_aside:
             bent = running_integral(-(u * p + w * r) / plane**2, interval)
-            path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - aside))
-        path["V"] = path_speed / np.cos(beta)
+            path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - swept))
+        path["V"] = path_speed / aside[1]
         alpha = blended(alpha, path["alpha"], blend / interval)
         speed = blended(speed, path["V"], blend / interval)
-        plane, u, w, v = _velocities(speed, alpha, beta)
+        v = speed * aside[0]
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
         forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
+    turn = np.sin(alpha), np.cos(alpha)
     if turned_aside:
-        path["beta"] = _sideslip_path(side, rates, (u, w), beta_vane, speed, interval)
+        _, u, w, v = _velocities(speed, turn, aside)
+        path["beta"] = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
         beta = blended(beta, path["beta"], settings.blend_aside / interval)
-        plane, u, w, v = _velocities(speed, alpha, beta)
+        aside = recording.sine_and_cosine("beta", beta)
+        _, u, w, v = _velocities(speed, turn, aside)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
             # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
-            inertial = path["V"] * np.cos(beta)
+            inertial = path["V"] * aside[1]
             u, w = inertial * np.cos(path["alpha"]), inertial * np.sin(path["alpha"])
-        climb = u * np.sin(theta) - v * np.sin(phi) * np.cos(theta) - w * np.cos(phi) * np.cos(theta)
+        climb = u * pitch[0] - v * bank[0] * pitch[1] - w * bank[1] * pitch[1]
         path["h"] = _aligned(running_integral(climb, interval), h)
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
-    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording)
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn)
 
 
-def _velocities(speed: Array, alpha: Array, beta: Array) -> tuple[Array, Array, Array, Array]:
-    """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each."""
-    plane = speed * np.cos(beta)
-    return plane, plane * np.cos(alpha), plane * np.sin(alpha), speed * np.sin(beta)
+def _velocities(
+    speed: Array, alpha: tuple[Array, Array], beta: tuple[Array, Array]
+) -> tuple[Array, Array, Array, Array]:
+    """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each, the angles by sine and cosine."""
+    plane = speed * beta[1]
+    return plane, plane * alpha[1], plane * alpha[0], speed * beta[0]
 
 
 def _sideslip_path(
-    side: Array, rates: Rates, plane: tuple[Array, Array], vane: Array, speed: Array, interval: float
+    side: Array, rates: Rates, plane: tuple[Array, Array], vane: tuple[Array, Array], speed: Array, interval: float
 ) -> Array:
-    """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`; `side` holds gravity."""
+    """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`; `side` holds gravity.
+
+    `vane`: the measured angle and its sine.
+    """
     u, w = plane
     path = running_integral(side - rates.r * u + rates.p * w, interval)
     # Beyond a right angle there is no sideslip that a faulty sensor could have read.
-    return np.arcsin(np.clip(_aligned(path, speed * np.sin(vane)) / speed, -WIDEST, WIDEST))
+    return np.arcsin(np.clip(_aligned(path, speed * vane[1]) / speed, -WIDEST, WIDEST))
 
 
 def _of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
@@ -266,53 +271,76 @@ PATH_ROUNDS = 3
 
 
 def _inertial_path(
-    alpha: Array, speed: Array, q: Array, forcing: tuple[Array, Array], interval: float, memory: float
+    alpha: Array,
+    speed: Array,
+    velocities: tuple[Array, Array],
+    q: Array,
+    forcing: tuple[Array, Array],
+    interval: float,
+    memory: float,
 ) -> tuple[Array, Array, Array]:
     """Angle of attack, rad, and speed in the plane of symmetry, m/s, by integration, and the angle's rate, (N,) each.
 
     Parameters
     ----------
     alpha, speed : ndarray, shape (N,)
-        As vane and pitot tube have them, gusts included.
+        As vane and pitot tube have them, gusts included; their `velocities` u and w.
     forcing : tuple of ndarray, shape (N,)
         u' + q w and w' - q u, m/s^2.
     """
     path_alpha, path_speed = alpha, speed
+    u, w = velocities
     for turn in range(PATH_ROUNDS):
         if turn:
             path_alpha = without_gusts(alpha, path_alpha, memory / interval)
             path_speed = without_gusts(speed, path_speed, memory / interval)
-        u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
-        u_dot, w_dot = forcing[0] - q * w, forcing[1] + q * u
-        rate = (u * w_dot - w * u_dot) / path_speed**2
-        along = (u * u_dot + w * w_dot) / path_speed
+            u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
+        rate, along = _turned_and_gained(u, w, path_speed, q, *forcing)
         path_alpha = _aligned(running_integral(rate, interval), alpha)
         path_speed = _aligned(running_integral(along, interval), speed)
     return path_alpha, path_speed, rate
 
 
+@njit
+def _turned_and_gained(
+    u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array
+) -> tuple[Array, Array]:
+    """The rates of the angle of attack and of the speed in the plane, (N,) each, of u' + q w and w' - q u."""
+    rate, along = np.empty(u.size), np.empty(u.size)
+    for n in range(u.size):
+        u_dot, w_dot = ahead[n] - q[n] * w[n], below[n] + q[n] * u[n]
+        rate[n] = (u[n] * w_dot - w[n] * u_dot) / (speed[n] * speed[n])
+        along[n] = (u[n] * u_dot + w[n] * w_dot) / speed[n]
+    return rate, along
+
+
 def _attitude(
-    recording: Recording, rates: Rates, true: Mapping[str, Array], phi: Array, alpha: Array
-) -> tuple[Array, dict[str, Array]]:
-    """Pitch angle (N,), and the integrated angles as far as their sensors are there."""
+    recording: Recording, rates: Rates, true: Mapping[str, Array], bank: tuple[Array, Array, Array], alpha: Array
+) -> tuple[Array, tuple[Array, Array], dict[str, Array]]:
+    """Pitch angle (N,), its sine and cosine, and the integrated angles as far as their sensors are there.
+
+    `bank`: phi, its sine and its cosine.
+    """
+    phi, phi_sine, phi_cosine = bank
     interval, integrated = recording.interval, recording.manoeuvre.axes.integrated
     p, q, r = rates.p, rates.q, rates.r
     path: dict[str, Array] = {}
     if "theta" not in integrated:
         theta = recording.measured_input("theta")
     else:
-        turned = running_integral(q * np.cos(phi) - r * np.sin(phi), interval)
+        turned = running_integral(q * phi_cosine - r * phi_sine, interval)
         if "theta" in true:
             theta = true["theta"]
             path["theta"] = turned + float(np.mean(theta - turned))
         else:
             theta = turned + float(np.mean(alpha - turned))  # level on average
-    turn = q * np.sin(phi) + r * np.cos(phi)
+    pitch = recording.sine_and_cosine("theta", theta)
+    turn = q * phi_sine + r * phi_cosine
     if "phi" in integrated and "phi" in true:
         path["phi"] = _aligned(running_integral(p + np.tan(theta) * turn, interval), phi)
     if "psi" in integrated and "psi" in true:
-        path["psi"] = _aligned(running_integral(turn / np.cos(theta), interval), true["psi"])
-    return theta, path
+        path["psi"] = _aligned(running_integral(turn / pitch[1], interval), true["psi"])
+    return theta, pitch, path
 
 
 WIDEST = 0.99

@@ -179,11 +179,13 @@ class Equations:
             motion = self._motion(n, recording, effects)
             rows = recording.time[recording.band.rows(recording.time.size)]
             time = rows - 0.5 * (rows[0] + rows[-1])
+            predicted = predicted_records(recording, effects, motion)
+            names = [name for name in predicted if name not in self._left_out[n]]
+            if not names:
+                return []
+            targets = recording.band(np.column_stack([recording.channels[name] - predicted[name] for name in names]))
             segments = []
-            for name, values in predicted_records(recording, effects, motion).items():
-                if name in self._left_out[n]:
-                    continue
-                target = recording.band(recording.channels[name] - values)
+            for name, target in zip(names, np.ascontiguousarray(targets.T), strict=True):
                 wander = self._wander(n, recording, rows) if name == HEIGHT else None
                 floor = _floor(recording, name)
                 segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))

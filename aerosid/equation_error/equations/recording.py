@@ -70,16 +70,31 @@ class Recording:
         """Inputs or gusts (N, ...) as far as the derivatives of rates show them."""
         return linear_in_derivative(values) if self.linear_inputs else values
 
+    @cached_property
+    def _measured_inputs(self) -> dict[str, Array]:
+        leading = input_columns_of(self.manoeuvre.axes)
+        return {name: np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)]) for name in leading}
+
+    @cached_property
+    def _turned(self) -> dict[str, tuple[Array, Array]]:
+        return {}
+
+    def sine_and_cosine(self, name: str, angle: Array) -> tuple[Array, Array]:
+        """Sine and cosine, (N,) each, of an angle, rad; of one that is the channel as measured they are made once."""
+        if angle is not self.channels.get(name, self._measured_inputs.get(name)):
+            return np.sin(angle), np.cos(angle)
+        if name not in self._turned:
+            self._turned[name] = np.sin(angle), np.cos(angle)
+        return self._turned[name]
+
     def held(self, name: str) -> Array:
         """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
         return self.channels[name] if name in self.channels else self.measured_input(name)
 
     def measured_input(self, name: str) -> Array:
         """Motion that the case does not integrate and the log gives, (N,), SI; zero where there is none."""
-        leading = input_columns_of(self.manoeuvre.axes)
-        if name not in leading:
-            return np.zeros(self.time.size)
-        return np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)])
+        known = self._measured_inputs
+        return known[name] if name in known else np.zeros(self.time.size)
 
     @property
     def name(self) -> str:

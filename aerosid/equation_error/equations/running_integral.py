@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgtsv
 from scipy.ndimage import convolve1d
 
+from aerosid.compiled import njit
+
 Array = NDArray[np.float64]
 
 FEWEST = 4
@@ -26,15 +28,29 @@ def running_integral(values: Array, interval: float) -> Array:
     Each interval takes the integral of the cubic through its own two samples and one on either side: weights
     (-1, 13, 13, -1)/24, at the ends (9, 19, -5, 1)/24. Abramowitz & Stegun, Handbook of Mathematical Functions, 25.4.
     """
-    total = np.zeros_like(values)
-    if values.shape[0] < FEWEST:
-        total[1:] = np.cumsum(0.5 * interval * (values[1:] + values[:-1]), axis=0)
-        return total
-    pieces = np.empty_like(values[1:])
-    pieces[1:-1] = (13.0 * (values[1:-2] + values[2:-1]) - values[:-3] - values[3:]) / 24.0
-    pieces[0] = (9.0 * values[0] + 19.0 * values[1] - 5.0 * values[2] + values[3]) / 24.0
-    pieces[-1] = (9.0 * values[-1] + 19.0 * values[-2] - 5.0 * values[-3] + values[-4]) / 24.0
-    np.cumsum(interval * pieces, axis=0, out=total[1:])
+    count = values.shape[0]
+    columns = np.ascontiguousarray(values, dtype=np.float64).reshape(count, -1)
+    return np.asarray(_summed(columns, float(interval)).reshape(values.shape))
+
+
+@njit
+def _summed(values: Array, interval: float) -> Array:
+    """As `running_integral`, of columns (N, C)."""
+    count = values.shape[0]
+    total = np.zeros(values.shape)
+    for c in range(values.shape[1]):
+        for n in range(1, count):
+            if count < FEWEST:
+                piece = 0.5 * interval * (values[n, c] + values[n - 1, c])
+            elif n == 1:
+                piece = (9.0 * values[0, c] + 19.0 * values[1, c] - 5.0 * values[2, c] + values[3, c]) / 24.0 * interval
+            elif n == count - 1:
+                ends = 9.0 * values[n, c] + 19.0 * values[n - 1, c] - 5.0 * values[n - 2, c] + values[n - 3, c]
+                piece = ends / 24.0 * interval
+            else:
+                inner = 13.0 * (values[n - 1, c] + values[n, c]) - values[n - 2, c] - values[n + 1, c]
+                piece = inner / 24.0 * interval
+            total[n, c] = total[n - 1, c] + piece
     return total
 
 
