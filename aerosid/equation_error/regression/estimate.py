@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -219,7 +219,13 @@ def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: 
     return likeliest_numbers(frame, point, weights, steps).estimate
 
 
-def likeliest_numbers(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Peak:
+def likeliest_numbers(
+    frame: Frame,
+    point: Point,
+    weights: Weights | None = None,
+    steps: int = STEPS,
+    may_win: Callable[[Solution], bool] = lambda _promised: True,
+) -> Peak:
     """The likeliest numbers of a structure.
 
     Parameters
@@ -228,6 +234,9 @@ def likeliest_numbers(frame: Frame, point: Point, weights: Weights | None = None
         Where to begin.
     weights : Weights, optional
         What the residuals are like to begin with.
+    may_win : callable
+        Whether what a step promises to first order, the solution with all numbers among its unknowns, is of any
+        interest; where it is not, the search ends before the step.
     """
     point, design, solution = _regressed(frame, frame.acting(point), weights)
     free = numbers_of(point.effects)
@@ -236,6 +245,8 @@ def likeliest_numbers(frame: Frame, point: Point, weights: Weights | None = None
         names: list[Unknown] = [("effect", i, k) for i, k in free]
         wide = design.beside(columns, names)
         full = regress(wide, frame.settings, solution.weights)
+        if not may_win(full):
+            break
         linear = len(design.unknowns)
         step = full.values[linear:]
         moved, design_new, solved = _stepped(frame, point, design, full, free, step)

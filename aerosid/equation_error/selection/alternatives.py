@@ -11,10 +11,11 @@ import numpy as np
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import compares_all, gain_over
+from aerosid.equation_error.regression.design import Solution, compares_all, gain_over
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
+    Candidate,
     effect_candidates,
     in_either_order,
     joined,
@@ -22,6 +23,7 @@ from aerosid.equation_error.selection.candidates import (
     scores,
     term_candidates,
     to_first_order,
+    told_apart,
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
@@ -130,30 +132,40 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
-    either = in_either_order(open_, bare.point.effects)
-    candidates = [*term_candidates(frame, bare, open_), *effect_candidates(frame, bare, either)]
+    candidates = _columns_in_place(selected, each, bare, open_)
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
     margin = alike + 0.03 * worth
     order = likeliest(scored, candidates, settings.shortlist)
 
+    def asked_before(n: int) -> tuple[object, ...]:
+        return ("tried", each.hypothesis.label, *_asked(candidates[n].hypothesis), candidates[n].trial)
+
+    def behind_with(solution: Solution) -> float:
+        return worth - gain_over(bare.design, bare.log_likelihood, solution, settings)
+
+    def may_be_alike(promised: Solution) -> bool:
+        return behind_with(promised) <= margin + TRIALS.hopeless_share * worth
+
     def tried(n: int) -> _Tried | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        if (
-            worth - gain_over(bare.design, bare.log_likelihood, trial, settings)
-            > TRIALS.hopeless * alike + TRIALS.hopeless_share * worth
-        ):
+        if behind_with(trial) > TRIALS.hopeless * alike + TRIALS.hopeless_share * worth:
             return None
-        found = likeliest_numbers(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
+        begun = joined(bare.point, hypothesis)
+        found = likeliest_numbers(frame, begun, trial.weights, steps=5, may_win=may_be_alike)
         behind = worth - found.gain_over(bare)
         if not (behind < margin and within_limits(found, hypothesis)):
             return None
-        begun = tuple(active.values for active in hypothesis.effects)
-        return _Tried(begun, SentPeak.of(found, with_columns=True), behind)
+        numbers = tuple(active.values for active in hypothesis.effects)
+        return _Tried(numbers, SentPeak.of(found, with_columns=True), behind)
 
+    fresh = [n for n in order if asked_before(n) not in selected.instead]
+    for n, fit in zip(fresh, mapped(tried, fresh), strict=True):
+        selected.instead[asked_before(n)] = [fit]
     rows = []
-    for n, found in zip(order, mapped(tried, order), strict=True):
+    for n in order:
+        (found,) = selected.instead[asked_before(n)]
         if found is not None:
             hypothesis = candidates[n].hypothesis
             if hypothesis.effects:
@@ -164,6 +176,25 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             if row.ratio >= settings.deviations:
                 rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
+
+
+def _asked(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """What tells a hypothesis from the same within other limits, or in the other order beside what acts already."""
+    orders = tuple(getattr(active.effect, "comes_first", False) for active in hypothesis.effects)
+    return told_apart(hypothesis), _limits(hypothesis), orders
+
+
+def _columns_in_place(selected: Selected, each: Chosen, bare: Estimate, asked: Sequence[Hypothesis]) -> list[Candidate]:
+    """Candidates beside the structure without one; those asked of the same structure before are not made anew."""
+    either = in_either_order(asked, bare.point.effects)
+    known = {_asked(h): ("columns", each.hypothesis.label, *_asked(h)) for h in either}
+    missing = [h for h in either if known[_asked(h)] not in selected.instead]
+    for hypothesis in missing:
+        selected.instead[known[_asked(hypothesis)]] = []
+    for candidate in (*term_candidates(bare.frame, bare, missing), *effect_candidates(bare.frame, bare, missing)):
+        selected.instead[known[_asked(candidate.hypothesis)]].append(candidate)
+    found = [candidate for h in either for candidate in selected.instead[known[_asked(h)]]]
+    return sorted(found, key=lambda candidate: bool(candidate.hypothesis.effects))
 
 
 class _Tried(NamedTuple):

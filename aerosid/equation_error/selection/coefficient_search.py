@@ -78,7 +78,6 @@ class CoefficientSearch:
         """Forward selection among some hypotheses; `sudden`: and among changes at an instant."""
         return forward(
             begun,
-            begun.estimate.frame,
             self.rules,
             asked,
             kinematic=False,

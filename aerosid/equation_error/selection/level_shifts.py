@@ -64,7 +64,6 @@ def level_shifts(
             begun = Selected(found, ())
             found = forward(
                 begun,
-                found.frame,
                 rules,
                 (),
                 kinematic=False,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -159,27 +161,37 @@ def prove_faults(
     start = Point(model, tuple(free), tuple(given))
     frame = Frame(recordings, KINEMATIC, settings)
     beside = CoefficientsBeside(Frame(recordings, COEFFICIENT, settings, all_fitted=True), start)
-    none = Selected(estimate(frame, start), ())
+    none = begun = Selected(estimate(frame, start), ())
     while True:
-        found = _searched(none, asked, beside, told)
-        outside = [each.hypothesis for each in found.chosen if _is_outside(found, each, length)]
+        found, passed = _searched(begun, asked, beside, lambda found: _outside(found, length), told)
+        outside = _outside(found, length)
         if not outside:
             break
         told(f"  not on this aircraft: {[hypothesis.label for hypothesis in outside]}")
-        asked = tuple(h for h in asked if told_apart(h) not in set(map(told_apart, outside)))
+        names = set(map(told_apart, outside))
+        asked = tuple(h for h in asked if told_apart(h) not in names)
+        # What entered before the first of them would enter again.
+        (*_, begun) = none, *itertools.takewhile(functools.partial(_has_none, names), passed)
     # Alternatives are held to the aircraft's size from the beginning: a search may pass beyond it.
     asked = tuple(within_reach(h, model.constants.mean_chord, length) for h in asked)
     return ProvedFaults(start, asked, none.estimate, found)
 
 
 def _searched(
-    none: Selected, asked: Sequence[Hypothesis], beside: CoefficientsBeside, told: Callable[[str], None]
-) -> Selected:
-    """The faults that pay their price in the kinematic equations, each in its likeliest form, those that stand."""
-    frame, model = none.estimate.frame, none.estimate.point.model
+    begun: Selected,
+    asked: Sequence[Hypothesis],
+    beside: CoefficientsBeside,
+    outside: Callable[[Selected], list[Hypothesis]],
+    told: Callable[[str], None],
+) -> tuple[Selected, list[Selected]]:
+    """The faults that pay their price in the kinematic equations, each in its likeliest form, those that stand.
+
+    And the structures that forward selection went through; it is the end where one of its faults is `outside`.
+    """
+    frame, model = begun.estimate.frame, begun.estimate.point.model
     settings = frame.settings
     sensors = [h for h in asked if of_sensors(h)]
-    rules = rules_for(asked, none.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
+    rules = rules_for(asked, begun.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
@@ -187,14 +199,36 @@ def _searched(
             return agreed
         return agreed and beyond_the_wind(estimated, hypothesis) and beside.admit(estimated, hypothesis)
 
-    found = forward(none, frame, rules, sensors, kinematic=True, most=settings.most, admitted=admitted, told=told)
+    passed: list[Selected] = []
+    found = forward(
+        begun,
+        rules,
+        sensors,
+        kinematic=True,
+        most=settings.most,
+        admitted=admitted,
+        told=told,
+        passed=passed,
+    )
+    if outside(found):
+        return found, passed
     found = replaced(found, sensors, rules, admitted)
-    if none.estimate.point.free:
+    if begun.estimate.point.free:
         alike = at_one_distance if model.axes is LONGITUDINAL else _any_fault
         found = chosen_with_coefficients(found, sensors, rules, beside, alike)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)
-    return found
+    return found, [begun]
+
+
+def _has_none(names: Collection[tuple[str, ...]], selected: Selected) -> bool:
+    """Whether a structure has none of some hypotheses."""
+    return not any(told_apart(each.hypothesis) in names for each in selected.chosen)
+
+
+def _outside(found: Selected, length: float | None) -> list[Hypothesis]:
+    """The chosen sensors' places that are not on the aircraft."""
+    return [each.hypothesis for each in found.chosen if _is_outside(found, each, length)]
 
 
 def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:

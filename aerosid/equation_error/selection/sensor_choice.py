@@ -7,13 +7,20 @@ constants of an aircraft that is nearly symmetric.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from aerosid.effects import frozen
+from aerosid.compiled.cores import mapped
+from aerosid.effects import frozen, with_numbers
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    Frame,
+    SentPeak,
+    estimate,
+    likeliest_numbers,
+)
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     joined,
@@ -76,11 +83,9 @@ def chosen_with_coefficients(
             beside.log_likelihood(selected.estimate) + selected.estimate.log_likelihood - rules.price(each.hypothesis)
         )
         best: tuple[float, Estimate, Hypothesis] | None = None
-        for found, hypothesis in _in_its_place(bare, selected, each, open_):
-            if found.gain_over(bare) < settings.choice_share * brought:
-                continue
-            more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis) - kept
-            if more > settings.choice_gain and (best is None or more > best[0]):
+        least = settings.choice_share * brought
+        for more, found, hypothesis in _in_its_place(bare, selected, each, open_, least, rules, beside):
+            if more - kept > settings.choice_gain and (best is None or more > best[0]):
                 best = more, found, hypothesis
         if best is not None:
             others = tuple(other for other in selected.chosen if other is not each)
@@ -89,16 +94,39 @@ def chosen_with_coefficients(
 
 
 def _in_its_place(
-    bare: Estimate, selected: Selected, each: Chosen, asked: Sequence[Hypothesis]
-) -> Iterator[tuple[Estimate, Hypothesis]]:
-    """Estimates with each of the likeliest other faults in the place of a chosen one, beside the `bare` structure."""
+    bare: Estimate,
+    selected: Selected,
+    each: Chosen,
+    asked: Sequence[Hypothesis],
+    least: float,
+    rules: Rules,
+    beside: CoefficientsBeside,
+) -> list[tuple[float, Estimate, Hypothesis]]:
+    """Estimates with each of the likeliest other faults in the place of a chosen one, beside the `bare` structure.
+
+    Before each, ln L of both kinds of equations less its price; none that brings less than the `least` gain.
+    """
     frame = selected.estimate.frame
     rest = [other for other in selected.chosen if other is not each]
     taken = {other.hypothesis.label for other in selected.chosen}
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
     candidates = effect_candidates(frame, bare, open_)
-    for n in likeliest(scores(bare, candidates), candidates, frame.settings.shortlist):
+
+    def tried(n: int) -> tuple[float, tuple[tuple[float, ...], ...], SentPeak] | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
-        if within_limits(found, hypothesis):
-            yield found, hypothesis
+        peak = likeliest_numbers(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
+        found = peak.estimate
+        if not within_limits(found, hypothesis) or found.gain_over(bare) < least:
+            return None
+        more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis)
+        return more, tuple(active.values for active in hypothesis.effects), SentPeak.of(peak)
+
+    order = likeliest(scores(bare, candidates), candidates, frame.settings.shortlist)
+    rows = []
+    for n, fit in zip(order, mapped(tried, order), strict=True):
+        if fit is not None:
+            more, numbers, sent = fit
+            hypothesis = candidates[n].hypothesis
+            hypothesis = replace(hypothesis, effects=with_numbers(hypothesis.effects, numbers))
+            rows.append((more, sent.peak(frame, joined(bare.point, hypothesis)).estimate, hypothesis))
+    return rows

@@ -46,7 +46,6 @@ Admitted = Callable[[Estimate, Hypothesis], bool]
 
 def forward(
     selected: Selected,
-    frame: Frame,
     rules: Rules,
     hypotheses: Sequence[Hypothesis],
     *,
@@ -56,15 +55,18 @@ def forward(
     recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
+    passed: list[Selected] | None = None,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
 
     `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given.
+    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through.
     """
     refused: set[tuple[str, str, str]] = set()
     while len(selected.chosen) < most:
-        best = _best(selected, frame, rules, hypotheses, refused, admitted, told, coefficients, recording)
+        if passed is not None:
+            passed.append(selected)
+        best = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
         if best is None:
             return selected
         found, hypothesis, gain = best
@@ -75,7 +77,6 @@ def forward(
 
 def _best(
     selected: Selected,
-    frame: Frame,
     rules: Rules,
     hypotheses: Sequence[Hypothesis],
     refused: set[tuple[str, str, str]],
@@ -84,7 +85,7 @@ def _best(
     coefficients: Sequence[str],
     recording: str | None,
 ) -> tuple[Estimate, Hypothesis, float] | None:
-    base = selected.estimate
+    base, frame = selected.estimate, selected.estimate.frame
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
     uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
