@@ -12,7 +12,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import pruned
 from aerosid.search.command_filters import is_no_filter
-from aerosid.search.restarts import afresh
+from aerosid.search.restarts import afresh, worth_restarting
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import lightened, shortlisted, tried
 
@@ -30,7 +30,8 @@ def forward(
         trials = tried(search, current, shortlist)
         if all(search.is_gross(trial) for trial in trials):
             level = min(map(search.price, trials), default=search.price(current))
-            trials += tried(search, current, [], level, further=afresh(search, current, shortlist, level))
+            again = worth_restarting(search, current, shortlist, trials, level)
+            trials += tried(search, current, [], level, further=afresh(search, current, again, level))
         trials = lightened(search, current, trials, min(map(search.price, trials), default=np.inf))
         trials = [trial for trial in trials if search.price(trial) < search.price(current)]
         improved = next((better for better in pruned_trials(search, trials) if is_news(search, better, current)), None)

@@ -46,6 +46,22 @@ def afresh(search: StructureSearch, current: Refinement, shortlist: Sequence[Sco
     return starts
 
 
+def worth_restarting(
+    search: StructureSearch, current: Refinement, shortlist: Sequence[Score], trials: Sequence[Refinement], level: float
+) -> list[Score]:
+    """The hypotheses that may come to more from the declared numbers than their own trial did, at the price `level`.
+
+    A term is linear in its number, and where it begins moves little of where it ends: one whose trial stayed far behind
+    the best is not asked again. `trials`: those of the shortlist, in its order.
+    """
+    behind = search.settings.trials.restart_share * (search.price(current) - level)
+    return [
+        score
+        for score, trial in zip(shortlist, trials, strict=True)
+        if score.hypothesis.effects or search.price(trial) <= level + behind
+    ]
+
+
 def profiled(
     search: StructureSearch, untouched: Refinement, hypotheses: Sequence[Hypothesis], level: float
 ) -> list[Start]:

@@ -1,17 +1,19 @@
-"""Restarts where what is missing is gross: a control's effect is profiled over values that it may have."""
+"""Restarts where what is missing is gross: a control's effect is profiled, a term far behind is not asked again."""
 
 import lateral_flights as commuter
 import numpy as np
 import pytest
 from equations_decided import questioned
+from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import refine
-from aerosid.search.hypotheses import effect_hypotheses
-from aerosid.search.restarts import profiled
+from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.restarts import profiled, worth_restarting
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+from aerosid.search.trial_fits import shortlisted, tried
 
 
 def test_a_surface_far_behind_its_record_begins_near_where_it_is() -> None:
@@ -27,3 +29,24 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is() -> None:
     (start,) = profiled(search, declared, delays, np.inf)
     (active,) = start.effects
     assert active.values[0] == pytest.approx(0.4, rel=0.5)
+
+
+def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither() -> None:
+    model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
+    fitted = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    terms = [entry("C_m", text) for text in ("alpha^2", "alpha^3", "alpha*q_hat", "alpha*delta_e")]
+    offered = term_hypotheses(terms) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
+    search = StructureSearch((manoeuvre,), offered, LIGHT.coefficients, fitted, AttributionSettings(), model)
+    shortlist = shortlisted(search, search.scores(fitted))
+    trials = tried(search, fitted, shortlist)
+    level = min(map(search.price, trials))
+    again = worth_restarting(search, fitted, shortlist, trials, level)
+    assert {score.hypothesis.label for score in shortlist if score.hypothesis.effects} <= {
+        s.hypothesis.label for s in again
+    }
+    assert ("aero_term", "C_m", "alpha^2") in {score.hypothesis.label for score in again}
+    left = [score.hypothesis.entries for score in shortlist if score not in again]
+    assert left
+    for entries in left:
+        anew = refine(model.extended(entries), [manoeuvre], [*model.entries, *entries])
+        assert search.price(anew) > level
