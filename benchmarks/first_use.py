@@ -1,6 +1,6 @@
 """Start-up and first use, as ratios to Python's own import of numpy, scipy.signal and pandas, in one run.
 
-    python -m benchmarks.first_use            what a user waits for every day
+    python -m benchmarks.first_use            what a user waits for every day, and the numerical part by itself
     python -m benchmarks.first_use --cold     and at first use: compilations, their seconds, warm-up on all cores
 
 Each number is the least of several runs. Processor time stands beside wall time, since it says the same on a busy
@@ -16,8 +16,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
+
+import aerosid
+from aerosid.compiled.cores import available, on_cores
+from aerosid.loop.identification import identify
+from aerosid.studies.monte_carlo.search import estimate_known, search
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARIES = "import numpy, scipy.signal, pandas"
@@ -123,6 +129,40 @@ def every_day(times: int) -> None:
     _say(f"import aerosid: {ours.wall / bare.wall:.2f} times bare Python ({1e3 * ours.wall:.0f} ms)")
 
 
+def once_warm(times: int) -> None:
+    """Prints what the numerical part takes by itself, in this process, with all that is imported and compiled there."""
+    log, unseen = (aerosid.read_log(ROOT / LOOP[n]) for n in (1, 5))
+    aircraft = aerosid.load_aircraft(ROOT / LOOP[3])
+    start = estimate_known(log, aircraft).completed.model.values[: len(aircraft.derivatives)].tolist()
+
+    def looped() -> object:
+        with on_cores(available()):
+            return aerosid.close_loop([log], aircraft, [unseen])
+
+    parts: dict[str, Callable[[], object]] = {
+        "identification, one core": lambda: identify([log], aircraft, [unseen]),
+        "close_loop, all cores": looped,
+        "a study's run (terms)": lambda: search(log, aircraft, "terms", start),
+    }
+    _say(f"{'without report, warm':28}{'wall s':>8}{'cpu s':>8}")
+    for name, part in parts.items():
+        part()
+        runs = [_timed(part) for _ in range(2 * times)]
+        _say(f"{name:28}{min(wall for wall, _ in runs):8.3f}{min(processor for _, processor in runs):8.3f}")
+
+
+def _timed(part: Callable[[], object]) -> tuple[float, float]:
+    """Wall s, and processor s of this process and of its copies."""
+
+    def used() -> float:
+        here, copies = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return here.ru_utime + here.ru_stime + copies.ru_utime + copies.ru_stime
+
+    before, start = used(), time.perf_counter()
+    part()
+    return time.perf_counter() - start, used() - before
+
+
 def first_use() -> None:
     """Prints compilations of a first close-loop, as numba does them and as they are done here, and warm-up."""
     for name, how in (("helpers compiled alone", "alone"), ("helpers merged", "merged")):
@@ -163,6 +203,7 @@ def main() -> None:
     parser.add_argument("--times", type=int, default=3, help="runs of each command (default 3)")
     words = parser.parse_args()
     every_day(words.times)
+    once_warm(words.times)
     if words.cold:
         first_use()
 
