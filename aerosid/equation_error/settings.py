@@ -179,6 +179,12 @@ class EquationErrorSettings:
         Power of whitened kinematic residuals in the space of the instruments over their power in all directions, 1,
         that is expected: four poles do not whiten what is slow. Mean of 40 simulated flights in turbulence with nothing
         missing (benchmarks/turbulent_flights.py, seeds 4000 to 4039).
+    fewest_early : int
+        Sensors that have to be early for the same to be tried as the others late: one alone is told most simply as
+        early. By reasoning.
+    needed_share : float
+        Share, 1, of what is left of an unseen coefficient that has to fall away with an effect which few blocks of the
+        fitted recordings show, where the unseen recording's gain in ln L does not confirm it. Chosen: a half.
     usual_freedom : float
         Degrees of freedom that this expectation counts for: about as many as one flight has of its own; the spread over
         those flights was no wider than that of chi squared.
@@ -242,6 +248,8 @@ class EquationErrorSettings:
     alike_instruments: float = 12.5
     usual_excess: float = 1.4
     usual_freedom: float = 20.0
+    fewest_early: int = 2
+    needed_share: float = 0.5
 
     def alarm(self, axes: Axes) -> float:
         """Probability that a flight of a case with nothing missing has something named."""

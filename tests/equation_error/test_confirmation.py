@@ -9,7 +9,7 @@ from equations_decided import decided, frames_of
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.confirmation import is_replicated
+from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
 from aerosid.equation_error.selection.deletion import Chosen, Selected
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
@@ -34,6 +34,8 @@ def test_a_term_is_replicated_where_the_unseen_flight_has_it_too(unseen: Wrong, 
     assert is_replicated(selected, completed, each) is shown
     # A flight that shows nothing by itself confirms nothing.
     assert not is_replicated(Selected(completed, (each,)), completed, each)
+    assert is_needed(selected, completed, each) is shown
+    assert not is_needed(Selected(completed, (each,)), completed, each)
 
 
 def test_a_term_that_one_event_shows_is_named_where_another_flight_shows_it_too() -> None:

@@ -18,8 +18,8 @@ from aerosid.equation_error.regression.moderated_test import chance_of
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import told_apart
-from aerosid.equation_error.selection.confirmation import is_replicated
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, without
+from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, paid, without
 from aerosid.equation_error.selection.evidence import distances, weakest
 from aerosid.equation_error.selection.level_shifts import (
     as_hypothesis,
@@ -30,7 +30,7 @@ from aerosid.equation_error.selection.level_shifts import (
     sudden_elsewhere,
     with_shifts,
 )
-from aerosid.equation_error.selection.prices import Rules, total_cost
+from aerosid.equation_error.selection.prices import Rules
 from aerosid.equation_error.selection.starts import may_separate, of_controls
 from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
 from aerosid.equation_error.selection.votes import (
@@ -115,10 +115,8 @@ class CoefficientSearch:
 
     def paid(self, selected: Selected) -> float:
         """Ln L less the cost of all that entered, level shifts of unseen recordings among it."""
-        chosen = [each.hypothesis for each in selected.chosen]
-        cost = total_cost(self.rules, selected.estimate.point, chosen)
         shifts = sum(self.rules.price(as_hypothesis(active)) for active in shifts_of(selected.estimate))
-        return selected.estimate.log_likelihood - cost - shifts
+        return paid(selected, self.rules) - shifts
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
@@ -188,7 +186,7 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
         point = selected.estimate.point
         completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
         replicated = functools.partial(is_replicated, selected, completed)
-        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected)
+        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected, completed)
         if gone is None:
             gone = _refused_one(search, selected, completed)
             if gone is None:
@@ -198,11 +196,11 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
         selected = left_out(selected, gone)
 
 
-def _of_few_blocks(search: CoefficientSearch, selected: Selected) -> Chosen | None:
+def _of_few_blocks(search: CoefficientSearch, selected: Selected, completed: Estimate) -> Chosen | None:
     """The chosen one that the noise of the few blocks that show it makes most easily, where it does so too easily.
 
     What is sudden is one event by its nature, and was looked for at every instant; a fault that kinematics show as well
-    has another witness.
+    has another witness; and what an unseen recording needs by itself is no chance of a few blocks.
     """
     found, worst = selected.estimate, None
     # Shown on longitudinal flights; with sideslip false alarms are a third as likely by their price already.
@@ -217,7 +215,7 @@ def _of_few_blocks(search: CoefficientSearch, selected: Selected) -> Chosen | No
             default=0.0,
         )
         excess = chance / search.rules.chance(hypothesis)
-        if excess > 1.0 and (worst is None or excess > worst[0]):
+        if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, completed, each):
             worst = excess, each
     return worst[1] if worst is not None else None
 

@@ -6,8 +6,9 @@ recording that shows the same number tells that it was no chance.
 
 from __future__ import annotations
 
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
+from aerosid.equation_error.regression.estimate import Estimate, estimate, likeliest_numbers
 from aerosid.equation_error.selection.deletion import STEPS, Chosen, Selected, each_struck_out, without
+from aerosid.equation_error.selection.votes import beside_gusts, largest_fall
 
 
 def is_replicated(selected: Selected, completed: Estimate, each: Chosen) -> bool:
@@ -32,3 +33,19 @@ def is_replicated(selected: Selected, completed: Estimate, each: Chosen) -> bool
     alone = likeliest_numbers(completed.frame, without(completed.point, each), completed.solution.weights, STEPS)
     beyond = whole.gain_over(rest) - completed.gain_over(alone)
     return beyond >= 0.5 * whole.frame.settings.deviations**2
+
+
+def is_needed(selected: Selected, completed: Estimate, each: Chosen) -> bool:
+    """Whether an unseen recording shows a chosen effect by itself, or leaves much more of a coefficient without it.
+
+    Arguments as of `is_replicated`. A short unseen recording may gain little in ln L, its residual being coloured, and
+    yet have most of what its coefficients leave explained by the fitted recordings' number.
+    """
+    whole = selected.estimate.frame
+    if all(recording.fitted for recording in whole.recordings):
+        return False
+    if is_replicated(selected, completed, each):
+        return True
+    bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, STEPS)
+    fall = largest_fall(beside_gusts(whole, bare), beside_gusts(whole, completed))
+    return fall >= whole.settings.needed_share

@@ -10,7 +10,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, Peak, SentPeak, likeliest_numbers
-from aerosid.equation_error.selection.prices import own_effects
+from aerosid.equation_error.selection.prices import Rules, own_effects, total_cost
 
 STEPS = 4
 """Numerical: Gauss-Newton steps at most of a structure with one effect less."""
@@ -38,6 +38,12 @@ class Selected:
     estimate: Estimate
     chosen: tuple[Chosen, ...]
     instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
+
+
+def paid(selected: Selected, rules: Rules) -> float:
+    """Ln L of a structure less the cost of all that entered."""
+    chosen = [each.hypothesis for each in selected.chosen]
+    return selected.estimate.log_likelihood - total_cost(rules, selected.estimate.point, chosen)
 
 
 def without(point: Point, chosen: Chosen) -> Point:

@@ -40,6 +40,7 @@ from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
 from aerosid.equation_error.selection.prices import rules_for
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.selection.stepwise import at_one_distance, forward, recordings_agree
+from aerosid.equation_error.selection.time_origin import with_late_channels
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -213,6 +214,7 @@ def _searched(
     if outside(found):
         return found, passed
     found = replaced(found, sensors, rules, admitted)
+    found = with_late_channels(found, sensors, rules, admitted, told)
     if begun.estimate.point.free:
         alike = at_one_distance if model.axes is LONGITUDINAL else _any_fault
         found = chosen_with_coefficients(found, sensors, rules, beside, alike)

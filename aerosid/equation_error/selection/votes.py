@@ -145,6 +145,15 @@ def share_lost(before: Predicted, after: Predicted) -> float:
     return float(sum(rises))
 
 
+def largest_fall(before: Predicted, after: Predicted) -> float:
+    """The largest share, of what is left of an unseen coefficient, that falls away with an effect."""
+    falls = [
+        1.0 - float(np.mean(each.left**2)) / max(float(np.mean(before[key].left ** 2)), 1e-300)
+        for key, each in after.items()
+    ]
+    return max(falls, default=0.0)
+
+
 def unconfirmed(before: Predicted, after: Predicted, coefficient: str) -> bool:
     """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
     falls = [
