@@ -8,7 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
+from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.reading import aircraft_from_text
+from aerosid.flight_model.axes import state_vector
+from aerosid.flight_model.flight import Flight, simulate_outputs
+from aerosid.logs.flight_log import FlightLog
+from aerosid.nomenclature import CHANNELS
 
 HEAD = """
 schema = 1
@@ -41,3 +46,37 @@ def commuter(values: Mapping[str, Mapping[str, float]], factor: float = 1.0) -> 
 def doublet(time: NDArray[np.float64], begin: float, size: float) -> NDArray[np.float64]:
     early, late = (time >= begin) & (time < begin + 0.8), (time >= begin + 0.8) & (time < begin + 1.6)
     return size * (1.0 * early - 1.0 * late)
+
+
+NOISE = {
+    "V": 0.15, "alpha": 0.0015, "beta": 0.0015, "p": 0.0015, "q": 0.001, "r": 0.001, "phi": 0.001, "theta": 0.001,
+    "psi": 0.0015, "a_x": 0.02, "a_y": 0.03, "a_z": 0.05, "h": 0.3,
+}  # fmt: skip
+
+
+def flown(aircraft: Aircraft, seed: int) -> FlightLog:
+    """Elevator, aileron and rudder doublets; measured motion with its noise, controls without."""
+    model = declared_model(aircraft, 72.0)
+    time = np.arange(0.0, 14.0, 0.04)
+    controls = {"delta_a": doublet(time, 1.0, 0.06), "delta_r": doublet(time, 4.0, 0.05)}
+    given = {"rho": 1.02, "thrust": 5000.0, "mass": 4650.0, "speed_of_sound": 340.0}
+    given |= {"V": 72.0 + 0.5 * np.sin(0.3 * time), "alpha": 0.02 + 0.004 * np.sin(0.5 * time), "theta": 0.02}
+    given |= controls | {"delta_e": 0.0012 + doublet(time, 7.0, 0.02)}
+    inputs = np.column_stack([np.broadcast_to(given.get(name, 0.0), time.shape) for name in model.columns])
+    axes = aircraft.axes
+    rows = len(axes.outputs)
+    flight = Flight(time, inputs, np.zeros((0, rows)), np.zeros((rows, 3)), 6, np.zeros(len(model.extra_columns)))
+    start = state_vector(axes, {"u": 71.98, "w": 1.44, "theta": 0.02, "h": 1500.0})
+    outputs, _ = simulate_outputs(start, flight, np.array(model.values), model.table, model.constants)
+    assert np.isfinite(outputs).all()
+    rng = np.random.default_rng(seed)
+    channels = {name: np.array(inputs[:, model.columns.index(name)]) for name in axes.measured}
+    channels |= {
+        name: inputs[:, model.columns.index(name)]
+        for name in ("delta_a", "delta_r", "delta_e")
+        if name in model.columns
+    }
+    for name, values in zip(axes.outputs, outputs.T, strict=True):
+        if name in NOISE:
+            channels[name] = values + NOISE[name] * rng.standard_normal(time.size)
+    return FlightLog("flight", time, channels, {name: CHANNELS[name].unit for name in channels})

@@ -23,6 +23,7 @@ from aerosid.estimation.effects_in_flight import (
     acting_model,
     recording_sensors,
 )
+from aerosid.estimation.lever_slopes import write_lever_slopes
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import MotionLoop, motion_loop
@@ -264,6 +265,8 @@ class Likelihood:
             block = trace.block
             for place, slope in sides.items():
                 block[:, :, 1 + own + place] = slope[begin:stop]
+            acting = (*effects, *tested)
+            write_lever_slopes(block, trace.outputs, flight.inputs[begin:stop], manoeuvre, acting, 1 + own)
             sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
             here = present[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)

@@ -1,7 +1,8 @@
-"""Sensitivities by central differences of whole simulations: numbers of the aircraft's body and of sensors' places.
+"""Sensitivities by central differences of whole simulations: numbers of the aircraft's body and of the vane's place.
 
-What no input column carries. A sensor's place moves its output linearly, so that the difference is exact; a moment of
-inertia moves the motion, and the difference errs by the square of its step.
+What no input column carries, and no closed form gives from the simulated motion, as `lever_slopes` does where sensors
+of accelerations and sideslip sit. A moment of inertia moves the motion, and the difference errs by the square of its
+step.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, BodyEffect, PositionEffect, StateEffect
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model
+from aerosid.estimation.lever_slopes import has_closed_form
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import self_consistent
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -53,7 +55,8 @@ def slopes_by_simulation(
     found: dict[int, NDArray[np.float64]] = {}
     place = 0
     for n, active in enumerate((*effects, *tested)):
-        if isinstance(active.effect, PositionEffect | BodyEffect) and active.acts_on(manoeuvre.name):
+        asked = isinstance(active.effect, PositionEffect | BodyEffect) and not has_closed_form(active)
+        if asked and active.acts_on(manoeuvre.name):
             others = [other for m, other in enumerate(effects) if m != n]
             for parameter, number in enumerate(active.effect.parameters[: active.slopes]):
                 sides = active.beside(parameter, number.step), active.beside(parameter, -number.step)

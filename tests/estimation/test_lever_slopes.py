@@ -1,0 +1,45 @@
+"""Slopes to where sensors sit: the closed form against differences of whole simulations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lateral_problems import PITCH, SIDE, commuter, flown
+
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.effects.family import at_null
+from aerosid.effects.sensor_position import sensor_place
+from aerosid.estimation.effects_in_flight import acting_flight
+from aerosid.estimation.lever_slopes import LEVERS
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.flight_model.flight import simulate_outputs
+
+STEP = 0.5
+"""m; any, of what is linear."""
+
+
+@pytest.mark.parametrize("values", [SIDE, PITCH | SIDE], ids=["lateral", "six degrees of freedom"])
+def test_slopes_by_a_place_are_those_of_whole_simulations(values: dict[str, dict[str, float]]) -> None:
+    aircraft = commuter(values)
+    manoeuvre = prepare(flown(aircraft, 1), aircraft, declared_model(aircraft, 72.0).columns)
+    model = declared_model(aircraft, 72.0)
+    channels = [name for name in LEVERS if name in aircraft.axes.outputs]
+    tested = [at_null(sensor_place(channel, "xyz")) for channel in channels]
+    likelihood = Likelihood(model, (manoeuvre,), model.entries)
+    numbers = np.array(model.values)
+    state = manoeuvre.first_state
+    (part,) = likelihood.traced(0, numbers, state, (), tested, whole=True)
+    found = part.block[:, :, -3 * len(channels) :]
+
+    assert {"a_y", "beta"} <= set(channels)
+    for n, active in enumerate(tested):
+        for axis in range(3):
+            sides = []
+            for step in (STEP, -STEP):
+                flight, _ = acting_flight(model, manoeuvre, [active.beside(axis, step)])
+                sides.append(simulate_outputs(state, flight, numbers, model.table, model.constants)[0])
+            expected = (sides[0] - sides[1]) / (2.0 * STEP)
+            np.testing.assert_allclose(found[:, :, 3 * n + axis], expected, atol=1e-9)
+        row = aircraft.axes.outputs.index(active.effect.where)
+        assert np.abs(found[:, row, 3 * n]).max() > 1e-4
