@@ -19,18 +19,22 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
     """
     level = np.sqrt(refinement.variance)
     wrong: dict[str, None] = {}
-    for part in whiten(refinement, manoeuvres):
+    for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]
-        memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, name in enumerate(manoeuvre.axes.outputs):
-            residual = part.residual[:, i]
-            present = np.isfinite(residual)
-            if present.sum() < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
+        greater: dict[int, float] = {}
+        for i in range(len(manoeuvre.axes.outputs)):
+            residual = part.residual[np.isfinite(part.residual[:, i]), i]
+            if residual.size < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a reading that hangs between steps: its noise is not known
-            ratio = float(np.sqrt(np.mean(residual[present] ** 2))) * level[i] / manoeuvre.noise[i]
-            own = ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i])
-            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual[present]) and not own:
-                wrong[name] = None
+            ratio = float(np.sqrt(np.mean(residual**2))) * level[i] / manoeuvre.noise[i]
+            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual):
+                greater[i] = ratio
+        if not greater:
+            continue
+        memories = noise_memories(manoeuvre.flight.time, part.residual)
+        for i, ratio in greater.items():
+            if not ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i]):
+                wrong[manoeuvre.axes.outputs[i]] = None
     return tuple(wrong)
 
 
@@ -42,7 +46,7 @@ def _understated(memory: float) -> float:
 def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
     """Log, channel and memory of each sensor whose own noise is coloured: what one sample keeps of the last."""
     found = []
-    for part in whiten(refinement, manoeuvres):
+    for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]
         memories = noise_memories(manoeuvre.flight.time, part.residual)
         for i, name in enumerate(manoeuvre.axes.outputs):
