@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # made products of 20 us take 8 ms and a whole loop twice as long.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_CYCLES_SOUGHT_AFTER)
-    # The interpreter's last search for cycles frees what the end of the process frees anyway: a fifth of a second.
+    # The interpreter's last search for cycles frees what the end of the process frees anyway.
     atexit.register(gc.freeze)
     try:
         # Taken out here so that it may stand before or after the verb without every verb declaring it.
