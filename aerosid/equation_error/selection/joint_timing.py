@@ -176,12 +176,17 @@ def likeliest_kinds(
     sensors : sequence of Hypothesis
         Instruments' faults that may stand in place of one another.
     """
+    timed: dict[tuple[tuple[str, tuple[float, ...]], ...], tuple[JointTiming, float]] = {}
 
     def judged(selected: Selected, hypothesis: Hypothesis, gain: float, behind: float = 0.0) -> _Lateness:
         begun = kinematic_timing(selected.estimate)
-        timing = joint_timing(selected.estimate, begun, _at(declared, begun), told)
-        likelihood = _at(declared, timing).log_likelihood - timing.penalty - behind
-        return _Lateness(hypothesis, gain, behind, selected, timing, likelihood)
+        # The same faults are asked for each channel that is late.
+        name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in begun.effects)
+        if name not in timed:
+            timing = joint_timing(selected.estimate, begun, _at(declared, begun), told)
+            timed[name] = timing, _at(declared, timing).log_likelihood - timing.penalty
+        timing, likelihood = timed[name]
+        return _Lateness(hypothesis, gain, behind, selected, timing, likelihood - behind)
 
     others: list[Alternative] = []
     margin = declared.frame.settings.alike_instruments

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
@@ -48,8 +49,8 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
     for n in np.argsort(-gains):
         if gains[n] >= 0.5 * support:
             best.setdefault(told_apart(candidates[n].hypothesis), int(n))
-    seen: dict[Name, Support] = {}
-    for name, n in best.items():
+
+    def fitted(n: int) -> Support | None:
         trial, hypothesis = to_first_order(base, candidates[n])
         found = estimate(base.frame, joined(base.point, hypothesis), trial.weights, steps=5)
         active, gain = found.point.effects[-1], found.gain_over(base)
@@ -59,9 +60,13 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
         # Nothing is early; a place may lie along any axis, and its gain counts them together.
         off = off if hypothesis.kind in LATE else abs(off)
         shown = _is_place_aside(hypothesis) or off > support * float(np.sqrt(covariance[0, 0]))
-        if shown and within_limits(found, hypothesis) and gain > support:
-            # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
-            seen[name] = Support(active.values, covariance, gain, 0.0 if hypothesis.kind in LATE else gain)
+        if not (shown and within_limits(found, hypothesis) and gain > support):
+            return None
+        # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
+        return Support(active.values, covariance, gain, 0.0 if hypothesis.kind in LATE else gain)
+
+    fits = mapped(fitted, list(best.values()))
+    seen = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
     return _fewest_axes(seen, support)
 
 
