@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from aerosid.equation_error.regression.estimate import Estimate, estimate, likeliest_numbers
 from aerosid.equation_error.selection.deletion import STEPS, Chosen, Selected, each_struck_out, without
+from aerosid.equation_error.selection.level_shifts import shift_columns
 from aerosid.equation_error.selection.votes import beside_gusts, largest_fall
 
 
@@ -47,5 +48,6 @@ def is_needed(selected: Selected, completed: Estimate, each: Chosen) -> bool:
     if is_replicated(selected, completed, each):
         return True
     bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, STEPS)
-    fall = largest_fall(beside_gusts(whole, bare), beside_gusts(whole, completed))
+    jumps = shift_columns(selected.estimate)
+    fall = largest_fall(beside_gusts(whole, bare, jumps), beside_gusts(whole, completed, jumps))
     return fall >= whole.settings.needed_share
