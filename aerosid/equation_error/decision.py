@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from aerosid.equation_error.selection.joint_timing import (
     TwoWitnesses,
     held_at,
     is_within,
+    joint_gain,
     joint_timing,
     kinematic_timing,
     likeliest_kinds,
@@ -108,18 +110,11 @@ def decide(
     told : callable
         Hears what enters and leaves, for a journal.
     """
-    start, asked, proved = faults.start, faults.asked, faults.selected
-    settings = proved.estimate.frame.settings
+    start, asked = faults.start, faults.asked
+    settings = faults.selected.estimate.frame.settings
     sensors = [h for h in asked if of_sensors(h)]
-    whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
-    declared = estimate(whole, held_at(start, proved.estimate.point.effects))
-    likelier, late = likeliest_kinds(proved, declared, sensors, told)
-    if likelier is not proved:
-        proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
-    declared = likelier_smoothing(likelier_inputs(declared))
-    search = _search_of(asked, proved, declared, tuple(coefficients), told)
+    proved, late, search, outcome = _structure(faults, faults.selected, tuple(coefficients), told)
     fitted, support = search.fitted, search.rules.support
-    outcome = _timed(proved.estimate, declared, search)
     kept = outcome.kept
     while True:
         point = kept.estimate.point
@@ -164,6 +159,37 @@ def decide(
         timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
         supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
     )
+
+
+class _Structure(NamedTuple):
+    """The faults, the other ways in which a channel may be late, the search in the coefficients, and its outcome."""
+
+    proved: Selected
+    late: tuple[Alternative, ...]
+    search: CoefficientSearch
+    outcome: _Outcome
+
+
+def _structure(
+    faults: ProvedFaults, proved: Selected, coefficients: tuple[str, ...], told: Callable[[str], None]
+) -> _Structure:
+    """The structure that both kinds of equations show, no lateness in it for which they do not pay together."""
+    start, settings = faults.start, proved.estimate.frame.settings
+    sensors = [h for h in faults.asked if of_sensors(h)]
+    whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
+    declared = estimate(whole, held_at(start, proved.estimate.point.effects))
+    likelier, late = likeliest_kinds(proved, declared, sensors, told)
+    if likelier is not proved:
+        proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
+    declared = likelier_smoothing(likelier_inputs(declared))
+    search = _search_of(faults.asked, proved, declared, coefficients, told)
+    outcome = _timed(proved.estimate, declared, search)
+    for each in proved.chosen:
+        gain = joint_gain(proved, each, outcome.timing, outcome.kept.estimate)
+        if gain is not None and gain < search.rules.price(each.hypothesis):
+            told(f"  both kinds of equations together gain {gain:.1f} by {each.hypothesis.label}")
+            return _structure(faults, left_out(proved, each), coefficients, told)
+    return _Structure(proved, late, search, outcome)
 
 
 def _with_deviations(timing: JointTiming, lone: Estimate, kept: Selected) -> tuple[Estimate, Array]:

@@ -145,15 +145,18 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     def behind_with(solution: Solution) -> float:
         return worth - gain_over(bare.design, bare.log_likelihood, solution, settings)
 
-    def may_be_alike(promised: Solution) -> bool:
-        return behind_with(promised) <= margin + TRIALS.hopeless_share * worth
+    def is_hopeless(promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
+        # Other ways of being late are as far from their first order as the chosen one is.
+        return behind_with(promised) > most + TRIALS.hopeless_share * worth and not is_told(hypothesis, [each])
 
     def tried(n: int) -> _Tried | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        if behind_with(trial) > TRIALS.hopeless * alike + TRIALS.hopeless_share * worth:
+        if is_hopeless(trial, hypothesis, TRIALS.hopeless * alike):
             return None
         begun = joined(bare.point, hypothesis)
-        found = likeliest_numbers(frame, begun, trial.weights, steps=5, may_win=may_be_alike)
+        found = likeliest_numbers(
+            frame, begun, trial.weights, steps=5, may_win=lambda s: not is_hopeless(s, hypothesis, margin)
+        )
         behind = worth - found.gain_over(bare)
         if not (behind < margin and within_limits(found, hypothesis)):
             return None
@@ -172,8 +175,9 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
                 hypothesis = replace(hypothesis, effects=with_numbers(hypothesis.effects, found.begun))
             estimated = found.sent.peak(frame, joined(bare.point, hypothesis)).estimate
             row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
-            # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well.
-            if row.ratio >= settings.deviations:
+            # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
+            # another way in which the same channel is late says that it is late.
+            if row.ratio >= settings.deviations or is_told(hypothesis, [each]):
                 rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
 

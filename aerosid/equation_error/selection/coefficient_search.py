@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +29,9 @@ from aerosid.equation_error.selection.level_shifts import (
     shifts_of,
     sudden_elsewhere,
     with_shifts,
+    without_shifts,
 )
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.prices import Label, Rules
 from aerosid.equation_error.selection.starts import may_separate, of_controls
 from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
 from aerosid.equation_error.selection.votes import (
@@ -74,8 +75,20 @@ class CoefficientSearch:
     admitted: Admitted
     told: Callable[[str], None]
 
-    def forward(self, begun: Selected, asked: Sequence[Hypothesis], most: int, *, sudden: bool = True) -> Selected:
-        """Forward selection among some hypotheses; `sudden`: and among changes at an instant."""
+    def forward(
+        self,
+        begun: Selected,
+        asked: Sequence[Hypothesis],
+        most: int,
+        *,
+        sudden: bool = True,
+        struck_out: Collection[Label] = (),
+    ) -> Selected:
+        """Forward selection among what is not struck out; `sudden`: and among changes at an instant."""
+
+        def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
+            return hypothesis.label not in struck_out and self.admitted(found, hypothesis)
+
         return forward(
             begun,
             self.rules,
@@ -83,7 +96,7 @@ class CoefficientSearch:
             kinematic=False,
             coefficients=self.coefficients if sudden else (),
             most=most,
-            admitted=self.admitted,
+            admitted=admitted,
             told=self.told,
         )
 
@@ -120,21 +133,31 @@ class CoefficientSearch:
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
-    """What the coefficients lack and every recording can bear; what was refused may have stood in another's place."""
+    """What the coefficients lack and every recording can bear; what left may have stood in another's place.
+
+    Of the structures that stand after one round and another the likeliest counts, prices paid.
+    """
     refuted: Labels = ()
+    struck_out: Labels = ()
     most = begun.estimate.frame.settings.most
     found = _beside_level_shifts(search, begun)
-    for _ in range(begun.estimate.frame.settings.rounds):
+    best: Selected | None = None
+    for _ in range(begun.estimate.frame.settings.rounds + 1):
         kept, refused_now = _standing(search, found)
-        refuted = (*refuted, *refused_now)
+        stand = {each.hypothesis.label for each in kept.chosen}
+        gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
+        refuted, struck_out = (*refuted, *refused_now), (*struck_out, *gone)
+        # What was refused since stands no more in what stood before.
+        held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
+        best = max(best, kept, key=search.paid) if best is not None and held else kept
         open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
         found = search.replaced(kept, open_)
-        if refused_now:
-            found = search.forward(found, open_, most)
-        if {each.hypothesis.label for each in found.chosen} == {each.hypothesis.label for each in kept.chosen}:
-            return kept, refuted
-    kept, refused_now = _standing(search, found)
-    return kept, (*refuted, *refused_now)
+        if gone:
+            found = search.forward(found, open_, most, struck_out=struck_out)
+        if {each.hypothesis.label for each in found.chosen} == stand:
+            break
+    assert best is not None
+    return best, refuted
 
 
 def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
@@ -152,11 +175,24 @@ def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected
         point = with_shifts(begun.estimate.point, shifts_of(beside))
         afresh = Selected(estimate(frame, point, begun.estimate.solution.weights), ())
         onward = search.forward(Selected(beside, found.chosen), search.asked, frame.settings.most)
-        found, anew = search.replaced(onward, search.asked), _attributed(search, afresh)
+        found, anew = search.replaced(onward, search.asked), _with_shifts_anew(search, _attributed(search, afresh))
         search.told(f"  beside level shifts {search.paid(found):.1f}, begun anew {search.paid(anew):.1f}")
         if search.paid(anew) > search.paid(found) + frame.settings.clearly:
             found = anew
     return found
+
+
+def _with_shifts_anew(search: CoefficientSearch, found: Selected) -> Selected:
+    """A structure with its level shifts chosen anew where that is likelier with no fewer of them.
+
+    A moment that shifts beside a moving centre of gravity is taken for that of a step, while the centre is not known.
+    """
+    frame, known = found.estimate.frame, shifts_of(found.estimate)
+    bare = estimate(frame, without_shifts(found.estimate), found.estimate.solution.weights)
+    most = frame.settings.most
+    anew = Selected(level_shifts(bare, search.coefficients, search.rules, most, search.told), found.chosen)
+    fewer = len(shifts_of(anew.estimate)) < len(known)
+    return found if fewer else max(found, anew, key=search.paid)
 
 
 def _attributed(search: CoefficientSearch, begun: Selected) -> Selected:

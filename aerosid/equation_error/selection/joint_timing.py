@@ -21,7 +21,7 @@ from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.deviations import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.regression.estimate import Estimate, effect_columns, estimate, linear_values, numbers_of
 from aerosid.equation_error.selection.alternatives import Alternative, in_place_of
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, struck_out
 from aerosid.equation_error.selection.evidence import weakest
 
 Array = NDArray[np.float64]
@@ -117,6 +117,37 @@ def joint_timing(
     told("  timed " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
     joint = kinematic - follow @ (known - covariance) @ follow.T
     return JointTiming(effects, joint, 0.5 * float(away @ prior @ away))
+
+
+def joint_gain(proved: Selected, each: Chosen, timing: JointTiming, kept: Estimate) -> float | None:
+    """What both kinds of equations gain in ln L by a proven lateness at their joint estimate; None of another fault.
+
+    Kinematics prove it at their own number. Where forces and moments move it far from there, what it gained there is
+    gone, and a fit of both may be left with a number that neither needs.
+
+    Parameters
+    ----------
+    proved : Selected
+        The faults, from kinematics.
+    each : Chosen
+        One of them.
+    timing : JointTiming
+        Their numbers from both.
+    kept : Estimate
+        Of the coefficient equations, its first effects the faults, held at `timing`.
+    """
+    if each.hypothesis.kind not in LATE:
+        return None
+    name = each.hypothesis.effects[0].name
+    place = next(n for n, active in enumerate(timing.effects) if active.values and active.name == name)
+    number = sum(len(active.values) for active in timing.effects[:place])
+    alone = kinematic_timing(proved.estimate)
+    apart = timing.effects[place].values[0] - alone.effects[place].values[0]
+    away = 0.5 * apart**2 / float(alone.covariance[number, number])
+    effects = tuple(active for n, active in enumerate(kept.point.effects) if n != place)
+    without = estimate(kept.frame, replace(kept.point, effects=effects), kept.solution.weights)
+    shown = proved.estimate.gain_over(struck_out(proved, each)) - away
+    return shown + kept.log_likelihood - without.log_likelihood
 
 
 @dataclass(frozen=True)

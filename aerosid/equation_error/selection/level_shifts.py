@@ -9,6 +9,7 @@ and is no finding.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,13 @@ def shifts_of(found: Estimate) -> tuple[ActiveEffect, ...]:
 def with_shifts(point: Point, shifts: Sequence[ActiveEffect]) -> Point:
     """The point with some level shifts beside what it has."""
     return point.with_effects((*point.effects, *shifts)) if shifts else point
+
+
+def without_shifts(found: Estimate) -> Point:
+    """The point of a structure without the level shifts of unseen recordings."""
+    own = shifts_of(found)
+    effects = tuple(active for active in found.point.effects if not any(active is one for one in own))
+    return replace(found.point, effects=effects)
 
 
 def as_hypothesis(shift: ActiveEffect) -> Hypothesis:

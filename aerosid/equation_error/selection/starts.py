@@ -145,6 +145,14 @@ def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[s
     ]
 
 
+def within_strengths(active: ActiveEffect) -> bool:
+    """Whether no number that may have either sign lies at one of its limits: there it stands for something else."""
+    return all(
+        not p.lowest < p.null < p.highest or p.lowest < value < p.highest
+        for p, value in zip(active.effect.parameters, active.values, strict=True)
+    )
+
+
 def _gain(frame: Frame, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
     """Ln L with separation at its start values, its shares of the other coefficients regressed with the terms."""
     point = joined(base.point, hypothesis)

@@ -35,7 +35,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
 from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses
+from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
 from aerosid.equation_error.settings import TRIALS
 
 Array = NDArray[np.float64]
@@ -271,7 +271,7 @@ def with_separation(
         )
         net = found.gain_over(selected.estimate) - rules.price(hypothesis)
         told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
-        if net > 0.0 and (best is None or net > best[0]):
+        if net > 0.0 and within_strengths(found.point.effects[-1]) and (best is None or net > best[0]):
             best = net, found, hypothesis
     if best is None:
         return None
