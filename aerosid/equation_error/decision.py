@@ -140,7 +140,8 @@ def decide(
     before = estimate(lone.frame, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
-    alternatives = (*late, *_unlike(late, alternatives_of(proved, sensors)), *alternatives_of(kept, open_))
+    of_proved = [row for row in alternatives_of(proved, sensors) if row.hypothesis.label not in outcome.refuted]
+    alternatives = (*late, *_unlike(late, of_proved), *alternatives_of(kept, open_))
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     return EquationErrorDecision(
         findings=findings,

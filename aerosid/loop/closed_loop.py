@@ -253,9 +253,9 @@ def _completed(
 
 def _completed_aircraft(judged: _Judged, aircraft: Aircraft, provenance: Provenance) -> Aircraft:
     """Completed aircraft file with its record of provenance."""
-    identified, kept = judged.identified, judged.completion.kept
+    identified, not_shown = judged.identified, judged.completion.not_shown
     logs = {role: [manoeuvre.log for manoeuvre in those] for role, those in judged.flights.items()}
-    record = completion_record(aircraft, logs, judged.verdict, provenance, tuple(kept))
+    record = completion_record(aircraft, logs, judged.verdict, provenance, not_shown)
     return complete_aircraft(aircraft, judged.completion, len(identified.manoeuvres), record)
 
 

@@ -58,7 +58,7 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
         for finding in listed_in_acting_order(found.findings, completed.effects)
         if finding.entry is None
     ]
-    not_shown = [(coefficient, str(term)) for coefficient, term in completion.kept]
+    not_shown = [(coefficient, str(term)) for coefficient, term in completion.not_shown]
     return aircraft.completed(values, effects, not_shown, record)
 
 

@@ -10,6 +10,7 @@ from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.derivative_table import is_shown
 from aerosid.search.attribution import Attribution
+from aerosid.search.final_significance import distance_from_none
 from aerosid.search.restricted_estimate import restricted_estimate
 from aerosid.search.structure_search import StructureSearch
 
@@ -32,11 +33,19 @@ class Completion:
         What is held, with the estimate that was not shown.
     broke_down : bool
         Whether nothing could be estimated beside the held ones: the other numbers are then those of the free estimate.
+    contradicted : tuple of Entry
+        What is not shown and not held either: the declared value and a named number contradict each other.
     """
 
     found: Attribution
     kept: Mapping[Entry, float] = field(default_factory=dict)
     broke_down: bool = False
+    contradicted: tuple[Entry, ...] = ()
+
+    @property
+    def not_shown(self) -> tuple[Entry, ...]:
+        """What the record does not show, held or not."""
+        return (*self.kept, *self.contradicted)
 
 
 def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearch, *, excited: bool) -> Completion:
@@ -57,17 +66,37 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     -----
     A table that mixes declared numbers into a joint estimate is no model that was ever compared with the flight: what
     is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
+
+    Where a declared value would bring a named number within the deviations that it must keep from none, the flight
+    contradicts that value together with the number: the derivative stays as estimated, and is told as not shown.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     kept: dict[Entry, float] = {}
-    while hidden := _not_shown(found, declared, excited=excited):
-        kept |= {entry: found.completed.model.value(entry) for entry in hidden}
+    contradicted: list[Entry] = []
+    while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
         values = {entry: declared[entry] for entry in hidden}
         try:
-            found = restricted_estimate(found, values, search)
+            restricted = restricted_estimate(found, values, search)
         except EstimationError:
-            return Completion(found, kept, broke_down=True)
-    return Completion(found, kept)
+            kept |= {entry: found.completed.model.value(entry) for entry in hidden}
+            return Completion(found, kept, broke_down=True, contradicted=tuple(contradicted))
+        lost = _no_longer_standing(found, restricted, search)
+        if lost:
+            contradicted += [entry for entry in hidden if entry[0] in lost] or hidden
+            continue
+        kept |= {entry: found.completed.model.value(entry) for entry in hidden}
+        found = restricted
+    return Completion(found, kept, contradicted=tuple(contradicted))
+
+
+def _no_longer_standing(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:
+    """The coefficients of named terms that stand by one estimate and no longer by another of the same structure."""
+    before, after = (
+        {part.entry: distance_from_none(part) for part in search.parts(each.completed, each.completed_deviations)}
+        for each in (found, restricted)
+    )
+    asked = search.settings.final_deviations
+    return {entry[0] for entry, ratio in after.items() if entry and ratio < asked <= before.get(entry, 0.0)}
 
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:

@@ -149,6 +149,16 @@ def test_by_default_the_citation_s_vane_is_named_first_whatever_else_was_recorde
     assert all(row.r2_after > 0.9 for row in unseen)
 
 
+def test_no_number_that_a_declared_value_contradicts_is_left_within_three_deviations_of_none() -> None:
+    """On this stretch C_Z q_hat at its declared value took C_Z V_hat from four of its deviations to 2.6."""
+    log = read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml")
+    fitted, unseen = log.between(3625.0, 3649.0), log.between(3649.0, 3665.0)
+    result = close_loop([fitted], load_aircraft("citation"), [unseen])
+    named = [effect for effect in result.effects if effect.std_error and effect.kind != "sensor_scale"]
+    assert len(named) > 5
+    assert all(abs(effect.value) >= 3.0 * effect.std_error for effect in named if effect.std_error)
+
+
 @pytest.mark.parametrize("missing", [(), ("h",), ("theta",)])
 def test_the_whole_citation_has_a_late_vane_and_not_three_early_sensors(missing: tuple[str, ...]) -> None:
     log = without(read("citation/seg_ref_20180312_shortperiod.csv", "citation.toml"), missing)
