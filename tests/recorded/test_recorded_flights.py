@@ -144,8 +144,9 @@ def test_by_default_the_citation_s_vane_is_named_first_whatever_else_was_recorde
     assert 0.15 < first.value < 0.27
     unseen = [row for row in result.coefficients if "0.60" in row.log]
     assert len(unseen) == 3
-    # C_Z is explained to .996 without any effect: what moves there is the noise of the vane.
-    assert all(row.r2_after > row.r2_before - 5e-4 for row in unseen)
+    # Without height C_Z, explained to .996 by the declared model already, loses two ten-thousandths.
+    slack = 5e-4 if missing == ("h",) else 0.0
+    assert all(row.r2_after > row.r2_before - slack for row in unseen)
     assert all(row.r2_after > 0.9 for row in unseen)
 
 
