@@ -120,7 +120,8 @@ def decide(
         point = kept.estimate.point
         lone = likelier_inputs(estimate(fitted, point, weights_on(kept.estimate, fitted, point)))
         chosen = (*proved.chosen, *kept.chosen)
-        completed, covariance = _with_deviations(outcome.timing, lone, kept)
+        alone = Selected(lone, kept.chosen)
+        completed, covariance = _with_deviations(outcome.timing, alone, kept)
         findings = findings_of(completed, covariance, chosen)
         # What the faults' own uncertainty could have made does not stand either.
         weak = weakest_of(findings, kept.chosen, settings.deviations)
@@ -133,7 +134,7 @@ def decide(
     for hypothesis in together:
         (active,) = own_effects(kept.estimate.point, hypothesis)
         worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
-    findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, lone))
+    findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, alone))
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place.
     open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
@@ -193,15 +194,16 @@ def _structure(
     return _Structure(proved, late, search, outcome)
 
 
-def _with_deviations(timing: JointTiming, lone: Estimate, kept: Selected) -> tuple[Estimate, Array]:
+def _with_deviations(timing: JointTiming, alone: Selected, kept: Selected) -> tuple[Estimate, Array]:
     """The estimate with the instruments' numbers, and the covariance of all.
 
     An effect that one event of the fitted recordings shows keeps the deviation of the deleted blocks, unless it would
     be lost by that alone and the unseen recordings show it too.
     """
-    completed, covariance = with_proved_faults(timing, lone)
-    shown = confirmed_unknowns(completed, covariance, kept.chosen, functools.partial(is_replicated, kept, lone))
-    return with_proved_faults(timing, lone, shown) if shown else (completed, covariance)
+    completed, covariance = with_proved_faults(timing, alone.estimate)
+    replicated = functools.partial(is_replicated, kept, alone)
+    shown = confirmed_unknowns(completed, covariance, kept.chosen, replicated)
+    return with_proved_faults(timing, alone.estimate, shown) if shown else (completed, covariance)
 
 
 def _search_of(

@@ -74,18 +74,16 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     kept: dict[Entry, float] = {}
     contradicted: list[Entry] = []
     while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
-        values = {entry: declared[entry] for entry in hidden}
+        estimated = {entry: found.completed.model.value(entry) for entry in hidden}
         try:
-            restricted = restricted_estimate(found, values, search)
+            restricted = restricted_estimate(found, {entry: declared[entry] for entry in hidden}, search)
         except EstimationError:
-            kept |= {entry: found.completed.model.value(entry) for entry in hidden}
-            return Completion(found, kept, broke_down=True, contradicted=tuple(contradicted))
+            return Completion(found, kept | estimated, broke_down=True, contradicted=tuple(contradicted))
         lost = _no_longer_standing(found, restricted, search)
         if lost:
             contradicted += [entry for entry in hidden if entry[0] in lost] or hidden
             continue
-        kept |= {entry: found.completed.model.value(entry) for entry in hidden}
-        found = restricted
+        kept, found = kept | estimated, restricted
     return Completion(found, kept, contradicted=tuple(contradicted))
 
 

@@ -29,13 +29,13 @@ def test_a_term_is_replicated_where_the_unseen_flight_has_it_too(unseen: Wrong, 
     point = Point(model.extended([entry]), free, ())
     each = Chosen(Hypothesis("aero_term", "C_X", "alpha^2", entries=(entry,)), kinematic=False, gain=50.0)
     selected = Selected(estimate(whole, point), (each,))
-    completed = estimate(fitted, point)
-    assert completed.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
-    assert is_replicated(selected, completed, each) is shown
+    lone = Selected(estimate(fitted, point), (each,))
+    assert lone.estimate.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
+    assert is_replicated(selected, lone, each) is shown
     # A flight that shows nothing by itself confirms nothing.
-    assert not is_replicated(Selected(completed, (each,)), completed, each)
-    assert is_needed(selected, completed, each) is shown
-    assert not is_needed(Selected(completed, (each,)), completed, each)
+    assert not is_replicated(lone, lone, each)
+    assert is_needed(selected, lone, each) is shown
+    assert not is_needed(lone, lone, each)
 
 
 def test_a_term_that_one_event_shows_is_named_where_another_flight_shows_it_too() -> None:

@@ -19,7 +19,7 @@ from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import told_apart
 from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, paid, without
+from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, paid, struck_out
 from aerosid.equation_error.selection.evidence import distances, weakest
 from aerosid.equation_error.selection.level_shifts import (
     as_hypothesis,
@@ -138,7 +138,7 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
     Of the structures that stand after one round and another the likeliest counts, prices paid.
     """
     refuted: Labels = ()
-    struck_out: Labels = ()
+    gone_before: Labels = ()
     most = begun.estimate.frame.settings.most
     found = _beside_level_shifts(search, begun)
     best: Selected | None = None
@@ -146,14 +146,14 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
         kept, refused_now = _standing(search, found)
         stand = {each.hypothesis.label for each in kept.chosen}
         gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
-        refuted, struck_out = (*refuted, *refused_now), (*struck_out, *gone)
+        refuted, gone_before = (*refuted, *refused_now), (*gone_before, *gone)
         # What was refused since stands no more in what stood before.
         held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
         best = max(best, kept, key=search.paid) if best is not None and held else kept
         open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
         found = search.replaced(kept, open_)
         if gone:
-            found = search.forward(found, open_, most, struck_out=struck_out)
+            found = search.forward(found, open_, most, struck_out=gone_before)
         if {each.hypothesis.label for each in found.chosen} == stand:
             break
     assert best is not None
@@ -221,10 +221,11 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
     while True:
         point = selected.estimate.point
         completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
-        replicated = functools.partial(is_replicated, selected, completed)
-        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected, completed)
+        fitted = Selected(completed, selected.chosen)
+        replicated = functools.partial(is_replicated, selected, fitted)
+        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected, fitted)
         if gone is None:
-            gone = _refused_one(search, selected, completed)
+            gone = _refused_one(search, selected, fitted)
             if gone is None:
                 return selected, tuple(refuted)
             refuted.append(gone.hypothesis.label)
@@ -232,7 +233,7 @@ def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, 
         selected = left_out(selected, gone)
 
 
-def _of_few_blocks(search: CoefficientSearch, selected: Selected, completed: Estimate) -> Chosen | None:
+def _of_few_blocks(search: CoefficientSearch, selected: Selected, fitted: Selected) -> Chosen | None:
     """The chosen one that the noise of the few blocks that show it makes most easily, where it does so too easily.
 
     What is sudden is one event by its nature, and was looked for at every instant; a fault that kinematics show as well
@@ -251,15 +252,16 @@ def _of_few_blocks(search: CoefficientSearch, selected: Selected, completed: Est
             default=0.0,
         )
         excess = chance / search.rules.chance(hypothesis)
-        if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, completed, each):
+        if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, fitted, each):
             worst = excess, each
     return worst[1] if worst is not None else None
 
 
-def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estimate) -> Chosen | None:
+def _refused_one(search: CoefficientSearch, selected: Selected, fitted: Selected) -> Chosen | None:
     """The chosen one of least gain with which an unseen coefficient, or an unseen block, is predicted worse."""
     if not selected.chosen:
         return None
+    completed = fitted.estimate
     settings = completed.frame.settings
     predicted, doubt = _jury(selected, completed)
     known = shifts_of(selected.estimate)
@@ -267,7 +269,7 @@ def _refused_one(search: CoefficientSearch, selected: Selected, completed: Estim
     after = predicted(completed, steps)
     further: list[Estimate] | None = None
     for each in sorted(selected.chosen, key=lambda each: each.gain):
-        bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
+        bare = struck_out(fitted, each)
         before = predicted(bare, steps)
         if refused(before, after, doubt, settings.least_rise):
             if further is None:
@@ -294,16 +296,16 @@ def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate, 
     return lambda found, jumps: beside_gusts(whole, found, jumps), settings.doubt
 
 
-def predicted_better(selected: Selected, completed: Estimate) -> dict[tuple[str, str, str], bool]:
+def predicted_better(selected: Selected, fitted: Selected) -> dict[tuple[str, str, str], bool]:
     """Whether the unseen recordings' coefficients are together predicted better with each chosen one; by its label.
 
-    `completed`: the structure on the fitted recordings. Empty where nothing is unseen.
+    `fitted`: the structure on the fitted recordings. Empty where nothing is unseen.
     """
-    predicted, _ = _jury(selected, completed)
+    predicted, _ = _jury(selected, fitted.estimate)
     steps = shift_columns(selected.estimate)
-    after = predicted(completed, steps)
+    after = predicted(fitted.estimate, steps)
     falls: dict[tuple[str, str, str], bool] = {}
     for each in selected.chosen if after else ():
-        bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, steps=4)
+        bare = struck_out(fitted, each)
         falls[each.hypothesis.label] = share_lost(predicted(bare, steps), after) < 0.0
     return falls

@@ -6,13 +6,12 @@ recording that shows the same number tells that it was no chance.
 
 from __future__ import annotations
 
-from aerosid.equation_error.regression.estimate import Estimate, estimate, likeliest_numbers
-from aerosid.equation_error.selection.deletion import STEPS, Chosen, Selected, each_struck_out, without
+from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
 from aerosid.equation_error.selection.level_shifts import shift_columns
 from aerosid.equation_error.selection.votes import beside_gusts, largest_fall
 
 
-def is_replicated(selected: Selected, completed: Estimate, each: Chosen) -> bool:
+def is_replicated(selected: Selected, fitted: Selected, each: Chosen) -> bool:
     """Whether the unseen recordings add to a chosen effect's gain what a value at the asked deviations has.
 
     All recordings share its number, so that their gain beyond that of the fitted ones is what the unseen ones say for
@@ -22,7 +21,7 @@ def is_replicated(selected: Selected, completed: Estimate, each: Chosen) -> bool
     ----------
     selected : Selected
         The structure on all recordings.
-    completed : Estimate
+    fitted : Selected
         The same structure on the fitted recordings alone.
     each : Chosen
         One of its effects.
@@ -31,12 +30,12 @@ def is_replicated(selected: Selected, completed: Estimate, each: Chosen) -> bool
     if all(recording.fitted for recording in whole.frame.recordings):
         return False
     (rest,) = each_struck_out(selected, [each])
-    alone = likeliest_numbers(completed.frame, without(completed.point, each), completed.solution.weights, STEPS)
-    beyond = whole.gain_over(rest) - completed.gain_over(alone)
+    (bare,) = each_struck_out(fitted, [each])
+    beyond = whole.gain_over(rest) - fitted.estimate.gain_over(bare)
     return beyond >= 0.5 * whole.frame.settings.deviations**2
 
 
-def is_needed(selected: Selected, completed: Estimate, each: Chosen) -> bool:
+def is_needed(selected: Selected, fitted: Selected, each: Chosen) -> bool:
     """Whether an unseen recording shows a chosen effect by itself, or leaves much more of a coefficient without it.
 
     Arguments as of `is_replicated`. A short unseen recording may gain little in ln L, its residual being coloured, and
@@ -45,9 +44,8 @@ def is_needed(selected: Selected, completed: Estimate, each: Chosen) -> bool:
     whole = selected.estimate.frame
     if all(recording.fitted for recording in whole.recordings):
         return False
-    if is_replicated(selected, completed, each):
+    if is_replicated(selected, fitted, each):
         return True
-    bare = estimate(completed.frame, without(completed.point, each), completed.solution.weights, STEPS)
     jumps = shift_columns(selected.estimate)
-    fall = largest_fall(beside_gusts(whole, bare, jumps), beside_gusts(whole, completed, jumps))
+    fall = largest_fall(*(beside_gusts(whole, found, jumps) for found in (struck_out(fitted, each), fitted.estimate)))
     return fall >= whole.settings.needed_share

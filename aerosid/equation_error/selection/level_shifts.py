@@ -107,7 +107,8 @@ def shift_columns(found: Estimate, further: Sequence[Estimate] = ()) -> dict[tup
     `further`: estimates with another one each, their last effect.
     """
     columns: dict[tuple[int, str], list[Array]] = {}
-    own = [(found, place) for place, active in enumerate(found.point.effects) if active in shifts_of(found)]
+    known = shifts_of(found)
+    own = [(found, place) for place, active in enumerate(found.point.effects) if any(active is one for one in known)]
     for each, place in (*own, *((each, len(each.point.effects) - 1) for each in further)):
         column = each.design.columns[:, each.design.unknowns.index(("effect", place, 0))]
         for s, key in enumerate(each.design.segments):
