@@ -12,7 +12,6 @@ from aerosid.effects import KINDS, ActiveEffect, OutputEffect
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
-from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.backward_elimination import certain, pruned
 from aerosid.search.disturbance_search import Searched, in_forces
 from aerosid.search.findings import Part
@@ -67,7 +66,7 @@ class Gate(NamedTuple):
 def standing(search: StructureSearch, before: Refinement, made: Searches, validation: Sequence[Manoeuvre]) -> Standing:
     """What stands of the searches that were made; `validation`: flights that were not fitted."""
     selected, searched = Selected(before, made, tuple(validation)), made.reached
-    completed, uncertainty = certain(search, refine_on(_unforced(searched.estimate, before), search.manoeuvres))
+    completed, uncertainty = certain(search, search.refined(_unforced(searched.estimate, before)))
     accepted = Standing(searched, completed, uncertainty)
     for gate in GATES:
         accepted = gate.passed(search, selected, accepted)
@@ -81,6 +80,8 @@ def forces_of(current: Refinement) -> ActiveEffect | None:
 
 def _unforced(current: Refinement, before: Refinement) -> Refinement:
     """Without forces of any shape, which judged what is real: the numbers come from the estimator of those before."""
+    if forces_of(current) is None:
+        return current
     effects = tuple(active for active in current.effects if active.effect.kind != "unmodelled_forces")
     return replace(current, effects=effects, variance=np.maximum(current.variance, before.variance))
 
@@ -140,7 +141,7 @@ certain among so many candidates (`backward_elimination.certain`).
 
 def _without_odd_sensors(search: StructureSearch, completed: Refinement) -> Refinement:
     """The estimate without faults of the one sensor whose channel alone is left wrong."""
-    wrong = unexplained_channels(completed, search.manoeuvres)
+    wrong = search.unexplained_channels(completed)
     if len(wrong) != 1:
         return completed
     place = search.manoeuvres[0].row(wrong[0])

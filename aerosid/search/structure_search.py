@@ -58,6 +58,7 @@ class StructureSearch:
         self.linearised: tuple[Refinement, Linearised] | None = None
         self.plain: tuple[Refinement, Linearised] | None = None
         self.rough: tuple[Refinement, Deviations] | None = None
+        self.unexplained: tuple[Refinement, tuple[str, ...]] | None = None
         self.struck: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
         self.noise = np.sqrt(self.noise_level(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
@@ -95,7 +96,13 @@ class StructureSearch:
         moments = {(active.log, round(moment(active))) for active in current.effects if is_sudden(active)}
         logs = [log for log, _ in moments]
         staircase = any(logs.count(log) > 1 for log in logs)
-        return staircase or bool(unexplained_channels(current, self.manoeuvres))
+        return staircase or bool(self.unexplained_channels(current))
+
+    def unexplained_channels(self, current: Refinement) -> tuple[str, ...]:
+        """The channels where an estimate is still wrong; those of the last one are kept."""
+        if self.unexplained is None or self.unexplained[0] is not current:
+            self.unexplained = current, unexplained_channels(current, self.manoeuvres)
+        return self.unexplained[1]
 
     def price(self, trial: Refinement, inflation: float = 1.0) -> float:
         """Penalised -2 ln L of an estimate.
@@ -232,7 +239,6 @@ class StructureSearch:
 
         if current.effects or current.held_to_data > 0.0:
             return refine_on(struck, self.manoeuvres, TRIAL)
-        # Terms alone have one likeliest set of numbers, wherever the search for it begins.
         known = self.struck.get((struck.free, struck.model.columns))
         if known is None:
             near = self.near(current).without_terms(entries)
@@ -241,3 +247,18 @@ class StructureSearch:
             known = known if known.converged else refine_on(struck, self.manoeuvres, TRIAL)
             self.struck[struck.free, struck.model.columns] = known
         return known
+
+    def keep(self, trials: Sequence[Refinement]) -> None:
+        """Keep trial fits of terms alone: they have one likeliest set of numbers, wherever the search for it begins."""
+        for trial in trials:
+            if trial.converged and not trial.effects and trial.held_to_data == 0.0:
+                known = self.struck.setdefault((trial.free, trial.model.columns), trial)
+                if trial.cost < known.cost:
+                    self.struck[trial.free, trial.model.columns] = trial
+
+    def refined(self, current: Refinement) -> Refinement:
+        """A trial fit continued to its end, from what is known of its likelihood."""
+        point = None
+        if self.linearised is not None and self.linearised[0] is current and not current.is_disturbed:
+            point = replace(self.linearised[1].with_terms(()), values=np.array(current.model.values))
+        return refine_on(current, self.manoeuvres, point=point)

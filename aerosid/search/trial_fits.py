@@ -64,7 +64,9 @@ def tried(
     """
     starts = [*(start_with(search, current, score) for score in scores), *further]
     fares = [search.fare(start) - spare(search, start, current) for start in starts]
-    return contest(starts, search.manoeuvres, TRIAL, fares, level, margin)
+    fits = contest(starts, search.manoeuvres, TRIAL, fares, level, margin)
+    search.keep(fits)
+    return fits
 
 
 def start_with(search: StructureSearch, current: Refinement, score: Score) -> Start:

@@ -10,7 +10,7 @@ from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
-from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.score_test import Linearised
 from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
@@ -52,6 +52,36 @@ def test_a_term_struck_out_leaves_what_an_estimate_of_its_own_gives(
     assert point is not None
     assert reduced.cost == pytest.approx(point.cost, abs=1.0)
     assert found.without(current, [part]) is reduced
+
+
+def test_a_structure_that_came_to_rest_in_a_trial_is_not_fitted_again(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    found.struck.clear()
+    part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
+    anew = found.without(current, [part])
+    found.struck.clear()
+    model = found.declared.model.extended(SQUARES[1:])
+    trial = refine(model, found.manoeuvres, (*found.declared.free, SQUARES[1]), settings=TRIAL)
+    given_up = replace(trial, cost=trial.cost - 100.0, converged=False)
+    found.keep([given_up, trial, replace(trial, cost=trial.cost + 1.0)])
+    assert found.without(current, [part]) is trial
+    assert trial.cost == pytest.approx(anew.cost, abs=USUAL.reach)
+
+
+def test_a_trial_continued_from_its_linearisation_ends_where_it_would_anyway(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    trial = refine(current.model, found.manoeuvres, current.free, settings=TRIAL)
+    found.about(trial)
+    wanted = refine_on(trial, found.manoeuvres)
+    ended = found.refined(trial)
+    assert ended.cost == pytest.approx(wanted.cost, abs=1e-2)
+    deviation = np.sqrt(np.diag(wanted.covariance))[: len(wanted.free)]
+    places = wanted.model.indices(wanted.free)
+    np.testing.assert_array_less(np.abs((ended.model.values - wanted.model.values)[places]) / deviation, 0.01)
 
 
 def test_a_linearisation_with_a_term_is_the_likelihood_of_the_larger_structure(
