@@ -35,9 +35,11 @@ from aerosid.equation_error.selection.joint_timing import (
     where_witnesses_differ,
 )
 from aerosid.equation_error.selection.model_averaging import averaged
+from aerosid.equation_error.selection.nearly_proven import NearlyProven, nearly_proven, with_unseen
 from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping
+from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of
 
@@ -79,6 +81,8 @@ class EquationErrorDecision:
         Instruments that kinematics alone and all equations find late in different ways.
     supported : mapping of label to Support
         What kinematics show of the instruments' faults that they and the coefficients name together.
+    nearly : tuple of NearlyProven
+        What would be named were it the only question: of kinematics, then of coefficients.
     """
 
     findings: tuple[EvidenceFinding, ...]
@@ -96,6 +100,7 @@ class EquationErrorDecision:
     damping: SharedDamping | None = None
     timings: tuple[TwoWitnesses, ...] = ()
     supported: Mapping[Label, Support] = field(default_factory=dict)
+    nearly: tuple[NearlyProven, ...] = ()
 
 
 def decide(
@@ -144,6 +149,8 @@ def decide(
     of_proved = [row for row in alternatives_of(proved, sensors) if row.hypothesis.label not in outcome.refuted]
     alternatives = (*late, *_unlike(late, of_proved), *alternatives_of(kept, open_))
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
+    after = shares_of(compared, completed)
+    nearly = _nearly_proven(proved, kept, sensors, search, alternatives, outcome.refuted)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -152,7 +159,7 @@ def decide(
         covariance=averaged(completed, covariance, lone, alternatives, derivatives),
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(proved.estimate, lone),
-        shares=tuple(zip(shares_of(compared, before), shares_of(compared, completed), strict=True)),
+        shares=tuple(zip(shares_of(compared, before), after, strict=True)),
         gust_share=share_of_gusts(proved.estimate, "beta"),
         measured=on_fitted(proved).estimate,
         asked=len(asked),
@@ -160,7 +167,28 @@ def decide(
         damping=shared_damping(lone),
         timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
         supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
+        nearly=tuple(with_unseen(row, after, fitted, compared) for row in nearly),
     )
+
+
+def _nearly_proven(
+    proved: Selected,
+    kept: Selected,
+    sensors: Sequence[Hypothesis],
+    search: CoefficientSearch,
+    alternatives: Sequence[Alternative],
+    refuted: Sequence[Label],
+) -> tuple[NearlyProven, ...]:
+    """What kinematics and coefficients each would name were it all that was asked, and nothing lists yet."""
+    listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
+    listed |= {each.hypothesis.label for each in (*proved.chosen, *kept.chosen)}
+    settings, axes = proved.estimate.frame.settings, proved.estimate.point.model.axes
+    faults = [h for h in sensors if h.label not in listed]
+    rules = rules_for(sensors, proved.estimate.design.target.size, settings.alarm(axes), settings.factor_odds)
+    seen = nearly_proven(proved, rules, faults, recordings_agree)
+    listed |= {row.hypothesis.label for row in seen}
+    open_ = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
+    return (*seen, *nearly_proven(kept, search.rules, open_, search.admitted))
 
 
 class _Structure(NamedTuple):

@@ -16,6 +16,7 @@ from aerosid.equation_error.decision import decide
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.selection.evidence import EvidenceFinding
 from aerosid.equation_error.selection.joint_timing import TwoWitnesses
+from aerosid.equation_error.selection.nearly_proven import NearlyProven
 from aerosid.equation_error.selection.prices import Support
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
 from aerosid.equation_error.selection.shared_damping import USUAL, SharedDamping
@@ -24,7 +25,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings, Method, Progress
-from aerosid.notation import number, with_deviation
+from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.attribution import Attribution, attribute
 from aerosid.search.calm_air import estimated_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
@@ -208,6 +209,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         for row in decision.findings
         if row.hypothesis.label in together
     )
+    notes += tuple(told_of_nearly_proven(row) for row in decision.nearly)
     if decision.damping is not None:
         notes = (*notes, told_of_damping(decision.damping))
     if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
@@ -241,6 +243,27 @@ def told_of_support(row: EvidenceFinding, seen: Support) -> str:
         f"coefficients together: kinematics alone show {alone}{unit}, 2 ln L "
         f"{number(2.0 * seen.gain)}, too little to name it, and forces and moments agree."
     )
+
+
+def told_of_nearly_proven(row: NearlyProven) -> str:
+    """What would be named were it the only question, with what it brings and what it would do elsewhere."""
+    own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
+    value = f"{with_deviation(row.value, row.std_error)} {own}".strip()
+    said = (
+        f"Not proven: {named(row.hypothesis.label)} of {value} brings {number(row.gain, 2)} in ln L, where "
+        f"{number(row.price, 2)} are asked of one among so many hypotheses"
+    )
+    if row.rivals:
+        said += f"; in its place {_either([named(rival.label) for rival in row.rivals])} would do nearly as well"
+    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + 0.005]
+    if better:
+        shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
+        said += f". It would raise R^2 of {listed(shares)}"
+    return f"{said}. Another flight, or declaring it, would decide."
+
+
+def _either(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
 
 
 def told_of_damping(damping: SharedDamping) -> str:

@@ -28,7 +28,8 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
 from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.stepwise import Admitted, is_told
+from aerosid.equation_error.selection.redundancy import is_told
+from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.settings import TRIALS
 
 
@@ -210,6 +211,12 @@ class _Tried(NamedTuple):
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:
+    active, value, error = last_number(found, hypothesis)
+    return Alternative(hypothesis, active, value, error, gain, behind, behind, chosen, found)
+
+
+def last_number(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffect | None, float, float]:
+    """The last hypothesis of an estimate: its effect, None for a term, its leading number and that one's deviation."""
     deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
     if hypothesis.entries:
         entry = hypothesis.entries[0]
@@ -220,5 +227,4 @@ def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: floa
         active = found.point.effects[place]
         unknown, value = ("effect", place, 0), active.values[0]
     known = unknown in found.design.unknowns
-    error = float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")
-    return Alternative(hypothesis, active, value, error, gain, behind, behind, chosen, found)
+    return active, value, float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")

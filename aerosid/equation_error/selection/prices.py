@@ -88,7 +88,7 @@ class Rules:
     def price(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
         odds = -float(np.log(self.chance(hypothesis)))
-        return odds + 0.5 * max(hypothesis.parameters, 1) * float(np.log(self.samples))
+        return odds + price_alone(hypothesis, self.samples)
 
     def is_distinct(self, hypothesis: Hypothesis, own: float, gain: float, settings: EquationErrorSettings) -> bool:
         """Whether a term tells more than what others' errors could, by its column's own share or by a gain in ln L."""
@@ -111,6 +111,11 @@ class Rules:
         if known is not None and known.credit > 0.0 and effects:
             gained = known.gain_at(effects[0].values)
         return self.price(hypothesis) + implausibility(effects) - gained
+
+
+def price_alone(hypothesis: Hypothesis, samples: int) -> float:
+    """Schwarz's criterion in ln L for a hypothesis that is the only question, at even odds."""
+    return 0.5 * max(hypothesis.parameters, 1) * float(np.log(samples))
 
 
 def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:

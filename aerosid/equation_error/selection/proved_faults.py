@@ -38,8 +38,9 @@ from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
 from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
 from aerosid.equation_error.selection.prices import rules_for
+from aerosid.equation_error.selection.redundancy import at_one_distance
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
-from aerosid.equation_error.selection.stepwise import at_one_distance, forward, recordings_agree
+from aerosid.equation_error.selection.stepwise import forward, recordings_agree
 from aerosid.equation_error.selection.time_origin import with_late_channels
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -210,6 +211,7 @@ def _searched(
         admitted=admitted,
         told=told,
         passed=passed,
+        in_pairs=True,
     )
     if outside(found):
         return found, passed

@@ -31,7 +31,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, struck_out
 from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.stepwise import is_told
+from aerosid.equation_error.selection.redundancy import is_told
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,9 @@ from aerosid.equation_error.selection.candidates import (
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
+from aerosid.equation_error.selection.pairs import best_pair
 from aerosid.equation_error.selection.prices import Rules, own_effects
+from aerosid.equation_error.selection.redundancy import LATE_CONTROL, is_told
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
 from aerosid.equation_error.settings import TRIALS
 
@@ -56,22 +58,31 @@ def forward(
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
     passed: list[Selected] | None = None,
+    in_pairs: bool = False,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
 
     `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through.
+    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through;
+    `in_pairs`: where none pays alone, two together are asked.
     """
     refused: set[tuple[str, str, str]] = set()
     while len(selected.chosen) < most:
         if passed is not None:
             passed.append(selected)
-        best = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
-        if best is None:
-            return selected
-        found, hypothesis, gain = best
-        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
-        selected = backward(Selected(found, chosen), rules, keep=hypothesis, told=told)
+        best, candidates = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
+        if best is not None:
+            found, hypothesis, gain = best
+            entered = [Chosen(hypothesis, kinematic, gain)]
+        else:
+            pair = None
+            if in_pairs and len(selected.chosen) + 2 <= most:
+                pair = best_pair(selected.estimate, candidates, rules, admitted, told)
+            if pair is None:
+                return selected
+            found, entered = pair.estimate, [Chosen(h, kinematic, pair.gain) for h in pair.hypotheses]
+        keep = [each.hypothesis for each in entered]
+        selected = backward(Selected(found, (*selected.chosen, *entered)), rules, keep=keep, told=told)
     return selected
 
 
@@ -84,7 +95,8 @@ def _best(
     told: Callable[[str], None],
     coefficients: Sequence[str],
     recording: str | None,
-) -> tuple[Estimate, Hypothesis, float] | None:
+) -> tuple[tuple[Estimate, Hypothesis, float] | None, list[Candidate]]:
+    """What enters next with its gain, None where nothing pays; and all that was asked."""
     base, frame = selected.estimate, selected.estimate.frame
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
@@ -96,7 +108,7 @@ def _best(
             open_ += [h for h in sudden_hypotheses(frame, each, coefficients, recording) if h.label not in taken]
     candidates += effect_candidates(frame, base, in_either_order(open_, base.point.effects))
     if not candidates:
-        return None
+        return None, []
     order = list(
         dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
     )
@@ -123,10 +135,10 @@ def _best(
         found = trial.peak.estimate
         if within_limits(found, trial.hypothesis) and admitted(found, trial.hypothesis):
             told(f"  enters {trial.hypothesis.label}")
-            return found, trial.hypothesis, found.gain_over(base)
+            return (found, trial.hypothesis, found.gain_over(base)), candidates
         told(f"  not admitted {trial.hypothesis.label}")
         refused.add(trial.hypothesis.label)
-    return None
+    return None, [each for each in candidates if each.hypothesis.label not in refused]
 
 
 def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
@@ -215,38 +227,6 @@ def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules, least
     return sorted(rows, key=lambda row: -row.net)
 
 
-LATE_CONTROL = frozenset({"control_delay", "control_lag"})
-"""Kinds that say of a control that it is late."""
-
-TIMINGS = (frozenset({"sensor_delay", "sensor_lag", "sensor_position"}), LATE_CONTROL)
-"""Kinds that say of one channel that it is late: two of them on the same one are a fit and no finding."""
-
-ONE_DISTANCE = (
-    frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
-    frozenset({("sensor_position", "V"), ("sensor_position", "a_x")}),
-    frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
-)
-"""Kinematics show how far each vane, and the pitot tube, is from its accelerometer, and not where either is."""
-
-
-def at_one_distance(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether kinematics tell the places of two sensors by their distance alone."""
-    return any({(one.kind, one.where), (other.kind, other.where)} <= distance for distance in ONE_DISTANCE)
-
-
-def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
-    """Whether a chosen hypothesis says already when the same channel answers, or how far two sensors are apart."""
-    name = (hypothesis.kind, hypothesis.where)
-    known = {(each.hypothesis.kind, each.hypothesis.where) for each in chosen}
-    if any(name in distance and known & distance for distance in ONE_DISTANCE):
-        return True
-    return any(
-        each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
-        for each in chosen
-        for kinds in TIMINGS
-    )
-
-
 def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
     """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
     scored = scores(base, candidates)
@@ -283,13 +263,13 @@ def with_separation(
 def backward(
     selected: Selected,
     rules: Rules,
-    keep: Hypothesis | None = None,
+    keep: Sequence[Hypothesis] = (),
     told: Callable[[str], None] = lambda _text: None,
 ) -> Selected:
-    """The structure without what no longer pays its price."""
+    """The structure without what no longer pays its price; `keep` stays."""
     while True:
         worst: tuple[float, Peak, Chosen] | None = None
-        others = [each for each in selected.chosen if each.hypothesis is not keep]
+        others = [each for each in selected.chosen if not any(each.hypothesis is one for one in keep)]
         lone_ones = each_struck_out(selected, others, with_columns=not compares_all(selected.estimate.design))
         for each, lone in zip(others, lone_ones, strict=True):
             own = own_effects(selected.estimate.point, each.hypothesis)

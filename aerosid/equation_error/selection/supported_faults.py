@@ -30,7 +30,7 @@ from aerosid.equation_error.selection.candidates import (
 from aerosid.equation_error.selection.deletion import Selected
 from aerosid.equation_error.selection.joint_timing import LATE
 from aerosid.equation_error.selection.prices import Name, Support
-from aerosid.equation_error.selection.stepwise import is_told
+from aerosid.equation_error.selection.redundancy import is_told
 from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
 FORCE_ASIDE = "C_Y"

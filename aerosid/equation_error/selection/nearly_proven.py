@@ -1,0 +1,190 @@
+"""Hypotheses that the likelihood prefers and that their prior odds keep from being named.
+
+Of some sixty hypotheses chance alone makes a few look real, so that each has to pay for all that are asked. What would
+pay were it the only question is worth another flight, and an engineer who expects it should know how near it came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.design import Weights, gain_over, regress
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, likeliest_numbers, weights_on
+from aerosid.equation_error.selection.alternatives import last_number
+from aerosid.equation_error.selection.candidates import (
+    Candidate,
+    effect_candidates,
+    in_either_order,
+    joined,
+    likeliest,
+    scores,
+    term_candidates,
+    to_first_order,
+    within_limits,
+)
+from aerosid.equation_error.selection.deletion import Selected
+from aerosid.equation_error.selection.prices import Rules, price_alone
+from aerosid.equation_error.selection.redundancy import is_told
+from aerosid.equation_error.selection.stepwise import Admitted
+from aerosid.equation_error.selection.votes import Share, shares_of
+
+MOST = 2
+"""Told of each kind of equations at most, each with what could stand in its place."""
+
+NEAR = 0.5
+"""Share of its price, 1, that it must bring: of those that chance puts first among so many most bring less. Chosen."""
+
+TWICE = 2.0
+"""Corrected deviations from its null value below which a number is not told: one in twenty is there by chance."""
+
+
+@dataclass(frozen=True)
+class NearlyProven:
+    """A hypothesis that would be named were it the only one asked.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    active : ActiveEffect or None
+        The effect with its numbers; None for a term.
+    value, std_error : float
+        Of its leading number, from all recordings; the deviation corrected for coloured residuals.
+    gain, price : float
+        In ln L: what it brings beside the structure that stands, and what is asked among so many.
+    rivals : tuple of Hypothesis
+        Others that would no longer be worth asking beside it: the recordings show one of them.
+    estimate : Estimate
+        The structure with it.
+    unseen : tuple of (Share, Share)
+        How well its coefficient is predicted on unseen recordings, by the structure that stands and with it.
+    """
+
+    hypothesis: Hypothesis
+    active: ActiveEffect | None
+    value: float
+    std_error: float
+    gain: float
+    price: float
+    rivals: tuple[Hypothesis, ...]
+    estimate: Estimate = field(repr=False, compare=False)
+    unseen: tuple[tuple[Share, Share], ...] = ()
+
+
+def nearly_proven(
+    selected: Selected,
+    rules: Rules,
+    hypotheses: Sequence[Hypothesis],
+    admitted: Admitted = lambda _found, _hypothesis: True,
+) -> tuple[NearlyProven, ...]:
+    """What would be named beside a structure were it asked alone, the likeliest first, with what it stands for.
+
+    Parameters
+    ----------
+    selected : Selected
+        The structure that stands.
+    rules : Rules
+        Prices among all that were asked.
+    hypotheses : sequence of Hypothesis
+        What was asked and was neither named, nor refused, nor listed as an alternative.
+    admitted : callable
+        What may stand on other grounds than the likelihood.
+    """
+    base, taken = selected.estimate, {each.hypothesis.label for each in selected.chosen}
+    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    candidates: list[Candidate] = []
+    if any(kind in COEFFICIENT for kind in base.frame.kinds):
+        candidates = term_candidates(base.frame, base, open_)
+    candidates += effect_candidates(base.frame, base, in_either_order(open_, base.point.effects))
+    scored = scores(base, candidates)
+
+    def may_pay(n: int) -> bool:
+        hypothesis = candidates[n].hypothesis
+        distinct = rules.is_distinct(hypothesis, scored.own[n], scored.gains[n], base.frame.settings)
+        return distinct and scored.gains[n] >= price_alone(hypothesis, rules.samples)
+
+    order = likeliest(scored, candidates, base.frame.settings.shortlist, may_pay)
+    rows: list[NearlyProven] = []
+    open_rows = [row for n in order if (row := _first_order(base, candidates[n], rules)) is not None]
+    while open_rows and len(rows) < MOST:
+        best = max(open_rows, key=lambda row: row.gain - rules.price(row.candidate.hypothesis))
+        others = [row for row in open_rows if row is not best]
+        told_by_it = [row for row in others if not _stands_beside(base, best, row, rules)]
+        rivals = [row for row in told_by_it if best.gain - row.gain < base.frame.settings.alike]
+        found = _estimated(base, best, rules, [row.candidate.hypothesis for row in rivals], admitted)
+        if found is not None:
+            rows.append(found)
+            others = [row for row in others if row not in told_by_it]
+        open_rows = others
+    return tuple(rows)
+
+
+def with_unseen(row: NearlyProven, standing: Sequence[Share], fitted: Frame, compared: Frame) -> NearlyProven:
+    """A hypothesis with what it would do to the coefficients of unseen recordings.
+
+    Parameters
+    ----------
+    standing : sequence of Share
+        Of the structure that stands.
+    fitted, compared : Frame
+        The coefficient equations of the fitted recordings, and of all as shares are told.
+    """
+    named = {coefficient for coefficient, _ in row.hypothesis.entries}
+    if not named:
+        return row
+    alone = estimate(fitted, row.estimate.point, weights_on(row.estimate, fitted, row.estimate.point), steps=4)
+    pairs = zip(standing, shares_of(compared, alone), strict=True)
+    return replace(row, unseen=tuple((a, b) for a, b in pairs if not a.fitted and a.coefficient in named))
+
+
+class _Row(NamedTuple):
+    """A candidate with what it brings to first order."""
+
+    candidate: Candidate
+    gain: float
+    hypothesis: Hypothesis
+    weights: Weights
+
+
+def _first_order(base: Estimate, candidate: Candidate, rules: Rules) -> _Row | None:
+    """A candidate that would pay alone, to first order with the colour estimated anew."""
+    solution, hypothesis = to_first_order(base, candidate)
+    gain = gain_over(base.design, base.log_likelihood, solution, base.frame.settings)
+    if gain < price_alone(hypothesis, rules.samples):
+        return None
+    return _Row(candidate, gain, hypothesis, solution.weights)
+
+
+def _stands_beside(base: Estimate, first: _Row, other: _Row, rules: Rules) -> bool:
+    """Whether one candidate would still pay alone beside another, to first order."""
+    columns = np.column_stack([first.candidate.columns, other.candidate.columns])
+    names = [("trial", i) for i in range(columns.shape[1])]
+    settings = base.frame.settings
+    both = regress(base.design.beside(columns, names), settings, first.weights, rounds=2)
+    gain = gain_over(base.design, base.log_likelihood, both, settings) - first.gain
+    return gain >= price_alone(other.candidate.hypothesis, rules.samples)
+
+
+def _estimated(
+    base: Estimate, row: _Row, rules: Rules, rivals: Sequence[Hypothesis], admitted: Admitted
+) -> NearlyProven | None:
+    """A candidate with all numbers estimated anew, where it still would pay alone and may stand."""
+    begun = joined(base.point, row.hypothesis)
+    found = likeliest_numbers(base.frame, begun, row.weights, steps=5).estimate
+    gain = found.gain_over(base)
+    active, value, error = last_number(found, row.hypothesis)
+    null = active.effect.parameters[0].null if active is not None else 0.0
+    certain = error > 0.0 and abs(value - null) >= TWICE * error
+    price = rules.cost(row.hypothesis, (active,) if active is not None else ())
+    even = price + float(np.log(rules.chance(row.hypothesis)))
+    if gain < max(even, NEAR * price) or not certain:
+        return None
+    if not (within_limits(found, row.hypothesis) and admitted(found, row.hypothesis)):
+        return None
+    return NearlyProven(row.hypothesis, active, value, error, gain, price, tuple(rivals), found)

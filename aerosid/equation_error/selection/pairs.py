@@ -1,0 +1,130 @@
+"""Pairs of hypotheses that hide each other: neither pays its price alone, both together pay both.
+
+A scale of theta and a delay of q bend the same equation in opposite ways; forward selection, which asks one hypothesis
+at a time, sees little of either (Miller, Subset Selection in Regression, section 3.2). Two independent hypotheses have
+the product of their prior odds, so that a pair costs the sum of both prices, and false alarms are no likelier by it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.design import Weights, gain_over, regress, uncoloured
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.selection.candidates import (
+    Candidate,
+    joined,
+    likeliest,
+    scores,
+    started,
+    to_first_order,
+    told_apart,
+    within_limits,
+)
+from aerosid.equation_error.selection.prices import Rules, price_alone, total_cost
+from aerosid.equation_error.selection.redundancy import are_redundant
+
+ASKED = 6
+"""Hypotheses that are asked in pairs, the likeliest by themselves: at most."""
+
+ESTIMATED = 2
+"""Pairs whose numbers are estimated, the likeliest to first order: at most."""
+
+Admitted = Callable[[Estimate, Hypothesis], bool]
+"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+
+
+class Pair(NamedTuple):
+    """Two hypotheses that pay together, with the estimate of both and their gain in ln L."""
+
+    estimate: Estimate
+    hypotheses: tuple[Hypothesis, Hypothesis]
+    gain: float
+
+
+def best_pair(
+    base: Estimate,
+    candidates: Sequence[Candidate],
+    rules: Rules,
+    admitted: Admitted,
+    told: Callable[[str], None] = lambda _text: None,
+) -> Pair | None:
+    """The pair of most gain in ln L beyond both prices; None where none pays, or the recordings may not bear it.
+
+    Parameters
+    ----------
+    base : Estimate
+        The structure beside which no single candidate pays.
+    candidates : sequence of Candidate
+        Those of one number are asked; places along several axes are not.
+    admitted : callable
+        What each of the two must pass beside the other.
+    """
+    best: Pair | None = None
+    most = 0.0
+    for begun, weights in _promising(base, candidates, rules):
+        ends = [
+            estimate(base.frame, joined(joined(base.point, one), other), weights) for one, other in (begun, begun[::-1])
+        ]
+        gain = ends[0].gain_over(base)
+        net = gain - total_cost(rules, ends[0].point, begun)
+        told(f"   tried together {begun[0].label} and {begun[1].label} {net:.1f}")
+        stands = all(
+            within_limits(end, last) and admitted(end, last) for end, last in zip(ends, begun[::-1], strict=True)
+        )
+        if net > most and stands:
+            most, best = net, Pair(ends[0], begun, gain)
+    if best is not None:
+        told(f"  enter together {best.hypotheses[0].label} and {best.hypotheses[1].label}")
+    return best
+
+
+def _promising(
+    base: Estimate, candidates: Sequence[Candidate], rules: Rules
+) -> list[tuple[tuple[Hypothesis, Hypothesis], Weights]]:
+    """The pairs that may pay both prices, by their gain to first order with the colour estimated anew."""
+    rows, settings = [], base.frame.settings
+    for one, other in itertools.combinations(_asked(base, candidates, rules), 2):
+        if are_redundant(one.hypothesis, other.hypothesis):
+            continue
+        wide = base.design.beside(np.column_stack([one.columns, other.columns]), [("trial", 0), ("trial", 1)])
+        trial = regress(wide, settings, base.solution.weights, rounds=2)
+        cost = rules.least_cost(one.hypothesis) + rules.least_cost(other.hypothesis)
+        net = gain_over(base.design, base.log_likelihood, trial, settings) - cost
+        if net >= settings.nearly:
+            first, second = trial.values[-2:].tolist()
+            rows.append((net, (started(one, [first]), started(other, [second])), trial.weights))
+    rows.sort(key=lambda row: -row[0])
+    return [(begun, weights) for _, begun, weights in rows[:ESTIMATED]]
+
+
+def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[Candidate]:
+    """The candidates of one number that would pay by themselves were they all that is asked, one of each name.
+
+    To first order with the colour estimated anew: what is slow hides in a colour that was estimated without it.
+    """
+    white = replace(base, solution=uncoloured(base.design, base.solution.residuals))
+    # What other equations show of a fault pays for numbers near theirs alone: to first order nothing says that.
+    lone = [
+        each for each in candidates if each.columns.shape[1] == 1 and told_apart(each.hypothesis) not in rules.support
+    ]
+    best: dict[tuple[str, ...], tuple[float, Candidate]] = {}
+    for each in (base, white):
+        scored = scores(each, lone)
+        for n in likeliest(scored, lone, base.frame.settings.shortlist):
+            least = price_alone(lone[n].hypothesis, rules.samples)
+            if scored.gains[n] < least or scored.own[n] < base.frame.settings.distinct:
+                continue
+            solution, _ = to_first_order(base, lone[n])
+            gain = gain_over(base.design, base.log_likelihood, solution, base.frame.settings)
+            name = told_apart(lone[n].hypothesis)
+            if gain >= least and (name not in best or gain > best[name][0]):
+                best[name] = gain, lone[n]
+    rows = sorted(best.values(), key=lambda row: rules.least_cost(row[1].hypothesis) - row[0])
+    return [candidate for _, candidate in rows[:ASKED]]

@@ -1,0 +1,45 @@
+"""What would be named were it the only question is told with its number, and nothing of it is named."""
+
+from __future__ import annotations
+
+import numpy as np
+from equations_decided import decided
+
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.loop.methods import told_of_nearly_proven
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+BODY = BODIES[1]
+
+
+def with_lift_of_airspeed(size: float) -> EquationErrorDecision:
+    """Two flights whose lift depends a little on airspeed."""
+    aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
+    wrong = Wrong(terms={("C_Z", "V_hat"): size})
+    logs = [flown(name, BODY, 9320 + i, air=0.5, wrong=wrong) for i, name in enumerate("ab")]
+    return decided(aircraft, logs[:1], logs[1:])
+
+
+def test_a_term_that_comes_near_its_price_is_told_with_its_number() -> None:
+    found = with_lift_of_airspeed(0.1)
+    assert not found.findings
+    (row,) = found.nearly
+    assert row.hypothesis.label == ("aero_term", "C_Z", "V_hat")
+    assert abs(row.value - 0.1) < 2.0 * row.std_error
+    assert 0.5 * row.price <= row.gain < row.price
+    # A square of airspeed about its trim is twice the first power: the record cannot tell which.
+    assert ("aero_term", "C_Z", "V_hat^2") in {rival.label for rival in row.rivals}
+    ((standing, with_it),) = row.unseen
+    assert (standing.recording, standing.coefficient) == ("b", "C_Z")
+    assert with_it.r2 > standing.r2
+    said = told_of_nearly_proven(row)
+    assert said.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
+    assert "C_Z V_hat^2 would do nearly as well" in said
+
+
+def test_what_is_named_or_absent_is_not_told_as_nearly_proven() -> None:
+    assert with_lift_of_airspeed(0.0).nearly == ()
+    found = with_lift_of_airspeed(0.4)
+    assert [row.hypothesis.label for row in found.findings] == [("aero_term", "C_Z", "V_hat")]
+    listed = {row.hypothesis.label for row in (*found.findings, *found.alternatives)}
+    assert not listed & {row.hypothesis.label for row in found.nearly}

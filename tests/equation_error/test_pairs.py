@@ -1,0 +1,49 @@
+"""Faults that hide each other: neither pays its price alone, both together pay both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from equations_decided import proved
+
+from aerosid.equation_error.selection.candidates import of_sensors
+from aerosid.equation_error.selection.deletion import Selected
+from aerosid.equation_error.selection.prices import own_effects, rules_for
+from aerosid.equation_error.selection.stepwise import forward
+from aerosid.logs.flight_log import FlightLog
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+LATE = 0.004
+"""s that q is late."""
+
+
+def late_gyro(log: FlightLog) -> FlightLog:
+    """The log with q later, along the straight line between samples."""
+    return replace(log, channels={**log.channels, "q": np.interp(log.time - LATE, log.time, log["q"])})
+
+
+@pytest.mark.parametrize(("place", "scale"), [(3, 0.990), (9, 0.994)])
+def test_a_scale_of_attitude_and_a_late_gyro_are_found_together(place: int, scale: float) -> None:
+    body = BODIES[place % len(BODIES)]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(9000 + place))
+    wrong = Wrong(scale={"theta": scale})
+    logs = [late_gyro(flown(n, body, 9100 + 10 * place + i, air=0.5, wrong=wrong)) for i, n in enumerate("ab")]
+    faults = proved(aircraft, logs[:1], logs[1:])
+    found, base = faults.selected, faults.declared
+
+    numbers = {
+        each.hypothesis.label[:2]: own_effects(found.estimate.point, each.hypothesis)[0].values[0]
+        for each in found.chosen
+    }
+    # Attitude is the integral of the rate: a scale of one is the inverse scale of the other.
+    ratio = numbers.pop(("sensor_scale", "q"), None) or 1.0 / numbers.pop(("sensor_scale", "theta"))
+    assert ratio == pytest.approx(1.0 / scale, abs=0.003)
+    assert numbers == {("sensor_delay", "q"): pytest.approx(LATE, abs=0.002)}
+
+    settings = base.frame.settings
+    rules = rules_for(faults.asked, base.design.target.size, settings.false_alarm, settings.factor_odds)
+    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
+    alone = forward(Selected(base, ()), rules, sensors, kinematic=True, most=settings.most)
+    assert alone.chosen == ()
