@@ -123,6 +123,9 @@ class EquationErrorSettings:
         Gain in ln L, prices counted, from which another hypothesis takes a chosen one's place. Chosen.
     nearly : float
         Gain in ln L beyond the price, to first order, from which a hypothesis is worth an estimate of its own. Chosen.
+    near_share, near_deviations : float
+        Share of its price, 1, that a hypothesis must bring to be told as not proven, and its corrected deviations from
+        the null value: of those that chance puts first among so many most bring less. Chosen.
     agreement : float
         Deviations of their difference by which two recordings' numbers of one instrument may differ.
     agreement_share : float
@@ -222,6 +225,8 @@ class EquationErrorSettings:
     most: int = 12
     clearly: float = 1.0
     nearly: float = -4.0
+    near_share: float = 0.5
+    near_deviations: float = 2.0
     agreement: float = 3.0
     agreement_share: float = 0.05
     choice_gain: float = 4.0
@@ -297,6 +302,8 @@ class TrialSettings:
         Share of the chosen one's gain, 1, by which it may lie further behind: a first order errs by so much. Of 863
         rivals on recordings of seven aircraft and halves none came back that, after its own numbers were set, promised
         to stay so far beyond the margin.
+    asked_in_pairs, pairs : int
+        Faults that are asked in pairs where none pays alone, the likeliest by themselves, and pairs that are estimated.
     repeated : float
         Distinct values over samples, 1, up to which a channel has steps.
     """
@@ -305,6 +312,8 @@ class TrialSettings:
     asked: float = 0.3
     hopeless: float = 2.0
     hopeless_share: float = 0.3
+    asked_in_pairs: int = 6
+    pairs: int = 2
     repeated: float = 0.7
 
 

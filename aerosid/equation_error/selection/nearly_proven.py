@@ -36,13 +36,7 @@ from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.selection.votes import Share, shares_of
 
 MOST = 2
-"""Told of each kind of equations at most, each with what could stand in its place."""
-
-NEAR = 0.5
-"""Share of its price, 1, that it must bring: of those that chance puts first among so many most bring less. Chosen."""
-
-TWICE = 2.0
-"""Corrected deviations from its null value below which a number is not told: one in twenty is there by chance."""
+"""Display: told of each kind of equations at most, each with what could stand in its place."""
 
 
 @dataclass(frozen=True)
@@ -177,13 +171,13 @@ def _estimated(
     """A candidate with all numbers estimated anew, where it still would pay alone and may stand."""
     begun = joined(base.point, row.hypothesis)
     found = likeliest_numbers(base.frame, begun, row.weights, steps=5).estimate
-    gain = found.gain_over(base)
+    gain, settings = found.gain_over(base), base.frame.settings
     active, value, error = last_number(found, row.hypothesis)
     null = active.effect.parameters[0].null if active is not None else 0.0
-    certain = error > 0.0 and abs(value - null) >= TWICE * error
+    certain = error > 0.0 and abs(value - null) >= settings.near_deviations * error
     price = rules.cost(row.hypothesis, (active,) if active is not None else ())
     even = price + float(np.log(rules.chance(row.hypothesis)))
-    if gain < max(even, NEAR * price) or not certain:
+    if gain < max(even, settings.near_share * price) or not certain:
         return None
     if not (within_limits(found, row.hypothesis) and admitted(found, row.hypothesis)):
         return None

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from aerosid.equation_error.regression.design import Weights, gain_over, regress
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import (
     Candidate,
+    effect_candidates,
     joined,
     likeliest,
     scores,
@@ -27,62 +27,53 @@ from aerosid.equation_error.selection.candidates import (
     told_apart,
     within_limits,
 )
+from aerosid.equation_error.selection.deletion import Chosen, Selected
 from aerosid.equation_error.selection.prices import Rules, price_alone, total_cost
-from aerosid.equation_error.selection.redundancy import are_redundant
-
-ASKED = 6
-"""Hypotheses that are asked in pairs, the likeliest by themselves: at most."""
-
-ESTIMATED = 2
-"""Pairs whose numbers are estimated, the likeliest to first order: at most."""
-
-Admitted = Callable[[Estimate, Hypothesis], bool]
-"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+from aerosid.equation_error.selection.redundancy import are_redundant, is_told
+from aerosid.equation_error.selection.stepwise import Admitted, backward
+from aerosid.equation_error.settings import TRIALS
 
 
-class Pair(NamedTuple):
-    """Two hypotheses that pay together, with the estimate of both and their gain in ln L."""
-
-    estimate: Estimate
-    hypotheses: tuple[Hypothesis, Hypothesis]
-    gain: float
-
-
-def best_pair(
-    base: Estimate,
-    candidates: Sequence[Candidate],
+def with_pair(
+    selected: Selected,
     rules: Rules,
-    admitted: Admitted,
+    hypotheses: Sequence[Hypothesis],
+    admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
-) -> Pair | None:
-    """The pair of most gain in ln L beyond both prices; None where none pays, or the recordings may not bear it.
+) -> Selected | None:
+    """The structure of kinematic faults with the likeliest two that pay together; None where no two do.
 
     Parameters
     ----------
-    base : Estimate
-        The structure beside which no single candidate pays.
-    candidates : sequence of Candidate
+    selected : Selected
+        The structure beside which no single hypothesis pays.
+    hypotheses : sequence of Hypothesis
         Those of one number are asked; places along several axes are not.
     admitted : callable
         What each of the two must pass beside the other.
     """
-    best: Pair | None = None
-    most = 0.0
-    for begun, weights in _promising(base, candidates, rules):
+    base, best, most = selected.estimate, None, 0.0
+    if len(selected.chosen) + 2 > base.frame.settings.most:
+        return None
+    taken = {each.hypothesis.label for each in selected.chosen}
+    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    for begun, weights in _promising(base, effect_candidates(base.frame, base, open_), rules):
         ends = [
             estimate(base.frame, joined(joined(base.point, one), other), weights) for one, other in (begun, begun[::-1])
         ]
         gain = ends[0].gain_over(base)
         net = gain - total_cost(rules, ends[0].point, begun)
         told(f"   tried together {begun[0].label} and {begun[1].label} {net:.1f}")
-        stands = all(
+        if net > most and all(
             within_limits(end, last) and admitted(end, last) for end, last in zip(ends, begun[::-1], strict=True)
-        )
-        if net > most and stands:
-            most, best = net, Pair(ends[0], begun, gain)
-    if best is not None:
-        told(f"  enter together {best.hypotheses[0].label} and {best.hypotheses[1].label}")
-    return best
+        ):
+            most, best = net, (ends[0], begun, gain)
+    if best is None:
+        return None
+    found, pair, gain = best
+    told(f"  enter together {pair[0].label} and {pair[1].label}")
+    chosen = (*selected.chosen, *(Chosen(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
+    return backward(Selected(found, chosen), rules, keep=pair, told=told)
 
 
 def _promising(
@@ -101,7 +92,7 @@ def _promising(
             first, second = trial.values[-2:].tolist()
             rows.append((net, (started(one, [first]), started(other, [second])), trial.weights))
     rows.sort(key=lambda row: -row[0])
-    return [(begun, weights) for _, begun, weights in rows[:ESTIMATED]]
+    return [(begun, weights) for _, begun, weights in rows[: TRIALS.pairs]]
 
 
 def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[Candidate]:
@@ -127,4 +118,4 @@ def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> lis
             if gain >= least and (name not in best or gain > best[name][0]):
                 best[name] = gain, lone[n]
     rows = sorted(best.values(), key=lambda row: rules.least_cost(row[1].hypothesis) - row[0])
-    return [candidate for _, candidate in rows[:ASKED]]
+    return [candidate for _, candidate in rows[: TRIALS.asked_in_pairs]]

@@ -37,6 +37,7 @@ from aerosid.equation_error.selection.candidates import (
 from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
 from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
+from aerosid.equation_error.selection.pairs import with_pair
 from aerosid.equation_error.selection.prices import rules_for
 from aerosid.equation_error.selection.redundancy import at_one_distance
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
@@ -202,17 +203,12 @@ def _searched(
         return agreed and beyond_the_wind(estimated, hypothesis) and beside.admit(estimated, hypothesis)
 
     passed: list[Selected] = []
-    found = forward(
-        begun,
-        rules,
-        sensors,
-        kinematic=True,
-        most=settings.most,
-        admitted=admitted,
-        told=told,
-        passed=passed,
-        in_pairs=True,
+    grown = functools.partial(
+        forward, rules=rules, hypotheses=sensors, kinematic=True, most=settings.most, admitted=admitted, told=told
     )
+    found = grown(begun, passed=passed)
+    while (paired := with_pair(found, rules, sensors, admitted, told)) is not None:
+        found = grown(paired)
     if outside(found):
         return found, passed
     found = replaced(found, sensors, rules, admitted)

@@ -34,7 +34,6 @@ from aerosid.equation_error.selection.candidates import (
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
-from aerosid.equation_error.selection.pairs import best_pair
 from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.redundancy import LATE_CONTROL, is_told
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
@@ -58,31 +57,22 @@ def forward(
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
     passed: list[Selected] | None = None,
-    in_pairs: bool = False,
 ) -> Selected:
     """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
 
     `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through;
-    `in_pairs`: where none pays alone, two together are asked.
+    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through.
     """
     refused: set[tuple[str, str, str]] = set()
     while len(selected.chosen) < most:
         if passed is not None:
             passed.append(selected)
-        best, candidates = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
-        if best is not None:
-            found, hypothesis, gain = best
-            entered = [Chosen(hypothesis, kinematic, gain)]
-        else:
-            pair = None
-            if in_pairs and len(selected.chosen) + 2 <= most:
-                pair = best_pair(selected.estimate, candidates, rules, admitted, told)
-            if pair is None:
-                return selected
-            found, entered = pair.estimate, [Chosen(h, kinematic, pair.gain) for h in pair.hypotheses]
-        keep = [each.hypothesis for each in entered]
-        selected = backward(Selected(found, (*selected.chosen, *entered)), rules, keep=keep, told=told)
+        best = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
+        if best is None:
+            return selected
+        found, hypothesis, gain = best
+        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
+        selected = backward(Selected(found, chosen), rules, keep=[hypothesis], told=told)
     return selected
 
 
@@ -95,8 +85,7 @@ def _best(
     told: Callable[[str], None],
     coefficients: Sequence[str],
     recording: str | None,
-) -> tuple[tuple[Estimate, Hypothesis, float] | None, list[Candidate]]:
-    """What enters next with its gain, None where nothing pays; and all that was asked."""
+) -> tuple[Estimate, Hypothesis, float] | None:
     base, frame = selected.estimate, selected.estimate.frame
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
@@ -108,7 +97,7 @@ def _best(
             open_ += [h for h in sudden_hypotheses(frame, each, coefficients, recording) if h.label not in taken]
     candidates += effect_candidates(frame, base, in_either_order(open_, base.point.effects))
     if not candidates:
-        return None, []
+        return None
     order = list(
         dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
     )
@@ -135,10 +124,10 @@ def _best(
         found = trial.peak.estimate
         if within_limits(found, trial.hypothesis) and admitted(found, trial.hypothesis):
             told(f"  enters {trial.hypothesis.label}")
-            return (found, trial.hypothesis, found.gain_over(base)), candidates
+            return found, trial.hypothesis, found.gain_over(base)
         told(f"  not admitted {trial.hypothesis.label}")
         refused.add(trial.hypothesis.label)
-    return None, [each for each in candidates if each.hypothesis.label not in refused]
+    return None
 
 
 def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
