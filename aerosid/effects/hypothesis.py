@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from aerosid.effects import ActiveEffect, EffectParameter
 from aerosid.effects.aerodynamic_terms import searched_numbers
@@ -33,13 +34,13 @@ class Hypothesis:
     effects: tuple[ActiveEffect, ...] = ()
     time: float | None = None
 
-    @property
+    @cached_property
     def parameters(self) -> int:
         """How many numbers it adds, the moment of a step and a spline's knot among them."""
         count = len(self.entries) + sum(len(active.values) for active in self.effects)
         return count + (self.time is not None) + self.searched
 
-    @property
+    @cached_property
     def searched(self) -> int:
         """How many numbers inside its terms were chosen from the flight."""
         return sum(searched_numbers(term) for _, term in self.entries)
@@ -80,7 +81,14 @@ class Hypothesis:
         """The hypothesis with its derivatives taken over the distance of a trial: a delay is not linear."""
         if not self.effects:
             return self
-        return replace(self, effects=tuple(_chord(active, trial) for active in self.effects))
+        if trial not in self._chords:
+            self._chords[trial] = replace(self, effects=tuple(_chord(active, trial) for active in self.effects))
+        return self._chords[trial]
+
+    @cached_property
+    def _chords(self) -> dict[int, Hypothesis]:
+        """What `by_chord` gave: every score test of a search asks it of the whole catalogue."""
+        return {}
 
 
 def _chord(active: ActiveEffect, trial: int) -> ActiveEffect:

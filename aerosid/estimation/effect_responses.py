@@ -27,15 +27,17 @@ def input_directions(
 ) -> NDArray[np.float64]:
     """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
     time, extra = manoeuvre.flight.time, len(model.extra_columns)
-    moves = []
-    for active, n in parameters_of(effects, InputEffect):
-        here = active.acts_on(manoeuvre.name)
-        moves.append(_acting_direction(model, manoeuvre, effects, active, n) if here else np.zeros((time.size, extra)))
+    acting = list(parameters_of(effects, InputEffect))
+    asked = list(parameters_of(tested, InputEffect, StateEffect))
+    moves = np.zeros((time.size, extra, len(acting) + len(asked)))
+    for place, (active, n) in enumerate(acting):
+        if active.acts_on(manoeuvre.name):
+            moves[:, :, place] = _acting_direction(model, manoeuvre, effects, active, n)
     states: NDArray[np.float64] | None = None
     if any(isinstance(active.effect, StateEffect) for active in tested):
         states = simulated_states(model, flight, values, state)
-    for active, n in parameters_of(tested, InputEffect, StateEffect):
-        move = np.zeros((time.size, extra))
+    for place, (active, n) in enumerate(asked, start=len(acting)):
+        move = moves[:, :, place]
         effect = active.effect
         step = effect.parameters[n].step
         sides = active.beside(n, step), active.beside(n, -step)
@@ -48,8 +50,7 @@ def input_directions(
         elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
             upper_side, lower_side = (transformed(effect, model, time, flight.inputs, side.values) for side in sides)
             move[:, model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
-        moves.append(move)
-    return np.stack(moves, axis=2) if moves else np.zeros((time.size, extra, 0))
+    return moves
 
 
 def _acting_direction(

@@ -71,10 +71,10 @@ def in_acting_order(effects: Iterable[ActiveEffect]) -> list[tuple[InputEffect, 
 
 def acting_model(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
     """The model of the aircraft as it is: with the constants that effects change."""
-    changed = model.constants._asdict()
     acting = [(active.effect, active.numbers) for active in effects if isinstance(active.effect, BodyEffect)]
     if not acting:
         return model
+    changed = model.constants._asdict()
     for effect, numbers in acting:
         for name, change in zip(effect.fields, numbers, strict=True):
             changed[name] += change

@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-def column_products(block: NDArray[np.float64], apart: Sequence[Sequence[int]] = ()) -> NDArray[np.float64]:
+class Apart(NamedTuple):
+    """Columns by what they are multiplied with: those of `others` (k,) with all, those of groups within theirs.
+
+    `groups`: of each size beyond one, the columns (G, size) of the groups.
+    """
+
+    others: NDArray[np.int64]
+    groups: tuple[NDArray[np.int64], ...]
+
+
+def columns_apart(count: int, apart: Sequence[Sequence[int]]) -> Apart:
+    """What `column_products` takes of groups of columns, among `count` columns."""
+    together = np.ones(count, dtype=bool)
+    for group in apart:
+        together[list(group)] = False
+    sizes = sorted({len(group) for group in apart if len(group) > 1})
+    groups = tuple(np.array([group for group in apart if len(group) == size], dtype=np.int64) for size in sizes)
+    return Apart(np.flatnonzero(together), groups)
+
+
+def column_products(block: NDArray[np.float64], apart: Apart | None = None) -> NDArray[np.float64]:
     """Sums over the samples of every product of two columns.
 
     Parameters
     ----------
     block : (n, C)
         No NaN.
-    apart : sequence of sequence of int
+    apart : Apart, optional
         Groups of columns. Two columns of which each is in a group have a product only where some group holds both;
         a catalogue of hundreds would cost a hundred times what is asked of it otherwise.
 
@@ -23,17 +44,14 @@ def column_products(block: NDArray[np.float64], apart: Sequence[Sequence[int]] =
     -------
     (C, C), symmetric; 0 where no product is wanted.
     """
-    if not apart:
+    if apart is None:
         return np.asarray(block.T @ block)
-    grouped = np.unique(np.concatenate([np.asarray(group, dtype=np.int64) for group in apart]))
-    others = np.setdiff1d(np.arange(block.shape[1]), grouped)
     products = np.zeros((block.shape[1], block.shape[1]))
-    products[grouped, grouped] = np.einsum("nc,nc->c", block[:, grouped], block[:, grouped])
-    for size in {len(group) for group in apart if len(group) > 1}:
-        places = np.array([group for group in apart if len(group) == size], dtype=np.int64)
+    np.fill_diagonal(products, np.einsum("nc,nc->c", block, block))
+    for places in apart.groups:
         columns = block[:, places.ravel()].reshape(-1, *places.shape)
         products[places[:, :, None], places[:, None, :]] = np.einsum("ngs,ngt->gst", columns, columns)
-    rows = block[:, others].T @ block
-    products[others] = rows
-    products[:, others] = rows.T
+    rows = block[:, apart.others].T @ block
+    products[apart.others] = rows
+    products[:, apart.others] = rows.T
     return products

@@ -8,6 +8,7 @@ beside those of the aircraft. A delay is its second-order Pade approximation, go
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -126,6 +127,7 @@ def sensor_states(sensors: Iterable[tuple[int, SensorDynamics]], interval: float
     )
 
 
+@cache
 def no_sensor_states(outputs: int) -> SensorStates:
     """Sensors of so many outputs that show what is there."""
     return sensor_states((), 1.0, outputs)

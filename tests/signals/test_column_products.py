@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from aerosid.signals.column_products import column_products
+from aerosid.signals.column_products import column_products, columns_apart
 
 GROUPS = st.lists(st.lists(st.integers(1, 9), min_size=1, max_size=4, unique=True), max_size=6)
 
@@ -23,5 +23,5 @@ def test_products_are_those_of_the_whole_where_some_group_or_none_holds_both(
     for group in groups:
         wanted[np.ix_(group, group)] = True
     wanted[grouped, grouped] = True
-    found = column_products(block, groups)
+    found = column_products(block, columns_apart(block.shape[1], groups))
     assert_allclose(found, np.where(wanted, block.T @ block, 0.0), rtol=1e-12, atol=1e-12)
