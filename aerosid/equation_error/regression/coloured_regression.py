@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 COLOUR_ROUNDS = 3
 """Numerical: times that a shared colour is estimated with the sizes of the innovations that the last one left."""
 
+SAME_SIZES = 0.1
+"""Numerical: share by which their ratios may have changed for that to end."""
+
 
 @dataclass(frozen=True)
 class Colour:
@@ -127,46 +130,114 @@ def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, l
     longest : float
         Longest memory, samples, that a pole may have.
     """
-    forward = [values / max(size, 1e-300) for values, size in zip(residuals, sizes, strict=True)]
-    forward = [values for values in forward if values.size > 4 * order]
-    weights = np.ones(1)
-    backward = list(forward)
-    for _ in range(order if forward else 0):
+    return colour_of(_burg_s_weights(_Stacked.of(residuals), np.array(sizes, dtype=np.float64), order, longest))
+
+
+@dataclass(frozen=True)
+class _Stacked:
+    """Residuals of several recordings one behind the other, (R,), and where each begins, (S + 1,)."""
+
+    values: Array
+    bounds: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, parts: Sequence[Array]) -> _Stacked:
+        bounds = np.zeros(len(parts) + 1, dtype=np.int64)
+        np.cumsum([part.size for part in parts], out=bounds[1:])
+        return cls(np.concatenate(parts), bounds)
+
+    def each(self, values: Array) -> tuple[Array, ...]:
+        """Each recording's part of values (R,)."""
+        return tuple(values[a:b] for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True))
+
+
+def _burg_s_weights(stacked: _Stacked, sizes: Array, order: int, longest: float) -> Array:
+    """The whitening filter by Burg's method, its poles' memory bounded."""
+    limit = min(float(np.exp(-1.0 / longest)), 0.999)
+    weights, is_within = _burg(stacked.values, stacked.bounds, sizes, order, limit)
+    return weights if is_within else _shortened(weights, limit)
+
+
+@njit
+def _burg(values: Array, bounds: NDArray[np.int64], sizes: Array, order: int, limit: float) -> tuple[Array, bool]:
+    """Weights of the autoregression shared by parts of `values` (R,), and whether its poles lie within `limit`."""
+    ahead, behind = np.zeros(values.shape[0]), np.zeros(values.shape[0])
+    weights = np.zeros(order + 1)
+    weights[0] = 1.0
+    before = weights.copy()
+    reached = 0
+    for s in range(sizes.shape[0]):
+        for n in range(bounds[s], bounds[s + 1]):
+            ahead[n] = values[n] / max(sizes[s], 1e-300)
+            behind[n] = ahead[n]
+    for k in range(1, order + 1):
         top = bottom = 0.0
-        for n, (ahead, behind) in enumerate(zip(forward, backward, strict=True)):
-            forward[n], backward[n] = f, b = ahead[1:], behind[:-1]
-            top += float(f @ b)
-            bottom += float(f @ f + b @ b)
+        for s in range(sizes.shape[0]):
+            if bounds[s + 1] - bounds[s] > 4 * order:
+                for n in range(bounds[s] + k, bounds[s + 1]):
+                    top += ahead[n] * behind[n - 1]
+                    bottom += ahead[n] * ahead[n] + behind[n - 1] * behind[n - 1]
         if bottom <= 0.0:
             break
         reflection = -2.0 * top / bottom
-        for n, (f, b) in enumerate(zip(forward, backward, strict=True)):
-            forward[n], backward[n] = f + reflection * b, b + reflection * f
-        extended = np.append(weights, 0.0)
-        weights = extended + reflection * extended[::-1]
-    return colour_of(_shortened(weights, longest))
+        for s in range(sizes.shape[0]):
+            for n in range(bounds[s + 1] - 1, bounds[s] + k - 1, -1):
+                f, b = ahead[n], behind[n - 1]
+                ahead[n], behind[n] = f + reflection * b, b + reflection * f
+        before[:] = weights
+        for j in range(1, k + 1):
+            weights[j] = before[j] + reflection * before[k - j]
+        reached = k
+    weights = weights[: reached + 1].copy()
+    drawn = weights.copy()
+    for j in range(1, reached + 1):
+        drawn[j] = weights[j] / limit**j
+    return weights, _lies_within(drawn)
 
 
-def _shortened(weights: Array, longest: float) -> Array:
-    """The weights with poles of longer memory drawn in to that memory."""
-    limit = min(float(np.exp(-1.0 / longest)), 0.999)
-    if weights.size < 2 or _is_stable(weights / limit ** np.arange(weights.size)):
-        return weights
+def _shortened(weights: Array, limit: float) -> Array:
+    """The weights with poles of longer memory drawn in to that of the circle of radius `limit`."""
     poles = np.roots(weights)
     radius = np.abs(poles)
     poles = np.where(radius > limit, poles * (limit / np.maximum(radius, 1e-12)), poles)
     return np.asarray(np.real(np.poly(poles)))
 
 
-@njit
-def _is_stable(weights: Array) -> bool:
-    """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion)."""
-    lower = weights.copy()
-    for k in range(weights.shape[0] - 1, 0, -1):
-        if abs(lower[k]) >= 1.0:
+@njit_inline
+def _lies_within(lower: Array) -> bool:
+    """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion).
+
+    The weights are written over.
+    """
+    for k in range(lower.shape[0] - 1, 0, -1):
+        if not abs(lower[k]) < 1.0:
             return False
         _step_down(lower, k)
     return True
+
+
+@njit
+def _innovations(
+    values: Array, bounds: NDArray[np.int64], weights: Array, start: Array, floors: Array
+) -> tuple[Array, Array, float]:
+    """Parts of `values` (R,) whitened, their sizes (S,) and ln L but for what the first samples' colour takes off."""
+    order = weights.shape[0] - 1
+    white, sizes, likelihood = values.copy(), np.zeros(floors.shape[0]), 0.0
+    for s in range(floors.shape[0]):
+        begin, end = bounds[s], bounds[s + 1]
+        power = 0.0
+        for n in range(begin, end):
+            if n - begin < order:
+                white[n] = 0.0
+                for k in range(min(order, end - begin)):
+                    white[n] += start[n - begin, k] * values[begin + k]
+            else:
+                for lag in range(1, order + 1):
+                    white[n] += weights[lag] * values[n - lag]
+            power += white[n] * white[n]
+        sizes[s] = max(np.sqrt(power / (end - begin)), floors[s])
+        likelihood -= (end - begin) * np.log(sizes[s]) + 0.5 * power / (sizes[s] * sizes[s])
+    return white, sizes, likelihood
 
 
 @dataclass(frozen=True)
@@ -220,18 +291,14 @@ def shared_colour(
     counts for less than one without, and the colour of all becomes that of the quiet one.
     """
     best: Coloured | None = None
-    divisors = np.array(rough)
+    stacked, divisors, lowest = _Stacked.of(parts), np.array(rough), np.array(floors)
     for _ in range(COLOUR_ROUNDS):
-        colour = fit_colour(parts, divisors.tolist(), order, longest)
-        white = [colour.whitened(part[:, None])[:, 0] for part in parts]
-        powers = [float(np.add.reduce(w**2)) / w.size for w in white]
-        sizes = np.array([max(float(np.sqrt(power)), low) for power, low in zip(powers, floors, strict=True)])
-        likelihood = -sum(
-            w.size * np.log(s) + 0.5 * float(w @ w) / s**2 + colour.log_start for w, s in zip(white, sizes, strict=True)
-        )
+        colour = colour_of(_burg_s_weights(stacked, divisors, order, longest))
+        white, sizes, likelihood = _innovations(stacked.values, stacked.bounds, colour.weights, colour.start, lowest)
+        likelihood -= len(parts) * colour.log_start
         if best is None or likelihood > best.likelihood:
-            best = Coloured(float(likelihood), (colour,) * len(parts), tuple(white), sizes)
-        if len(parts) == 1 or np.allclose(sizes / sizes[0], divisors / divisors[0], rtol=0.1):
+            best = Coloured(likelihood, (colour,) * len(parts), stacked.each(white), sizes)
+        if len(parts) == 1 or np.all(np.abs(sizes / sizes[0] / (divisors / divisors[0]) - 1.0) <= SAME_SIZES):
             break
         divisors = sizes
     assert best is not None
