@@ -59,7 +59,7 @@ def feedback_of(
     """Those of the effects that depend on the motion, with their numbers, as compiled code takes them."""
     moving = [(active.effect, active.values) for active in effects if isinstance(active.effect, StateEffect)]
     numbers = [effect.law_numbers(given) for effect, given in moving]
-    slopes = [_slope_of(model, effect) for effect, _ in moving]
+    slopes = [slope_of(model, effect) for effect, _ in moving]
     return Feedback(
         law=np.array([int(effect.law) for effect, _ in moving], dtype=np.int64),
         first_number=np.cumsum([0, *map(len, numbers)]),
@@ -79,7 +79,7 @@ def feedback_of(
     )
 
 
-def _slope_of(model: AerodynamicModel, effect: StateEffect) -> int | None:
+def slope_of(model: AerodynamicModel, effect: StateEffect) -> int | None:
     """Which of the model's terms is the alpha derivative that an effect takes; None where it has none."""
     for place, (coefficient, term) in enumerate(model.entries):
         if coefficient == effect.lift and str(term) == "alpha":
@@ -189,7 +189,7 @@ def motion_loop(
         if isinstance(active.effect, StateEffect):
             for at in active.effect.places:
                 numbers[feedback.first_number[n] + at] = place + active.effect.places.index(at)
-            slope = _slope_of(model, active.effect)
+            slope = slope_of(model, active.effect)
             if slope is not None and slope in free:
                 slopes[n] = int(np.flatnonzero(free == slope)[0])
             n += 1

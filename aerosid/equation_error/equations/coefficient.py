@@ -15,7 +15,7 @@ as a drag polar does, that is the lift of the model.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -25,14 +25,14 @@ from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.centre_of_gravity import Centre, centre_of, levers
 from aerosid.equation_error.equations.channels import MEASURED_BY
-from aerosid.equation_error.equations.kinematic import Motion, Rates, accelerometer_offsets, lever_accelerations
+from aerosid.equation_error.equations.kinematic import Motion, Rates, lever_accelerations
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.equations.sensors import as_read, bias
-from aerosid.estimation.effects_in_flight import acting_flight, acting_model
-from aerosid.estimation.motion_loop import added_along
+from aerosid.equation_error.equations.sensors import as_read, bias, position
+from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import ACCELERATIONS
 from aerosid.flight_model.constants import GRAVITY, Constants
+from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.terms import LIFT, Term
 
 Array = NDArray[np.float64]
@@ -101,13 +101,13 @@ class CoefficientEquations:
     ) -> None:
         declared, model = model.constants, acting_model(model, effects)
         self._recording, self._effects, self._motion = recording, effects, motion
-        flight, _ = acting_flight(model, recording.manoeuvre, effects)
+        flight = recording.acting_flight(model, effects)
         inputs = flight.inputs
         self._slopes: dict[Entry, Array] = {}
         self._kept: dict[Entry, Array] = {}
         for active in effects:
             if isinstance(active.effect, StateEffect) and active.acts_on(recording.name):
-                inputs = self._with_state_effect(active, model, replace_inputs(flight, inputs))
+                inputs = self._with_state_effect(active, model, flight._replace(inputs=inputs))
         columns = dict(zip(model.columns, inputs.T, strict=True))
         self.variables = term_variables(model, motion, inputs)
         self._of_inputs = {*model.columns, *OF_THRUST} - set(recording.manoeuvre.axes.measured)
@@ -137,11 +137,8 @@ class CoefficientEquations:
             other, usual = (self._known_moments(thrust, each, rates) for each in (constants, declared))
             known |= {name: known[name] + other[name] - usual[name] for name in other}
         held = set(free)
-        for entry, value in zip(model.entries, model.values, strict=True):
-            if entry not in held and value != 0.0:
-                for name, series in self._accelerations(entry).items():
-                    known[name] = known[name] + value * series
-        self._known = known
+        fixed = {entry: value for entry, value in _values_of(model) if entry not in held}
+        self._known = self._with_terms(known, fixed)
 
     def _weigh(self, declared: Constants, constants: Constants) -> None:
         """Accelerations that one unit of each coefficient makes, and the unit of its equation."""
@@ -178,16 +175,24 @@ class CoefficientEquations:
 
     def left(self, values: Mapping[Entry, float]) -> dict[str, Array]:
         """What terms of some values leave of each equation, (N,)."""
+        return {name: self._beyond(name, series) for name, series in self._with_terms(self._known, values).items()}
+
+    def _with_terms(self, known: Mapping[str, Array], values: Mapping[Entry, float]) -> dict[str, Array]:
+        """What is known of some accelerations, (N,) each, with that of terms of some values.
+
+        Each coefficient is summed first, and turned to body axes once.
+        """
         totals: dict[str, Array] = {}
         for entry, value in values.items():
             if value != 0.0:
                 series = value * self._series(entry)
                 totals[entry[0]] = totals[entry[0]] + series if entry[0] in totals else series
-        said = dict(self._known)
+        said = dict(known)
         for coefficient, series in totals.items():
             for name, part in self._body_axes(coefficient, series).items():
-                said[name] = said[name] + part * self._force_per_unit[name]
-        return {name: self._beyond(name, series) for name, series in said.items()}
+                if name in said:
+                    said[name] = said[name] + part * self._force_per_unit[name]
+        return said
 
     def _beyond(self, name: str, series: Array) -> Array:
         """What is measured beyond an acceleration, in units of the coefficient."""
@@ -215,6 +220,11 @@ class CoefficientEquations:
                 series = self._recording.in_rates(series)
             self._kept[entry] = series + self._slopes[entry] if entry in self._slopes else series
         return self._kept[entry]
+
+    def _at_samples(self, entry: Entry) -> Array:
+        """A term as it is at the samples, (N,), and not as the derivatives of sampled rates show it."""
+        shown_alike = not (self._recording.linear_inputs and entry[0] in _INERTIA) and entry not in self._slopes
+        return self._series(entry) if shown_alike else term_series(entry[1], self.variables)
 
     def _body_axes(self, coefficient: str, series: Array) -> dict[str, Array]:
         """What a coefficient's term adds to those about body axes, (N,) each; those it does not touch are left out."""
@@ -272,16 +282,16 @@ class CoefficientEquations:
         if not (placed or centre.is_moved):
             return {}
         rates = self._modelled_rates(model, given, at_samples=True)
-        here = accelerometer_offsets(recording, self._effects, rates)
-        declared = accelerometer_offsets(recording, (), rates)
         # Sensors keep their places in the aircraft when the centre of gravity moves.
         moved = (-centre.ahead, -centre.right, -centre.below)
         added = {}
         for name in (name for name in given if MEASURED_BY[name] in ACCELERATIONS):
             channel = MEASURED_BY[name]
-            added[name] = lever_accelerations(channel, moved, rates)
-            if channel in here:
-                added[name] = added[name] + here[channel] - declared[channel]
+            ahead, right, below = moved
+            if placed and channel in recording.channels:
+                x, y, z = (position(recording, self._effects, channel) - recording.position(channel)).tolist()
+                ahead, right, below = ahead + x, right + y, below + z
+            added[name] = lever_accelerations(channel, (ahead, right, below), rates)
         return added
 
     def _modelled_rates(
@@ -292,36 +302,34 @@ class CoefficientEquations:
         `at_samples`: as they are there, and not as the derivatives of sampled rates show them.
         """
         turned = {name: given[name] for name in given if name in _INERTIA}
-        for entry, value in zip(model.entries, model.values, strict=True):
+        totals: dict[str, Array] = {}
+        for entry, value in _values_of(model):
             name = entry[0]
-            if name in turned and value != 0.0:
-                series = term_series(entry[1], self.variables) if at_samples else self._series(entry)
-                turned[name] = turned[name] + value * series * self._force_per_unit[name]
+            if name in turned:
+                series = value * (self._at_samples(entry) if at_samples else self._series(entry))
+                totals[name] = totals[name] + series if name in totals else series
+        for name, series in totals.items():
+            turned[name] = turned[name] + series * self._force_per_unit[name]
         return replace(self._motion.rates, **{f"{MEASURED_BY[name]}_dot": turned[name] for name in turned})
 
     def _known_moments(self, thrust: Array, constants: Constants, rates: Rates) -> dict[str, Array]:
         """Angular accelerations that no free term makes: thrust, as rates show it, and the coupling of turning axes."""
         c = constants
         p, q, r = rates.p, rates.q, rates.r
-        made = {
-            "C_l": c.I_xz * (rates.r_dot + p * q) - (c.I_zz - c.I_yy) * q * r,
-            "C_m": thrust * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r),
-            "C_n": c.I_xz * (rates.p_dot - q * r) - (c.I_yy - c.I_xx) * p * q,
+        made: dict[str, Callable[[], Array]] = {
+            "C_l": lambda: c.I_xz * (rates.r_dot + p * q) - (c.I_zz - c.I_yy) * q * r,
+            "C_m": lambda: thrust * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r),
+            "C_n": lambda: c.I_xz * (rates.p_dot - q * r) - (c.I_yy - c.I_xx) * p * q,
         }
-        return {name: made[name] / getattr(c, _INERTIA[name]) for name in self._force_per_unit if name in made}
+        return {name: made[name]() / getattr(c, _INERTIA[name]) for name in self._force_per_unit if name in made}
 
     def _modelled(self, model: AerodynamicModel, thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Specific forces as the model gives them, m/s^2.
 
         Measured ones hold the same gusts as the moment: a term or a lever with them in it would explain those.
         """
-        forces = dict(thrusting)
-        for entry, value in zip(model.entries, model.values, strict=True):
-            if value != 0.0 and "alpha_dot_hat" not in entry[1].variables:
-                for name, series in self._accelerations(entry).items():
-                    if name in forces:
-                        forces[name] = forces[name] + value * series
-        return forces
+        lasting = {entry: value for entry, value in _values_of(model) if "alpha_dot_hat" not in entry[1].variables}
+        return self._with_terms(thrusting, lasting)
 
     def _modelled_alpha_dot(self, model: AerodynamicModel, forces: Mapping[str, Array]) -> Array:
         """The rate of alpha by the model's forces, times c/(2 U0)."""
@@ -332,14 +340,12 @@ class CoefficientEquations:
         rate_speed = constants.airspeed_of_rates if constants.airspeed_of_rates > 0.0 else motion.V
         return np.asarray(rate * constants.mean_chord / (2.0 * rate_speed))
 
-    def _with_state_effect(self, active: ActiveEffect, model: AerodynamicModel, flight: object) -> Array:
+    def _with_state_effect(self, active: ActiveEffect, model: AerodynamicModel, flight: Flight) -> Array:
         """The inputs with what an effect of the motion adds; its share of the lift stays with that derivative."""
-        effect, motion = active.effect, self._motion
+        effect = active.effect
         assert isinstance(effect, StateEffect)
-        states = motion.states
-        ground = self._recording.manoeuvre.ground
-        added = added_along(active, model, flight, np.array(model.values), states, ground)  # type: ignore[arg-type]
-        inputs = flight.inputs.copy()  # type: ignore[attr-defined]
+        added = self._motion.added_by(active, model, flight)
+        inputs = flight.inputs.copy()
         slope = next((e for e in model.entries if e[0] == effect.lift and str(e[1]) == "alpha"), None)
         for n, (column, series) in enumerate(added.items()):
             if n == 0 and slope is not None and not effect.proportional and model.value(slope) != 0.0:
@@ -349,9 +355,9 @@ class CoefficientEquations:
         return np.asarray(inputs)
 
 
-def replace_inputs(flight: object, inputs: Array) -> object:
-    """The flight with other inputs."""
-    return flight._replace(inputs=inputs)  # type: ignore[attr-defined]
+def _values_of(model: AerodynamicModel) -> list[tuple[Entry, float]]:
+    """The terms of a model that add anything, with their values."""
+    return [pair for pair in zip(model.entries, model.values.tolist(), strict=True) if pair[1] != 0.0]
 
 
 _INERTIA = {"C_l": "I_xx", "C_m": "I_yy", "C_n": "I_zz"}

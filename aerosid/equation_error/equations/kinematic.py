@@ -21,16 +21,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.smoothing import blended, without_gusts
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.motion_loop import added_along, slope_of
+from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.flight import Flight
 
 Array = NDArray[np.float64]
+
+
+KEPT_ADDED = 4
+"""Numerical: sets of numbers of an effect of the motion for which what it adds is kept."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +101,29 @@ class Motion:
             "psi": np.zeros_like(self.V),
         }
         return np.column_stack([known[name] for name in self.recording.manoeuvre.axes.integrated])
+
+    @cached_property
+    def _added(self) -> list[tuple[ActiveEffect, float, dict[str, Array]]]:
+        return []
+
+    def added_by(self, active: ActiveEffect, model: AerodynamicModel, flight: Flight) -> dict[str, Array]:
+        """What an effect of the motion adds to each of its input columns, (N,) each; not to be written to.
+
+        One that is not proportional to a coefficient depends on the motion alone, and is made once for its numbers.
+        """
+        effect, ground, values = active.effect, self.recording.manoeuvre.ground, np.array(model.values)
+        assert isinstance(effect, StateEffect)
+        if effect.proportional:
+            return added_along(active, model, flight, values, self.states, ground)
+        place = slope_of(model, effect)
+        slope = 0.0 if place is None else float(values[place])
+        for known, beside, added in self._added:
+            if known is active and beside == slope:
+                return added
+        added = added_along(active, model, flight, values, self.states, ground)
+        self._added.insert(0, (active, slope, added))
+        del self._added[KEPT_ADDED:]
+        return added
 
 
 def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:

@@ -9,18 +9,30 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect
+from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative
 from aerosid.equation_error.settings import TRIALS, EquationErrorSettings
+from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import input_columns_of
+from aerosid.flight_model.flight import Flight
 
 Array = NDArray[np.float64]
 
 IRREGULAR = 0.02
 """Numerical: share of the sampling interval, 1, by which samples may lie off a regular grid before they are
 interpolated to one."""
+
+
+KEPT_FLIGHTS = 4
+"""Numerical: flights with some effects' inputs that are kept; a column by difference asks for the same one again."""
+
+_ON_INPUTS = (InputEffect, NoiseEffect, PositionEffect)
+"""Effects that change what a flight holds beside the motion."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +98,22 @@ class Recording:
         if name not in self._turned:
             self._turned[name] = np.sin(angle), np.cos(angle)
         return self._turned[name]
+
+    @cached_property
+    def _flights(self) -> list[tuple[tuple[str, ...], tuple[ActiveEffect, ...], Flight]]:
+        return []
+
+    def acting_flight(self, model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> Flight:
+        """The flight with the inputs that act; most points of a search differ in something else."""
+        acting = tuple(active for active in effects if isinstance(active.effect, _ON_INPUTS))
+        for columns, others, flight in self._flights:
+            alike = len(others) == len(acting) and all(a is b for a, b in zip(others, acting, strict=True))
+            if alike and columns == model.columns:
+                return flight
+        flight, _ = acting_flight(model, self.manoeuvre, acting)
+        self._flights.insert(0, (model.columns, acting, flight))
+        del self._flights[KEPT_FLIGHTS:]
+        return flight
 
     def held(self, name: str) -> Array:
         """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
