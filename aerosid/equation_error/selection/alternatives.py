@@ -15,15 +15,13 @@ from aerosid.equation_error.regression.design import Solution, compares_all, gai
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
-    Candidate,
-    effect_candidates,
-    in_either_order,
+    candidates_kept,
+    identity,
     joined,
     likeliest,
+    limits_of,
     scores,
-    term_candidates,
     to_first_order,
-    told_apart,
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
@@ -116,15 +114,10 @@ def _better(
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew."""
     # The same hypotheses may be asked again within narrower limits.
-    key = (each.hypothesis.label, tuple((h.label, _limits(h)) for h in asked))
+    key = (each.hypothesis.label, tuple((h.label, limits_of(h)) for h in asked))
     if key not in selected.instead:
         selected.instead[key] = _in_place_of(selected, each, asked)
     return selected.instead[key]
-
-
-def _limits(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
-    """Least and greatest of every number of a hypothesis."""
-    return tuple((p.lowest, p.highest) for active in hypothesis.effects for p in active.effect.parameters)
 
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
@@ -133,7 +126,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
     open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
-    candidates = _columns_in_place(selected, each, bare, open_)
+    candidates = candidates_kept(selected.instead, (each.hypothesis.label,), bare, open_)
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
@@ -141,7 +134,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     order = likeliest(scored, candidates, settings.shortlist)
 
     def asked_before(n: int) -> tuple[object, ...]:
-        return ("tried", each.hypothesis.label, *_asked(candidates[n].hypothesis), candidates[n].trial)
+        return ("tried", each.hypothesis.label, *identity(candidates[n].hypothesis), candidates[n].trial)
 
     def behind_with(solution: Solution) -> float:
         return worth - gain_over(bare.design, bare.log_likelihood, solution, settings)
@@ -181,25 +174,6 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             if row.ratio >= settings.deviations or is_told(hypothesis, [each]):
                 rows.append(replace(row, margin=margin, own=float(scored.own[n])))
     return sorted(rows, key=lambda row: row.behind)
-
-
-def _asked(hypothesis: Hypothesis) -> tuple[object, ...]:
-    """What tells a hypothesis from the same within other limits, or in the other order beside what acts already."""
-    orders = tuple(getattr(active.effect, "comes_first", False) for active in hypothesis.effects)
-    return told_apart(hypothesis), _limits(hypothesis), orders
-
-
-def _columns_in_place(selected: Selected, each: Chosen, bare: Estimate, asked: Sequence[Hypothesis]) -> list[Candidate]:
-    """Candidates beside the structure without one; those asked of the same structure before are not made anew."""
-    either = in_either_order(asked, bare.point.effects)
-    known = {_asked(h): ("columns", each.hypothesis.label, *_asked(h)) for h in either}
-    missing = [h for h in either if known[_asked(h)] not in selected.instead]
-    for hypothesis in missing:
-        selected.instead[known[_asked(hypothesis)]] = []
-    for candidate in (*term_candidates(bare.frame, bare, missing), *effect_candidates(bare.frame, bare, missing)):
-        selected.instead[known[_asked(candidate.hypothesis)]].append(candidate)
-    found = [candidate for h in either for candidate in selected.instead[known[_asked(h)]]]
-    return sorted(found, key=lambda candidate: bool(candidate.hypothesis.effects))
 
 
 class _Tried(NamedTuple):

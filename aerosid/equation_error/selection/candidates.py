@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,10 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
+
+
+BESIDE = ("beside",)
+"""The name of a structure's own estimate among what is kept of it; others are named for what they lack."""
 
 
 @dataclass(frozen=True)
@@ -213,6 +218,46 @@ def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothe
         for trial, columns in enumerate(made)
         if np.isfinite(columns).all()
     ]
+
+
+def candidates_kept(
+    kept: dict[object, list[Any]], name: tuple[object, ...], base: Estimate, hypotheses: Sequence[Hypothesis]
+) -> list[Candidate]:
+    """Candidates beside an estimate, terms first; those that were asked of it before are not made anew.
+
+    Parameters
+    ----------
+    kept : dict
+        What was made before, and what is made now.
+    name : tuple
+        What tells the estimate from others of the same store.
+    """
+    either = in_either_order(hypotheses, base.point.effects)
+    keys = {identity(h): ("columns", *name, *identity(h)) for h in either}
+    missing = [h for h in either if keys[identity(h)] not in kept]
+    for hypothesis in missing:
+        kept[keys[identity(hypothesis)]] = []
+    for candidate in (*term_candidates(base.frame, base, missing), *effect_candidates(base.frame, base, missing)):
+        kept[keys[identity(candidate.hypothesis)]].append(candidate)
+    found = [candidate for h in either for candidate in kept[keys[identity(h)]]]
+    return sorted(found, key=lambda candidate: bool(candidate.hypothesis.effects))
+
+
+def drop_columns(kept: dict[object, list[Any]], name: tuple[object, ...]) -> None:
+    """Lets go of the candidates beside an estimate that nothing will be asked of again: they are as long as records."""
+    for key in [key for key in kept if isinstance(key, tuple) and key[: 1 + len(name)] == ("columns", *name)]:
+        del kept[key]
+
+
+def identity(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """What tells a hypothesis from the same within other limits, or in the other order beside what acts already."""
+    orders = tuple(getattr(active.effect, "comes_first", False) for active in hypothesis.effects)
+    return told_apart(hypothesis), limits_of(hypothesis), orders
+
+
+def limits_of(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
+    """Least and greatest of every number of a hypothesis."""
+    return tuple((p.lowest, p.highest) for active in hypothesis.effects for p in active.effect.parameters)
 
 
 def _ways(active: ActiveEffect) -> list[list[tuple[float, ...]]]:

@@ -14,18 +14,16 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import Weights, gain_over, regress
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, likeliest_numbers, weights_on
 from aerosid.equation_error.selection.alternatives import last_number
 from aerosid.equation_error.selection.candidates import (
+    BESIDE,
     Candidate,
-    effect_candidates,
-    in_either_order,
+    candidates_kept,
     joined,
     likeliest,
     scores,
-    term_candidates,
     to_first_order,
     within_limits,
 )
@@ -92,10 +90,7 @@ def nearly_proven(
     """
     base, taken = selected.estimate, {each.hypothesis.label for each in selected.chosen}
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
-    candidates: list[Candidate] = []
-    if any(kind in COEFFICIENT for kind in base.frame.kinds):
-        candidates = term_candidates(base.frame, base, open_)
-    candidates += effect_candidates(base.frame, base, in_either_order(open_, base.point.effects))
+    candidates = candidates_kept(selected.instead, BESIDE, base, open_)
     scored = scores(base, candidates)
 
     def may_pay(n: int) -> bool:

@@ -17,8 +17,9 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights, gain_over, regress, uncoloured
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import (
+    BESIDE,
     Candidate,
-    effect_candidates,
+    candidates_kept,
     joined,
     likeliest,
     scores,
@@ -57,23 +58,29 @@ def with_pair(
         return None
     taken = {each.hypothesis.label for each in selected.chosen}
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
-    for begun, weights in _promising(base, effect_candidates(base.frame, base, open_), rules):
-        ends = [
-            estimate(base.frame, joined(joined(base.point, one), other), weights) for one, other in (begun, begun[::-1])
-        ]
-        gain = ends[0].gain_over(base)
-        net = gain - total_cost(rules, ends[0].point, begun)
-        told(f"   tried together {begun[0].label} and {begun[1].label} {net:.1f}")
-        if net > most and all(
-            within_limits(end, last) and admitted(end, last) for end, last in zip(ends, begun[::-1], strict=True)
-        ):
-            most, best = net, (ends[0], begun, gain)
+    for begun, weights in _promising(base, candidates_kept(selected.instead, BESIDE, base, open_), rules):
+
+        def behind(first: Hypothesis, last: Hypothesis, weights: Weights = weights) -> Estimate:
+            return estimate(base.frame, joined(joined(base.point, first), last), weights)
+
+        one, other = begun
+        found = behind(one, other)
+        gain = found.gain_over(base)
+        net = gain - total_cost(rules, found.point, begun)
+        told(f"   tried together {one.label} and {other.label} {net:.1f}")
+        if net > most and _stands(found, other, admitted) and _stands(behind(other, one), one, admitted):
+            most, best = net, (found, begun, gain)
     if best is None:
         return None
     found, pair, gain = best
     told(f"  enter together {pair[0].label} and {pair[1].label}")
     chosen = (*selected.chosen, *(Chosen(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
     return backward(Selected(found, chosen), rules, keep=pair, told=told)
+
+
+def _stands(found: Estimate, last: Hypothesis, admitted: Admitted) -> bool:
+    """Whether the last hypothesis of an estimate lies within its limits, and may stand on other grounds."""
+    return within_limits(found, last) and admitted(found, last)
 
 
 def _promising(

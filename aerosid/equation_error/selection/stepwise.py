@@ -23,13 +23,15 @@ from aerosid.equation_error.regression.estimate import (
     likeliest_numbers,
 )
 from aerosid.equation_error.selection.candidates import (
+    BESIDE,
     Candidate,
+    candidates_kept,
+    drop_columns,
     effect_candidates,
     in_either_order,
     joined,
     likeliest,
     scores,
-    term_candidates,
     to_first_order,
     within_limits,
 )
@@ -71,6 +73,7 @@ def forward(
         if best is None:
             return selected
         found, hypothesis, gain = best
+        drop_columns(selected.instead, BESIDE)
         chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
         selected = backward(Selected(found, chosen), rules, keep=[hypothesis], told=told)
     return selected
@@ -90,12 +93,11 @@ def _best(
     taken = {each.hypothesis.label for each in selected.chosen} | refused
     open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
     uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
-    candidates: list[Candidate] = []
+    candidates = candidates_kept(selected.instead, BESIDE, base, open_)
     if any(kind in COEFFICIENT for kind in frame.kinds):
-        candidates = term_candidates(frame, base, open_)
-        for each in (base, uncoloured_):
-            open_ += [h for h in sudden_hypotheses(frame, each, coefficients, recording) if h.label not in taken]
-    candidates += effect_candidates(frame, base, in_either_order(open_, base.point.effects))
+        sudden = [h for each in (base, uncoloured_) for h in sudden_hypotheses(frame, each, coefficients, recording)]
+        sudden = [hypothesis for hypothesis in sudden if hypothesis.label not in taken]
+        candidates += effect_candidates(frame, base, in_either_order(sudden, base.point.effects))
     if not candidates:
         return None
     order = list(
