@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, StateEffect
 from aerosid.estimation.effect_parameters import parameters_of
-from aerosid.estimation.effects_in_flight import acting_flight, simulated_states, transformed
+from aerosid.estimation.effects_in_flight import in_acting_order, simulated_states, transformed
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import added_along
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -30,9 +32,11 @@ def input_directions(
     acting = list(parameters_of(effects, InputEffect))
     asked = list(parameters_of(tested, InputEffect, StateEffect))
     moves = np.zeros((time.size, extra, len(acting) + len(asked)))
+    chain = ActingChain.of(model, manoeuvre, effects) if acting else None
     for place, (active, n) in enumerate(acting):
-        if active.acts_on(manoeuvre.name):
-            moves[:, :, place] = _acting_direction(model, manoeuvre, effects, active, n)
+        if chain is not None and active.acts_on(manoeuvre.name):
+            for column, direction in chain.direction(active, n).items():
+                moves[:, model.extra_place(column), place] = direction
     states: NDArray[np.float64] | None = None
     if any(isinstance(active.effect, StateEffect) for active in tested):
         states = simulated_states(model, flight, values, state)
@@ -53,38 +57,77 @@ def input_directions(
     return moves
 
 
-def _acting_direction(
-    model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect], active: ActiveEffect, n: int
-) -> NDArray[np.float64]:
-    """How the acting inputs move with parameter n of one of the effects that act: (N, E)."""
-    effect, extra, flight = active.effect, len(model.extra_columns), manoeuvre.flight
-    step = effect.parameters[n].step
-    sides = active.beside(n, step), active.beside(n, -step)
-    width = sides[0].values[n] - sides[1].values[n]
-    if isinstance(effect, InputEffect) and _acts_alone(effect, manoeuvre, effects):
-        # No other effect meets its columns, so that it acts on the recorded inputs and on one of them alone.
-        inputs = np.zeros((flight.time.size, len(model.columns)))
-        inputs[:, : flight.inputs.shape[1]] = flight.inputs
-        upper, lower = (transformed(effect, model, flight.time, inputs, side.values) for side in sides)
-        move = np.zeros((flight.time.size, extra))
-        move[:, model.extra_place(effect.where_acts)] = (upper - lower) / width
-        return move
-    above, below = (
-        acting_flight(model, manoeuvre, [side if other is active else other for other in effects])[0].inputs
-        for side in sides
-    )
-    return np.asarray((above - below)[:, above.shape[1] - extra :] / width)
+@dataclass(frozen=True)
+class ActingChain:
+    """The effects on a flight's inputs one behind the other.
 
+    Attributes
+    ----------
+    model : AerodynamicModel
+    time : ndarray, shape (N,)
+    stages : list of (InputEffect, ActiveEffect), length S
+        In the order in which they act.
+    recorded : ndarray, shape (N, K)
+        The inputs before the first.
+    """
 
-def _acts_alone(effect: InputEffect, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> bool:
-    """Whether of the effects on a flight no other changes a column that one sees, or is driven by what it changes."""
-    seen = {effect.where_acts, effect.driven_by} - {""}
-    others = (
-        active.effect
-        for active in effects
-        if isinstance(active.effect, InputEffect) and active.effect is not effect and active.acts_on(manoeuvre.name)
-    )
-    return not any(other.where_acts in seen or other.driven_by == effect.where_acts for other in others)
+    model: AerodynamicModel
+    time: NDArray[np.float64]
+    stages: list[tuple[InputEffect, ActiveEffect]]
+    recorded: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> ActingChain:
+        """The effects of a structure that act on a manoeuvre's inputs."""
+        flight = manoeuvre.flight
+        stages = in_acting_order(active for active in effects if active.acts_on(manoeuvre.name))
+        recorded = np.zeros((flight.time.size, len(model.columns)))
+        recorded[:, : flight.inputs.shape[1]] = flight.inputs
+        return cls(model, flight.time, stages, recorded)
+
+    @cached_property
+    def inputs(self) -> list[NDArray[np.float64]]:
+        """The inputs (N, K) before the first stage, behind it, behind the next and so on, S + 1 in all."""
+        found = [self.recorded]
+        for effect, active in self.stages:
+            behind = found[-1].copy()
+            behind[:, self._place(effect)] = transformed(effect, self.model, self.time, behind, active.values)
+            found.append(behind)
+        return found
+
+    def direction(self, active: ActiveEffect, n: int) -> dict[str, NDArray[np.float64]]:
+        """How the acting inputs move with parameter `n` of one of the effects, (N,) each; those that do, by name."""
+        step = active.effect.parameters[n].step
+        sides = active.beside(n, step), active.beside(n, -step)
+        width = sides[0].values[n] - sides[1].values[n]
+        above, below = (self._moved(active, side) for side in sides)
+        return {column: (above[column] - below[column]) / width for column in above}
+
+    def _moved(self, active: ActiveEffect, side: ActiveEffect) -> dict[str, NDArray[np.float64]]:
+        """The columns that are others where one effect has other numbers: its own, and those that follow from them."""
+        first = next(k for k, (_, each) in enumerate(self.stages) if each is active)
+        own = self.stages[first][0]
+        if self._acts_alone(own):
+            return {own.where_acts: transformed(own, self.model, self.time, self.recorded, side.values)}
+        inputs, moved = self.inputs[first].copy(), {own.where_acts}
+        for k, (effect, each) in enumerate(self.stages[first:], start=first):
+            place = self._place(effect)
+            if moved.isdisjoint((effect.where_acts, effect.driven_by)):
+                inputs[:, place] = self.inputs[k + 1][:, place]
+            else:
+                numbers = side.values if each is active else each.values
+                inputs[:, place] = transformed(effect, self.model, self.time, inputs, numbers)
+                moved.add(effect.where_acts)
+        return {column: inputs[:, self.model.columns.index(column)] for column in moved}
+
+    def _place(self, effect: InputEffect) -> int:
+        return self.model.columns.index(effect.where_acts)
+
+    def _acts_alone(self, effect: InputEffect) -> bool:
+        """Whether no other effect changes a column that one sees, or is driven by what it changes."""
+        seen = {effect.where_acts, effect.driven_by} - {""}
+        others = (other for other, _ in self.stages if other is not effect)
+        return not any(other.where_acts in seen or other.driven_by == effect.where_acts for other in others)
 
 
 def sense(

@@ -106,14 +106,27 @@ def rate_limited(time: NDArray[np.float64], values: NDArray[np.float64], limit: 
     return result
 
 
+@njit
+def _median_of_five(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The median of each sample and two on either side, (N,); the ends are held.
+
+    Both pairs without the middle are sorted; the least of the lower and the greatest of the upper ends are not it.
+    """
+    smooth, last = np.empty(values.shape[0]), values.shape[0] - 1
+    for k in range(values.shape[0]):
+        a, b, c = values[max(k - 2, 0)], values[max(k - 1, 0)], values[k]
+        d, e = values[min(k + 1, last)], values[min(k + 2, last)]
+        low, high = max(min(a, b), min(d, e)), min(max(a, b), max(d, e))
+        smooth[k] = max(min(low, high), min(max(low, high), c))
+    return smooth
+
+
 def deadbanded(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
     """The signal without its excursions of up to `width` either side of its first value, (N,).
 
     The band acts on a five-sample median, and the rest of the signal passes: noise must not be cut by the band, or a
     band as wide as the noise would look like an improvement of every record. A mean would round the edges of steps.
     """
-    from scipy.ndimage import median_filter  # late: files are read and refused without it
-
-    smooth = median_filter(values, min(5, values.size), mode="nearest")
+    smooth = _median_of_five(np.ascontiguousarray(values))
     excursion = smooth - smooth[0]
     return np.asarray(values - np.clip(excursion, -width, width))
