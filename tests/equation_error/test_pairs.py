@@ -24,7 +24,7 @@ def late_gyro(log: FlightLog) -> FlightLog:
     return replace(log, channels={**log.channels, "q": np.interp(log.time - LATE, log.time, log["q"])})
 
 
-@pytest.mark.parametrize(("place", "scale"), [(3, 0.990), (9, 0.994)])
+@pytest.mark.parametrize(("place", "scale"), [(3, 0.990), pytest.param(9, 0.994, marks=pytest.mark.slow)])
 def test_a_scale_of_attitude_and_a_late_gyro_are_found_together(place: int, scale: float) -> None:
     body = BODIES[place % len(BODIES)]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(9000 + place))

@@ -46,7 +46,9 @@ def names(found: Attribution) -> set[str]:
             "control_delay of delta_r",
             0.1,
         ),
-        (Lateral(extra={("C_m", "beta^2"): -1.5}, seed=7), WHOLE, "C_m beta^2", -1.5),
+        pytest.param(
+            Lateral(extra={("C_m", "beta^2"): -1.5}, seed=7), WHOLE, "C_m beta^2", -1.5, marks=pytest.mark.slow
+        ),
     ],
     ids=["C_n", "C_l", "place", "rudder", "six axes"],
 )
