@@ -38,7 +38,7 @@ from aerosid.equation_error.selection.model_averaging import averaged
 from aerosid.equation_error.selection.nearly_proven import NearlyProven, nearly_proven, with_unseen
 from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
-from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping
+from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
 from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of
@@ -212,7 +212,7 @@ def _structure(
     if likelier is not proved:
         proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
     declared = likelier_smoothing(likelier_inputs(declared))
-    search = _search_of(faults.asked, proved, declared, coefficients, told)
+    search = _search_of(faults, proved, declared, coefficients, told)
     outcome = _timed(proved.estimate, declared, search)
     for each in proved.chosen:
         gain = joint_gain(proved, each, outcome.timing, outcome.kept.estimate)
@@ -235,25 +235,26 @@ def _with_deviations(timing: JointTiming, alone: Selected, kept: Selected) -> tu
 
 
 def _search_of(
-    asked: Sequence[Hypothesis],
+    faults: ProvedFaults,
     proved: Selected,
     declared: Estimate,
     coefficients: tuple[str, ...],
     told: Callable[[str], None],
 ) -> CoefficientSearch:
     """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
-    settings = declared.frame.settings
+    asked, settings = faults.asked, declared.frame.settings
     support = supported_faults(proved, [h for h in asked if of_sensors(h)])
     open_ = tuple(h for h in asked if not of_sensors(h) or told_apart(h) in support)
     alarm = settings.alarm(declared.point.model.axes)
     rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
+    rules = replace(rules, support=support, usual=usual_downwash(faults.start.model))
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
         known = support.get(told_apart(hypothesis))
         return known is None or known.agrees(found.point.effects[-1].values, settings.agreement)
 
     fitted = replace(declared.frame, all_fitted=False)
-    return CoefficientSearch(open_, coefficients, fitted, replace(rules, support=support), admitted, told)
+    return CoefficientSearch(open_, coefficients, fitted, rules, admitted, told)
 
 
 def _unlike(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:

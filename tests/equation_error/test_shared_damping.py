@@ -9,7 +9,12 @@ from equations_decided import decided
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.selection.candidates import term_candidates
-from aerosid.equation_error.selection.shared_damping import DAMPING, DOWNWASH, SharedDamping
+from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.shared_damping import DAMPING, DOWNWASH, SharedDamping, usual_downwash
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
+from aerosid.flight_model.constants import Constants
+from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
@@ -36,3 +41,24 @@ def test_the_own_part_is_what_gives_the_sum_with_an_alphadot_of_the_usual_size()
     least, most = SharedDamping(value=-24.0, share=0.8, own=0.002).parts
     assert least * (1.0 + 0.8 * 0.5) == pytest.approx(-24.0)
     assert most * (1.0 + 0.8 * 0.3) == pytest.approx(-24.0)
+
+
+@pytest.mark.parametrize(("value", "unusual"), [(12.0, 0.5), (-12.0, 0.5), (98.7, 33.82), (0.0, 0.0)])
+def test_an_alphadot_pays_half_the_square_of_its_size_over_half_of_the_declared_damping(
+    value: float, unusual: float
+) -> None:
+    columns, constants = input_columns_of(LONGITUDINAL), Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    damped, downwash = ("C_m", DAMPING), ("C_m", DOWNWASH)
+    lift, drag = ("C_Z", DOWNWASH), ("C_X", parse_term("alpha"))
+    declared = AerodynamicModel((damped, drag), np.array([-24.0, 0.3]), columns, constants)
+    usual = usual_downwash(declared)
+    assert set(usual) == {downwash}
+    found = AerodynamicModel((damped, downwash, lift), np.array([-150.0, value, -40.0]), columns, constants)
+
+    def excess(entry: tuple[str, object]) -> float:
+        asked = Hypothesis("aero_term", *map(str, entry), entries=(entry,))  # type: ignore[arg-type]
+        rules = Rules({asked.label: 1.0}, 1000, 0.01, usual=usual)
+        return rules.cost(asked, (), found) - rules.price(asked)
+
+    assert excess(downwash) == pytest.approx(unusual, abs=0.01)
+    assert excess(lift) == 0.0

@@ -98,10 +98,12 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
-    cost = rules.cost(each.hypothesis, own_effects(selected.estimate.point, each.hypothesis))
+    point = selected.estimate.point
+    cost = rules.cost(each.hypothesis, own_effects(point, each.hypothesis), point.model)
     rows = [
-        (cost - rules.cost(row.hypothesis, [row.active] if row.active else []) - row.behind, row)
+        (cost - rules.cost(row.hypothesis, own, row.estimate.point.model) - row.behind, row)
         for row in in_place_of(selected, each, asked)
+        for own in [[row.active] if row.active else []]
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
         settings = row.estimate.frame.settings

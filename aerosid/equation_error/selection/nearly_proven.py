@@ -170,7 +170,7 @@ def _estimated(
     active, value, error = last_number(found, row.hypothesis)
     null = active.effect.parameters[0].null if active is not None else 0.0
     certain = error > 0.0 and abs(value - null) >= settings.near_deviations * error
-    price = rules.cost(row.hypothesis, (active,) if active is not None else ())
+    price = rules.cost(row.hypothesis, (active,) if active is not None else (), found.point.model)
     even = price + float(np.log(rules.chance(row.hypothesis)))
     if gain < max(even, settings.near_share * price) or not certain:
         return None

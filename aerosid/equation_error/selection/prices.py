@@ -13,6 +13,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.selection.candidates import implausibility, told_apart
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 Array = NDArray[np.float64]
 
@@ -74,12 +75,15 @@ class Rules:
         Probability of any false alarm among all that are asked.
     support : mapping of name to Support
         What other equations show; both likelihoods are one product, and have to pay the price together.
+    usual : mapping of entry to float
+        Standard deviation of a term's value about none, for terms whose size physics tell.
     """
 
     shares: Mapping[Label, float]
     samples: int
     false_alarm: float
     support: Mapping[Name, Support] = field(default_factory=dict)
+    usual: Mapping[Entry, float] = field(default_factory=dict)
 
     def chance(self, hypothesis: Hypothesis) -> float:
         """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
@@ -101,16 +105,17 @@ class Rules:
         known = self.support.get(told_apart(hypothesis))
         return self.price(hypothesis) - (known.credit if known is not None else 0.0)
 
-    def cost(self, hypothesis: Hypothesis, effects: Sequence[ActiveEffect]) -> float:
+    def cost(self, hypothesis: Hypothesis, effects: Sequence[ActiveEffect], model: AerodynamicModel) -> float:
         """The price, with what its numbers are unusual by, less what other equations gain by them.
 
-        `effects`: the hypothesis' own, with their numbers; none of a term.
+        `effects`: the hypothesis' own, with their numbers; none of a term. `model`: with the terms' values.
         """
         known = self.support.get(told_apart(hypothesis))
         gained = 0.0
         if known is not None and known.credit > 0.0 and effects:
             gained = known.gain_at(effects[0].values)
-        return self.price(hypothesis) + implausibility(effects) - gained
+        unusual = sum(0.5 * (model.value(e) / self.usual[e]) ** 2 for e in hypothesis.entries if e in self.usual)
+        return self.price(hypothesis) + implausibility(effects) + unusual - gained
 
 
 def price_alone(hypothesis: Hypothesis, samples: int) -> float:
@@ -138,4 +143,4 @@ def own_effects(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...
 
 def total_cost(rules: Rules, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
     """What some hypotheses have to bring together with their numbers at a point."""
-    return sum(rules.cost(hypothesis, own_effects(point, hypothesis)) for hypothesis in hypotheses)
+    return sum(rules.cost(hypothesis, own_effects(point, hypothesis), point.model) for hypothesis in hypotheses)

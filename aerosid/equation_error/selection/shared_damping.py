@@ -6,6 +6,7 @@ variables: Klein & Morelli, Aircraft System Identification, section 5.1).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.candidates import scores, term_candidates
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.terms import parse_term
 
 MOMENT = "C_m"
@@ -22,6 +24,25 @@ DAMPING, DOWNWASH = parse_term("q_hat"), parse_term("alpha_dot_hat")
 USUAL = (0.3, 0.5)
 """Physical: C_m alphadot over C_m q of conventional aircraft, 1: downwash that reaches the tail late (Etkin & Reid,
 Dynamics of Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
+
+
+def usual_downwash(model: AerodynamicModel) -> Mapping[Entry, float]:
+    """Standard deviation about none of the alphadot derivatives of coefficients with a derivative of pitch rate, 1.
+
+    Both are made by the tail, the one by the slope of the downwash times the other: its largest usual size is one
+    deviation.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        With declared values; a flight's own derivative of pitch rate goes wrong with that of alphadot.
+
+    References
+    ----------
+    Etkin & Reid, Dynamics of Flight, section 5.5; Roskam, Airplane Flight Dynamics, part I, section 3.2.
+    """
+    sizes = {coefficient: abs(model.value((coefficient, DAMPING))) for coefficient, _ in model.entries}
+    return {(coefficient, DOWNWASH): USUAL[1] * size for coefficient, size in sizes.items() if size > 0.0}
 
 
 @dataclass(frozen=True)

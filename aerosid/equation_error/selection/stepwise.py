@@ -138,7 +138,7 @@ def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Tri
     def fitted(linear: _Linear) -> tuple[float, SentPeak]:
         found = likeliest_numbers(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
         own = found.point.effects[-1:] if linear.hypothesis.effects else ()
-        return found.gain_over(base) - rules.cost(linear.hypothesis, own), SentPeak.of(found)
+        return found.gain_over(base) - rules.cost(linear.hypothesis, own, found.point.model), SentPeak.of(found)
 
     return [
         _Trial(net, sent.peak(base.frame, joined(base.point, linear.hypothesis)), linear.hypothesis)
@@ -263,8 +263,9 @@ def backward(
         others = [each for each in selected.chosen if not any(each.hypothesis is one for one in keep)]
         lone_ones = each_struck_out(selected, others, with_columns=not compares_all(selected.estimate.design))
         for each, lone in zip(others, lone_ones, strict=True):
-            own = own_effects(selected.estimate.point, each.hypothesis)
-            loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, own)
+            point = selected.estimate.point
+            cost = rules.cost(each.hypothesis, own_effects(point, each.hypothesis), point.model)
+            loss = selected.estimate.gain_over(lone) - cost
             if loss < 0.0 and (worst is None or loss < worst[0]):
                 worst = loss, lone, each
         if worst is None:
