@@ -151,9 +151,9 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
         return by_likelihood(question, settings, progress, closed=True)
     found = _by_equations(faults, question, settings, progress)
     said = (
-        f"Kinematics leave {_times(ratio)} the noise that successive samples show: the air moves, or the "
-        "recorder filters. The kinematic and coefficient equations decide (method equations); errors of open-loop "
-        "simulations are predictions, no measure of the model."
+        f"Kinematics leave {_times(ratio)} what white noise of the size that successive samples show would: the air "
+        "moves, or the recorder filters. The kinematic and coefficient equations decide (method equations); errors of "
+        "open-loop simulations are predictions, no measure of the model."
     )
     return replace(found, notes=(said, *found.notes))
 

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 from equations_decided import proved
 
+from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.compatibility import check_kinematics
 from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.formats import read_log
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+from benchmarks.wide_detection import written
 
 ARM = 2.5
 """m that the vane sits ahead of where the log takes it to be."""
@@ -47,3 +54,33 @@ def test_a_gyro_far_out_of_calibration_is_named_where_the_record_leaves_no_doubt
     logs = [flown(name, body, 7040 + n, air=0.3, wrong=Wrong(scale={"q": 1.2})) for n, name in enumerate("ab")]
     (chosen,) = proved(aircraft, logs[:1], logs[1:]).selected.chosen
     assert (chosen.hypothesis.kind, chosen.hypothesis.where) == ("sensor_scale", "q")
+
+
+def ratio_of(logs: list[FlightLog], aircraft: Aircraft) -> float:
+    return proved(aircraft, logs[:1], logs[1:]).noise_ratio
+
+
+@pytest.mark.parametrize(("number", "interval"), [(8, 0.01), (0, 0.04)])
+def test_white_noise_leaves_its_share_of_the_band_at_any_rate(tmp_path: Path, number: int, interval: float) -> None:
+    written(tmp_path, "none", [77, number], number)
+    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
+    assert np.isclose(np.diff(logs[0].time).mean(), interval)
+    # A chi of some hundred degrees of freedom, and the noise of the integrated rate and accelerations.
+    assert 0.85 < ratio_of(logs, load_aircraft(tmp_path / "aircraft.toml")) < 1.5
+
+
+def test_gusts_below_a_vane_s_noise_are_seen_in_the_band() -> None:
+    """At 50 Hz the noise of a sample hides them; the band of the motion has a sixth of its power."""
+    body = BODIES[4]
+    logs = [flown(name, body, 7060 + n, air=0.3, interval=0.02) for n, name in enumerate("ab")]
+    noisy = [
+        replace(
+            log,
+            channels={
+                **log.channels,
+                "alpha": log["alpha"] + np.random.default_rng(n).normal(0.0, 0.003, log.time.size),
+            },
+        )
+        for n, log in enumerate(logs)
+    ]
+    assert ratio_of(noisy, aircraft_of(body, 0.08, np.random.default_rng(10))) > EquationErrorSettings().closed

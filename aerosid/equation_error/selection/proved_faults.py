@@ -83,17 +83,19 @@ class ProvedFaults:
 
     @property
     def noise_ratio(self) -> float:
-        """The largest kinematic residual over the noise that successive samples of its channel show.
+        """The largest kinematic residual over what the noise that successive samples show leaves in the band, if white.
 
-        About one half to one where white noise is all that is left; moving air, coloured noise and recordings that
-        were filtered afterwards leave more.
+        About one where white noise is all that is left; moving air, coloured noise and recordings that were filtered
+        afterwards leave more. Of white noise each frequency holds the same, so that a band of n of N has the square
+        root of n/N of its deviation.
         """
         found = self.selected.estimate
         ratios = []
         for s, (place, channel) in enumerate(found.design.segments):
-            manoeuvre = found.frame.recordings[place].manoeuvre
-            noise = float(manoeuvre.noise[manoeuvre.row(channel)])
-            ratios.append(float(np.std(found.solution.residuals[found.design.rows(s)])) / max(noise, 1e-300))
+            recording, left = found.frame.recordings[place], found.solution.residuals[found.design.rows(s)]
+            noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
+            in_band = noise * float(np.sqrt(left.size / recording.time.size))
+            ratios.append(float(np.std(left)) / max(in_band, 1e-300))
         return max(ratios, default=0.0)
 
 
