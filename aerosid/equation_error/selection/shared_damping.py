@@ -39,7 +39,7 @@ def usual_downwash(model: AerodynamicModel) -> Mapping[Entry, float]:
 
     References
     ----------
-    Etkin & Reid, Dynamics of Flight, section 5.5; Roskam, Airplane Flight Dynamics, part I, section 3.2.
+    Etkin & Reid, Dynamics of Flight, section 5.5.
     """
     sizes = {coefficient: abs(model.value((coefficient, DAMPING))) for coefficient, _ in model.entries}
     return {(coefficient, DOWNWASH): USUAL[1] * size for coefficient, size in sizes.items() if size > 0.0}
