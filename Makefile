@@ -28,7 +28,7 @@ wheel: $(READY)
 	AEROSID_WHEEL_KERNELS=build/kernels $(BIN)/python -m build --wheel
 
 test: $(READY)
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow"
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m "not slow"
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -q -m slow

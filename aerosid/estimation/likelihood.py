@@ -341,9 +341,7 @@ class Likelihood:
                 columns[places] = 1 + np.arange(places.size)
                 groups = columns_apart(1 + places.size, [columns[list(g)].tolist() for g in apart]) if apart else None
                 for i in np.flatnonzero(held):
-                    products = column_products(
-                        part.block[:, i, :], groups if apart else None
-                    )  # zero where nothing was measured
+                    products = column_products(part.block[:, i, :], groups)  # zero where nothing was measured
                     squares[i] += products[0, 0]
                     gradients[i, places] += products[0, 1:]
                     if len(self.manoeuvres) == 1:

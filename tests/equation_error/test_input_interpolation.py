@@ -55,7 +55,9 @@ def furthest_roll_derivative(found: Estimate) -> float:
     return far
 
 
-@pytest.mark.parametrize(("flown", "straight"), [(as_simulated, True), (as_recorded, False)])
+@pytest.mark.parametrize(
+    ("flown", "straight"), [(as_simulated, True), pytest.param(as_recorded, False, marks=pytest.mark.slow)]
+)
 def test_the_likelier_course_is_the_one_that_was_flown(flown: Callable[[], FlightLog], straight: bool) -> None:
     smooth = regressed(flown())
     chosen = likelier_inputs(smooth)

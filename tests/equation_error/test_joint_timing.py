@@ -75,6 +75,7 @@ def test_a_pitot_tube_below_the_centre_of_gravity_is_told_from_an_accelerometer_
     }
 
 
+@pytest.mark.slow
 def test_what_a_lag_left_over_does_not_stand_beside_the_delay_that_takes_its_place(tmp_path: Path) -> None:
     """Kinematics alone take the pitot's delay for a lag, and its remainder for another one of a_x."""
     _, (plant,), _ = written(tmp_path, [FIRST, 5, 34], 34)

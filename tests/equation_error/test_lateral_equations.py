@@ -82,6 +82,7 @@ def late(delay: float) -> commuter.Lateral:
     )
 
 
+@pytest.mark.slow
 def test_a_zero_a_place_and_a_late_surface_are_told_together() -> None:
     logs = [replace(late(0.04), seed=seed).log(mirrored=seed == 8, name=f"flight {seed}") for seed in (7, 8)]
     found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
@@ -106,7 +107,7 @@ def gusts(seed: int, sigma: float, samples: int, interval: float, length: float 
     return wind
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed: int) -> None:
     calm = commuter.Lateral(seed=seed, size=1.3)
     logs = [
@@ -123,6 +124,7 @@ def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed:
     assert air.sigma == pytest.approx(0.7, rel=0.5)
 
 
+@pytest.mark.slow
 def test_a_place_that_gusts_keep_kinematics_from_proving_is_named_where_the_side_force_agrees() -> None:
     """A term of C_Y would do nearly the same; the place moves the path of sideslip too."""
     generator = np.random.default_rng(11)

@@ -46,6 +46,7 @@ def test_a_jump_of_an_unseen_flight_is_found_there_and_belongs_to_no_fit() -> No
     np.testing.assert_allclose(alone.solution.values, base.solution.values, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_jump_of_an_unseen_flight_hides_no_term(tmp_path: Path) -> None:
     """C_m steps on either flight; that of the unseen one hid a term of alphadot, and C_m_q was 16 deviations off."""
     at, (step, _, downwash), _ = written(tmp_path, [FIRST, 102, 21], 21)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from equations_decided import decided
 
 from aerosid.aircraft import load_aircraft
@@ -43,6 +44,7 @@ def test_effects_of_a_control_act_in_the_order_found_but_for_one_that_comes_firs
     assert in_either_order([late], []) == [late]
 
 
+@pytest.mark.slow
 def test_separation_is_found_where_alpha_spans_less_than_six_degrees(tmp_path: Path) -> None:
     """Beside a step of thrust on either flight; C_m_q was 30 % off with powers of alpha in its place."""
     found = decided_of(tmp_path, 101, 37)
@@ -57,11 +59,13 @@ def named(found: EquationErrorDecision) -> set[tuple[str, str]]:
     return {row.hypothesis.label[:2] for row in found.findings}
 
 
+@pytest.mark.slow
 def test_a_lateness_that_forces_do_not_bear_out_is_not_named(tmp_path: Path) -> None:
     """Kinematics gain 29 in ln L by a lag of V of .03 s that is not there; forces and moments lose 19 by it."""
     assert named(decided_of(tmp_path, 104, 10)) == {("cg_shift", "x")}
 
 
+@pytest.mark.slow
 def test_a_lag_beside_a_scale_is_told_from_a_delay(tmp_path: Path) -> None:
     """To first order a lag of V beside its scale gains a sixth of what it does: it was left unasked."""
     rows = {row.hypothesis.label[:2]: row for row in decided_of(tmp_path, 104, 5).findings}
@@ -70,6 +74,7 @@ def test_a_lag_beside_a_scale_is_told_from_a_delay(tmp_path: Path) -> None:
     assert ("sensor_delay", "V") not in rows
 
 
+@pytest.mark.slow
 def test_a_centre_of_gravity_that_moves_on_either_flight_is_no_step_of_the_moment(tmp_path: Path) -> None:
     """Taken for a step on the unseen flight it was one on the fitted flight too, with a term of alpha^2 beside it."""
     (row,) = decided_of(tmp_path, 104, 25).findings

@@ -123,6 +123,7 @@ def test_constants_of_a_symmetric_aircraft_are_no_question(plan: NextFlight) -> 
     assert [question.subject for question in plan.questions] == [f"{c} {t}" for c, t in ASKED]
 
 
+@pytest.mark.slow
 def test_what_it_promises_is_what_it_does(timid: tuple[Attribution, Manoeuvre], plan: NextFlight) -> None:
     """Limits hold, and the deviations are those of a fit to both flights."""
     planned = moved(plan)

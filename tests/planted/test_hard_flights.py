@@ -41,6 +41,7 @@ def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_pa
     assert effect.evidence.p_value < 1e-6
 
 
+@pytest.mark.slow
 def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: Path) -> None:
     """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
     result = loop(901, 8, tmp_path)

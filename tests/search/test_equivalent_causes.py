@@ -26,6 +26,7 @@ def from_then_on(size: float) -> np.ndarray:
     return size * np.clip((TIME - WHEN) / 0.04 + 0.5, 0.0, 1.0)
 
 
+@pytest.mark.slow
 def test_an_arm_of_the_thrust_yaws_as_the_suites_equations_do() -> None:
     """N = T y: the suite's flight holds the arm as an input of C_n, the model as an effect."""
     truth = Lateral(extra={("C_n", "C_T*x_1"): 1.0 / SPAN}, inputs={"x_1": from_then_on(0.2)}, noise=0.0)

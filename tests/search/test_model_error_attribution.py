@@ -38,13 +38,20 @@ def names(found: Attribution) -> set[str]:
     ("flight", "terms", "name", "value"),
     [
         (Lateral(extra={("C_n", "beta^3"): 3.0}, seed=3, size=1.6), TERMS, "C_n beta^3", 3.0),
-        (Lateral(extra={("C_l", "alpha*beta"): 4.0}, seed=8, size=1.6), TERMS, "C_l alpha*beta", 4.0),
+        pytest.param(
+            Lateral(extra={("C_l", "alpha*beta"): 4.0}, seed=8, size=1.6),
+            TERMS,
+            "C_l alpha*beta",
+            4.0,
+            marks=pytest.mark.slow,
+        ),
         (Lateral(positions={"a_y": (1.5, 0.0, 0.0)}, seed=5), TERMS, "sensor_position of a_y", 1.5),
-        (
+        pytest.param(
             Lateral(surfaces={"delta_r": lambda t, v: np.interp(t - 0.1, t, v)}, seed=6),
             TERMS,
             "control_delay of delta_r",
             0.1,
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             Lateral(extra={("C_m", "beta^2"): -1.5}, seed=7), WHOLE, "C_m beta^2", -1.5, marks=pytest.mark.slow

@@ -79,6 +79,7 @@ def test_a_term_in_lift_is_found_in_lift() -> None:
     assert names(found) == {"C_D alpha^2"}
 
 
+@pytest.mark.slow
 def test_a_late_control_and_a_biased_vane_are_found_and_no_term_in_their_place() -> None:
     flight = Problem().fly(8)
     late = np.interp(flight.time + 0.1, flight.time, flight["delta_e"])  # what is recorded comes before what acts
@@ -147,6 +148,7 @@ def test_a_flight_without_the_model_s_columns_is_refused_before_a_kernel_reads_b
         estimate_aircraft_error(wider, asked.manoeuvres[0].flight, np.ones(4), np.ones(4))
 
 
+@pytest.mark.slow
 def test_a_withheld_term_is_not_told_as_a_sensors_fault_or_a_jump() -> None:
     """Terms that do nearly the same may stand for it; nothing else may."""
     log = Problem(undeclared={("C_m", "alpha^2"): -1.715}).fly(11)
