@@ -254,12 +254,12 @@ def told_of_nearly_proven(row: NearlyProven) -> str:
         f"{number(row.price, 2)} are asked of one among so many hypotheses"
     )
     if row.rivals:
-        said += f"; in its place {_either([named(rival.label) for rival in row.rivals])} would do nearly as well"
+        said += f"; in its place {_either([named(rival.label) for rival in row.rivals[:2]])} would do nearly as well"
     better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + 0.005]
     if better:
         shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
         said += f". It would raise R^2 of {listed(shares)}"
-    return f"{said}. Another flight, or declaring it, would decide."
+    return f"{said}."
 
 
 def _either(names: Sequence[str]) -> str:

@@ -33,8 +33,8 @@ from aerosid.equation_error.selection.redundancy import is_told
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.selection.votes import Share, shares_of
 
-MOST = 2
-"""Display: told of each kind of equations at most, each with what could stand in its place."""
+MOST = 1
+"""Display: told of each kind of equations at most, with what could stand in its place."""
 
 
 @dataclass(frozen=True)
