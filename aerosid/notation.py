@@ -81,8 +81,8 @@ def si_unit(unit: str) -> str:
     return "" if unit == "1" else re.sub(r"\^(-?\d)", lambda power: power[1].translate(SUPERSCRIPTS), text)
 
 
-def listed(items: Sequence[str]) -> str:
-    """`a`, `a and b`, `a, b and c`; empty where there is none."""
+def listed(items: Sequence[str], last: str = "and") -> str:
+    """`a`, `a and b`, `a, b and c`, or with another word before the last; empty where there is none."""
     if len(items) < 2:
         return "".join(items)
-    return f"{', '.join(items[:-1])} and {items[-1]}"
+    return f"{', '.join(items[:-1])} {last} {items[-1]}"

@@ -185,10 +185,12 @@ def _nearly_proven(
     settings, axes = proved.estimate.frame.settings, proved.estimate.point.model.axes
     faults = [h for h in sensors if h.label not in listed]
     rules = rules_for(sensors, proved.estimate.design.target.size, settings.alarm(axes), settings.factor_odds)
-    seen = nearly_proven(proved, rules, faults, recordings_agree)
-    listed |= {row.hypothesis.label for row in seen}
-    open_ = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
-    return (*seen, *nearly_proven(kept, search.rules, open_, search.admitted))
+    terms = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
+    rows = (
+        nearly_proven(proved, rules, faults, recordings_agree),
+        nearly_proven(kept, search.rules, terms, search.admitted),
+    )
+    return tuple(row for row in rows if row is not None)
 
 
 class _Structure(NamedTuple):

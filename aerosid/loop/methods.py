@@ -245,6 +245,10 @@ def told_of_support(row: EvidenceFinding, seen: Support) -> str:
     )
 
 
+TOLD_RISE = 0.005
+"""Display: rise of R^2 from which it is told; its third digit is the last that is printed."""
+
+
 def told_of_nearly_proven(row: NearlyProven) -> str:
     """What would be named were it the only question, with what it brings and what it would do elsewhere."""
     own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
@@ -254,16 +258,13 @@ def told_of_nearly_proven(row: NearlyProven) -> str:
         f"{number(row.price, 2)} are asked of one among so many hypotheses"
     )
     if row.rivals:
-        said += f"; in its place {_either([named(rival.label) for rival in row.rivals[:2]])} would do nearly as well"
-    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + 0.005]
+        others = listed([named(rival.label) for rival in row.rivals[:2]], "or")
+        said += f"; in its place {others} would do nearly as well"
+    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + TOLD_RISE]
     if better:
         shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
         said += f". It would raise R^2 of {listed(shares)}"
     return f"{said}."
-
-
-def _either(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
 
 
 def told_of_damping(damping: SharedDamping) -> str:

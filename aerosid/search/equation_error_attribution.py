@@ -223,8 +223,6 @@ def _alternative(row: Alternative, asked: int) -> Finding:
     """An alternative as the result lists it."""
     hypothesis: Hypothesis = row.hypothesis
     kind, where, term = hypothesis.label
-    null = row.active.effect.parameters[0].null if row.active is not None else 0.0
-    ratio = abs(row.value - null) / row.std_error if row.std_error > 0.0 else np.inf
     return Finding(
         kind=kind,
         where=where,
@@ -234,7 +232,7 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
         time=None,
-        p_value=float(min(1.0, 2.0 * ndtr(-ratio) * asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * asked)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         instead_of=named(row.instead_of.label),

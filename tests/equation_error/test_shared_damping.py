@@ -7,6 +7,7 @@ import pytest
 from equations_decided import decided
 
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.selection.candidates import term_candidates
 from aerosid.equation_error.selection.prices import Rules
@@ -58,7 +59,7 @@ def test_an_alphadot_pays_half_the_square_of_its_size_over_half_of_the_declared_
     def excess(entry: tuple[str, object]) -> float:
         asked = Hypothesis("aero_term", *map(str, entry), entries=(entry,))  # type: ignore[arg-type]
         rules = Rules({asked.label: 1.0}, 1000, 0.01, usual=usual)
-        return rules.cost(asked, (), found) - rules.price(asked)
+        return rules.cost(asked, Point(found, (), ())) - rules.price(asked)
 
     assert excess(downwash) == pytest.approx(unusual, abs=0.01)
     assert excess(lift) == 0.0

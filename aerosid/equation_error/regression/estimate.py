@@ -99,6 +99,10 @@ class Estimate:
         design = base.estimate.design if isinstance(base, Peak) else base.design
         return gain_over(design, base.log_likelihood, self.solution, self.frame.settings)
 
+    def gain_by(self, wider: Solution) -> float:
+        """Gain in ln L over this estimate of a solution with further columns."""
+        return gain_over(self.design, self.log_likelihood, wider, self.frame.settings)
+
     def value(self, unknown: Unknown) -> float:
         """The estimate of a linear unknown."""
         return float(self.solution.values[self.design.unknowns.index(unknown)])

@@ -11,7 +11,7 @@ import numpy as np
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Solution, compares_all, gain_over
+from aerosid.equation_error.regression.design import Solution, compares_all
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
@@ -25,8 +25,9 @@ from aerosid.equation_error.selection.candidates import (
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
-from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.redundancy import is_told
+from aerosid.equation_error.selection.evidence import null_of
+from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.redundancy import is_told, open_beside
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.settings import TRIALS
 
@@ -53,8 +54,7 @@ class Alternative:
     @property
     def ratio(self) -> float:
         """Distance of its number from its null value in its own deviations; infinite without any."""
-        null = self.active.effect.parameters[0].null if self.active is not None else 0.0
-        return abs(self.value - null) / self.std_error if self.std_error > 0.0 else np.inf
+        return abs(self.value - null_of(self.active)) / self.std_error if self.std_error > 0.0 else np.inf
 
 
 def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
@@ -98,12 +98,10 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
-    point = selected.estimate.point
-    cost = rules.cost(each.hypothesis, own_effects(point, each.hypothesis), point.model)
+    cost = rules.cost(each.hypothesis, selected.estimate.point)
     rows = [
-        (cost - rules.cost(row.hypothesis, own, row.estimate.point.model) - row.behind, row)
+        (cost - rules.cost(row.hypothesis, row.estimate.point) - row.behind, row)
         for row in in_place_of(selected, each, asked)
-        for own in [[row.active] if row.active else []]
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
         settings = row.estimate.frame.settings
@@ -125,9 +123,8 @@ def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = struck_out(selected, each)
-    taken = {other.hypothesis.label for other in selected.chosen}
     rest = [other for other in selected.chosen if other is not each]
-    open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
+    open_ = open_beside(asked, rest, [each.hypothesis.label])
     candidates = candidates_kept(selected.instead, (each.hypothesis.label,), bare, open_)
     scored = scores(bare, candidates)
     worth = selected.estimate.gain_over(bare)
@@ -139,7 +136,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         return ("tried", each.hypothesis.label, *identity(candidates[n].hypothesis), candidates[n].trial)
 
     def behind_with(solution: Solution) -> float:
-        return worth - gain_over(bare.design, bare.log_likelihood, solution, settings)
+        return worth - bare.gain_by(solution)
 
     def is_hopeless(promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
         # Other ways of being late are as far from their first order as the chosen one is.

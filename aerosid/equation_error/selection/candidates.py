@@ -19,6 +19,7 @@ from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, s
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import (
     Solution,
+    Weights,
     compared,
     design_of,
     regress,
@@ -290,12 +291,15 @@ def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
     return replace(candidate.hypothesis, effects=(replace(active, values=(*values, *rest)),))
 
 
+def regressed_beside(base: Estimate, columns: Array, weights: Weights) -> Solution:
+    """The regression with further columns (R, K), the colour estimated anew from some weights on."""
+    names = [("trial", i) for i in range(columns.shape[1])]
+    return regress(base.design.beside(columns, names), base.frame.settings, weights, rounds=2)
+
+
 def to_first_order(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
     """The regression with a candidate's columns, the colour estimated anew, and the hypothesis where it puts it."""
-    names = [("trial", i) for i in range(candidate.columns.shape[1])]
-    solution = regress(
-        base.design.beside(candidate.columns, names), base.frame.settings, base.solution.weights, rounds=2
-    )
+    solution = regressed_beside(base, candidate.columns, base.solution.weights)
     return solution, started(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
 
 

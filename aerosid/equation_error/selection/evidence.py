@@ -52,7 +52,7 @@ class EvidenceFinding:
     @property
     def null(self) -> float:
         """The null value: that at which the effect does nothing."""
-        return self.active.effect.parameters[0].null if self.active is not None else 0.0
+        return null_of(self.active)
 
     @property
     def ratio(self) -> float:
@@ -69,6 +69,11 @@ class EvidenceFinding:
             if error > 0.0
         ]
         return max(ratios, default=np.inf)
+
+
+def null_of(active: ActiveEffect | None) -> float:
+    """The null value of an effect's leading number; of a term, None here, it is 0."""
+    return active.effect.parameters[0].null if active is not None else 0.0
 
 
 def findings_of(

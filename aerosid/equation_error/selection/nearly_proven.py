@@ -14,7 +14,7 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Weights, gain_over, regress
+from aerosid.equation_error.regression.design import Weights
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, likeliest_numbers, weights_on
 from aerosid.equation_error.selection.alternatives import last_number
 from aerosid.equation_error.selection.candidates import (
@@ -23,18 +23,16 @@ from aerosid.equation_error.selection.candidates import (
     candidates_kept,
     joined,
     likeliest,
+    regressed_beside,
     scores,
     to_first_order,
-    within_limits,
 )
 from aerosid.equation_error.selection.deletion import Selected
+from aerosid.equation_error.selection.evidence import null_of
 from aerosid.equation_error.selection.prices import Rules, price_alone
-from aerosid.equation_error.selection.redundancy import is_told
-from aerosid.equation_error.selection.stepwise import Admitted
+from aerosid.equation_error.selection.redundancy import open_beside
+from aerosid.equation_error.selection.stepwise import Admitted, may_stand
 from aerosid.equation_error.selection.votes import Share, shares_of
-
-MOST = 1
-"""Display: told of each kind of equations at most, with what could stand in its place."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +48,10 @@ class NearlyProven:
         Of its leading number, from all recordings; the deviation corrected for coloured residuals.
     gain, price : float
         In ln L: what it brings beside the structure that stands, and what is asked among so many.
-    rivals : tuple of Hypothesis
-        Others that would no longer be worth asking beside it: the recordings show one of them.
     estimate : Estimate
         The structure with it.
+    rivals : tuple of Hypothesis
+        Others that would no longer be worth asking beside it: the recordings show one of them.
     unseen : tuple of (Share, Share)
         How well its coefficient is predicted on unseen recordings, by the structure that stands and with it.
     """
@@ -64,8 +62,8 @@ class NearlyProven:
     std_error: float
     gain: float
     price: float
-    rivals: tuple[Hypothesis, ...]
     estimate: Estimate = field(repr=False, compare=False)
+    rivals: tuple[Hypothesis, ...] = ()
     unseen: tuple[tuple[Share, Share], ...] = ()
 
 
@@ -74,8 +72,8 @@ def nearly_proven(
     rules: Rules,
     hypotheses: Sequence[Hypothesis],
     admitted: Admitted = lambda _found, _hypothesis: True,
-) -> tuple[NearlyProven, ...]:
-    """What would be named beside a structure were it asked alone, the likeliest first, with what it stands for.
+) -> NearlyProven | None:
+    """The likeliest of what would be named beside a structure were it asked alone; None where nothing would.
 
     Parameters
     ----------
@@ -88,9 +86,8 @@ def nearly_proven(
     admitted : callable
         What may stand on other grounds than the likelihood.
     """
-    base, taken = selected.estimate, {each.hypothesis.label for each in selected.chosen}
-    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
-    candidates = candidates_kept(selected.instead, BESIDE, base, open_)
+    base = selected.estimate
+    candidates = candidates_kept(selected.instead, BESIDE, base, open_beside(hypotheses, selected.chosen))
     scored = scores(base, candidates)
 
     def may_pay(n: int) -> bool:
@@ -99,19 +96,13 @@ def nearly_proven(
         return distinct and scored.gains[n] >= price_alone(hypothesis, rules.samples)
 
     order = likeliest(scored, candidates, base.frame.settings.shortlist, may_pay)
-    rows: list[NearlyProven] = []
-    open_rows = [row for n in order if (row := _first_order(base, candidates[n], rules)) is not None]
-    while open_rows and len(rows) < MOST:
-        best = max(open_rows, key=lambda row: row.gain - rules.price(row.candidate.hypothesis))
-        others = [row for row in open_rows if row is not best]
-        told_by_it = [row for row in others if not _stands_beside(base, best, row, rules)]
-        rivals = [row for row in told_by_it if best.gain - row.gain < base.frame.settings.alike]
-        found = _estimated(base, best, rules, [row.candidate.hypothesis for row in rivals], admitted)
+    rows = [row for n in order if (row := _first_order(base, candidates[n], rules)) is not None]
+    for row in sorted(rows, key=lambda row: rules.price(row.candidate.hypothesis) - row.gain):
+        rows = [other for other in rows if other is not row]
+        found = _estimated(base, row, rules, admitted)
         if found is not None:
-            rows.append(found)
-            others = [row for row in others if row not in told_by_it]
-        open_rows = others
-    return tuple(rows)
+            return replace(found, rivals=_rivals(base, row, rows, rules))
+    return None
 
 
 def with_unseen(row: NearlyProven, standing: Sequence[Share], fitted: Frame, compared: Frame) -> NearlyProven:
@@ -144,36 +135,35 @@ class _Row(NamedTuple):
 def _first_order(base: Estimate, candidate: Candidate, rules: Rules) -> _Row | None:
     """A candidate that would pay alone, to first order with the colour estimated anew."""
     solution, hypothesis = to_first_order(base, candidate)
-    gain = gain_over(base.design, base.log_likelihood, solution, base.frame.settings)
+    gain = base.gain_by(solution)
     if gain < price_alone(hypothesis, rules.samples):
         return None
     return _Row(candidate, gain, hypothesis, solution.weights)
 
 
-def _stands_beside(base: Estimate, first: _Row, other: _Row, rules: Rules) -> bool:
-    """Whether one candidate would still pay alone beside another, to first order."""
-    columns = np.column_stack([first.candidate.columns, other.candidate.columns])
-    names = [("trial", i) for i in range(columns.shape[1])]
-    settings = base.frame.settings
-    both = regress(base.design.beside(columns, names), settings, first.weights, rounds=2)
-    gain = gain_over(base.design, base.log_likelihood, both, settings) - first.gain
-    return gain >= price_alone(other.candidate.hypothesis, rules.samples)
+def _rivals(base: Estimate, told: _Row, others: Sequence[_Row], rules: Rules) -> tuple[Hypothesis, ...]:
+    """What brings about as much by itself, and beside the one that is told would no longer pay alone."""
+
+    def stands_beside(row: _Row) -> bool:
+        columns = np.column_stack([told.candidate.columns, row.candidate.columns])
+        both = regressed_beside(base, columns, told.weights)
+        return base.gain_by(both) - told.gain >= price_alone(row.candidate.hypothesis, rules.samples)
+
+    near = [row for row in others if told.gain - row.gain < base.frame.settings.alike]
+    return tuple(row.candidate.hypothesis for row in near if not stands_beside(row))
 
 
-def _estimated(
-    base: Estimate, row: _Row, rules: Rules, rivals: Sequence[Hypothesis], admitted: Admitted
-) -> NearlyProven | None:
+def _estimated(base: Estimate, row: _Row, rules: Rules, admitted: Admitted) -> NearlyProven | None:
     """A candidate with all numbers estimated anew, where it still would pay alone and may stand."""
     begun = joined(base.point, row.hypothesis)
     found = likeliest_numbers(base.frame, begun, row.weights, steps=5).estimate
     gain, settings = found.gain_over(base), base.frame.settings
     active, value, error = last_number(found, row.hypothesis)
-    null = active.effect.parameters[0].null if active is not None else 0.0
-    certain = error > 0.0 and abs(value - null) >= settings.near_deviations * error
-    price = rules.cost(row.hypothesis, (active,) if active is not None else (), found.point.model)
+    certain = error > 0.0 and abs(value - null_of(active)) >= settings.near_deviations * error
+    price = rules.cost(row.hypothesis, found.point)
     even = price + float(np.log(rules.chance(row.hypothesis)))
     if gain < max(even, settings.near_share * price) or not certain:
         return None
-    if not (within_limits(found, row.hypothesis) and admitted(found, row.hypothesis)):
+    if not may_stand(found, row.hypothesis, admitted):
         return None
-    return NearlyProven(row.hypothesis, active, value, error, gain, price, tuple(rivals), found)
+    return NearlyProven(row.hypothesis, active, value, error, gain, price, found)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Weights, gain_over, regress, uncoloured
+from aerosid.equation_error.regression.design import Weights, uncoloured
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import (
     BESIDE,
@@ -22,16 +22,16 @@ from aerosid.equation_error.selection.candidates import (
     candidates_kept,
     joined,
     likeliest,
+    regressed_beside,
     scores,
     started,
     to_first_order,
     told_apart,
-    within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected
 from aerosid.equation_error.selection.prices import Rules, price_alone, total_cost
-from aerosid.equation_error.selection.redundancy import are_redundant, is_told
-from aerosid.equation_error.selection.stepwise import Admitted, backward
+from aerosid.equation_error.selection.redundancy import are_redundant, open_beside
+from aerosid.equation_error.selection.stepwise import Admitted, backward, may_stand
 from aerosid.equation_error.settings import TRIALS
 
 
@@ -56,19 +56,19 @@ def with_pair(
     base, best, most = selected.estimate, None, 0.0
     if len(selected.chosen) + 2 > base.frame.settings.most:
         return None
-    taken = {each.hypothesis.label for each in selected.chosen}
-    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    open_ = open_beside(hypotheses, selected.chosen)
     for begun, weights in _promising(base, candidates_kept(selected.instead, BESIDE, base, open_), rules):
-
-        def behind(first: Hypothesis, last: Hypothesis, weights: Weights = weights) -> Estimate:
-            return estimate(base.frame, joined(joined(base.point, first), last), weights)
-
         one, other = begun
-        found = behind(one, other)
+        found = _with_both(base, one, other, weights)
         gain = found.gain_over(base)
         net = gain - total_cost(rules, found.point, begun)
         told(f"   tried together {one.label} and {other.label} {net:.1f}")
-        if net > most and _stands(found, other, admitted) and _stands(behind(other, one), one, admitted):
+        # Each is judged as the last one of an estimate.
+        if (
+            net > most
+            and may_stand(found, other, admitted)
+            and may_stand(_with_both(base, other, one, weights), one, admitted)
+        ):
             most, best = net, (found, begun, gain)
     if best is None:
         return None
@@ -78,24 +78,23 @@ def with_pair(
     return backward(Selected(found, chosen), rules, keep=pair, told=told)
 
 
-def _stands(found: Estimate, last: Hypothesis, admitted: Admitted) -> bool:
-    """Whether the last hypothesis of an estimate lies within its limits, and may stand on other grounds."""
-    return within_limits(found, last) and admitted(found, last)
+def _with_both(base: Estimate, first: Hypothesis, last: Hypothesis, weights: Weights) -> Estimate:
+    """The estimate with two more hypotheses, in this order."""
+    return estimate(base.frame, joined(joined(base.point, first), last), weights)
 
 
 def _promising(
     base: Estimate, candidates: Sequence[Candidate], rules: Rules
 ) -> list[tuple[tuple[Hypothesis, Hypothesis], Weights]]:
     """The pairs that may pay both prices, by their gain to first order with the colour estimated anew."""
-    rows, settings = [], base.frame.settings
+    rows = []
     for one, other in itertools.combinations(_asked(base, candidates, rules), 2):
         if are_redundant(one.hypothesis, other.hypothesis):
             continue
-        wide = base.design.beside(np.column_stack([one.columns, other.columns]), [("trial", 0), ("trial", 1)])
-        trial = regress(wide, settings, base.solution.weights, rounds=2)
+        trial = regressed_beside(base, np.column_stack([one.columns, other.columns]), base.solution.weights)
         cost = rules.least_cost(one.hypothesis) + rules.least_cost(other.hypothesis)
-        net = gain_over(base.design, base.log_likelihood, trial, settings) - cost
-        if net >= settings.nearly:
+        net = base.gain_by(trial) - cost
+        if net >= base.frame.settings.nearly:
             first, second = trial.values[-2:].tolist()
             rows.append((net, (started(one, [first]), started(other, [second])), trial.weights))
     rows.sort(key=lambda row: -row[0])
@@ -108,10 +107,7 @@ def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> lis
     To first order with the colour estimated anew: what is slow hides in a colour that was estimated without it.
     """
     white = replace(base, solution=uncoloured(base.design, base.solution.residuals))
-    # What other equations show of a fault pays for numbers near theirs alone: to first order nothing says that.
-    lone = [
-        each for each in candidates if each.columns.shape[1] == 1 and told_apart(each.hypothesis) not in rules.support
-    ]
+    lone = [each for each in candidates if each.columns.shape[1] == 1]
     best: dict[tuple[str, ...], tuple[float, Candidate]] = {}
     for each in (base, white):
         scored = scores(each, lone)
@@ -120,7 +116,7 @@ def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> lis
             if scored.gains[n] < least or scored.own[n] < base.frame.settings.distinct:
                 continue
             solution, _ = to_first_order(base, lone[n])
-            gain = gain_over(base.design, base.log_likelihood, solution, base.frame.settings)
+            gain = base.gain_by(solution)
             name = told_apart(lone[n].hypothesis)
             if gain >= least and (name not in best or gain > best[name][0]):
                 best[name] = gain, lone[n]

@@ -13,7 +13,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.selection.candidates import implausibility, told_apart
 from aerosid.equation_error.settings import EquationErrorSettings
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import Entry
 
 Array = NDArray[np.float64]
 
@@ -105,16 +105,14 @@ class Rules:
         known = self.support.get(told_apart(hypothesis))
         return self.price(hypothesis) - (known.credit if known is not None else 0.0)
 
-    def cost(self, hypothesis: Hypothesis, effects: Sequence[ActiveEffect], model: AerodynamicModel) -> float:
-        """The price, with what its numbers are unusual by, less what other equations gain by them.
-
-        `effects`: the hypothesis' own, with their numbers; none of a term. `model`: with the terms' values.
-        """
+    def cost(self, hypothesis: Hypothesis, point: Point) -> float:
+        """The price, with what its numbers at a point are unusual by, less what other equations gain by them."""
+        effects = own_effects(point, hypothesis)
         known = self.support.get(told_apart(hypothesis))
         gained = 0.0
         if known is not None and known.credit > 0.0 and effects:
             gained = known.gain_at(effects[0].values)
-        unusual = sum(0.5 * (model.value(e) / self.usual[e]) ** 2 for e in hypothesis.entries if e in self.usual)
+        unusual = sum(0.5 * (point.model.value(e) / self.usual[e]) ** 2 for e in hypothesis.entries if e in self.usual)
         return self.price(hypothesis) + implausibility(effects) + unusual - gained
 
 
@@ -143,4 +141,4 @@ def own_effects(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...
 
 def total_cost(rules: Rules, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
     """What some hypotheses have to bring together with their numbers at a point."""
-    return sum(rules.cost(hypothesis, own_effects(point, hypothesis), point.model) for hypothesis in hypotheses)
+    return sum(rules.cost(hypothesis, point) for hypothesis in hypotheses)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.selection.deletion import Chosen
+from aerosid.equation_error.selection.prices import Label
 
 LATE_CONTROL = frozenset({"control_delay", "control_lag"})
 """Kinds that say of a control that it is late."""
@@ -26,19 +27,21 @@ def at_one_distance(one: Hypothesis, other: Hypothesis) -> bool:
     return any({(one.kind, one.where), (other.kind, other.where)} <= distance for distance in ONE_DISTANCE)
 
 
-def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
-    """Whether a chosen hypothesis says already when the same channel answers, or how far two sensors are apart."""
-    name = (hypothesis.kind, hypothesis.where)
-    known = {(each.hypothesis.kind, each.hypothesis.where) for each in chosen}
-    if any(name in distance and known & distance for distance in ONE_DISTANCE):
-        return True
-    return any(
-        each.hypothesis.where == hypothesis.where and each.hypothesis.kind in kinds and hypothesis.kind in kinds
-        for each in chosen
-        for kinds in TIMINGS
-    )
-
-
 def are_redundant(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two hypotheses say the same of one channel or of one distance."""
-    return is_told(one, [Chosen(other, kinematic=False, gain=0.0)])
+    """Whether two hypotheses both say when the same channel answers, or how far the same two sensors are apart."""
+    if at_one_distance(one, other):
+        return True
+    return one.where == other.where and any(one.kind in kinds and other.kind in kinds for kinds in TIMINGS)
+
+
+def is_told(hypothesis: Hypothesis, chosen: Sequence[Chosen]) -> bool:
+    """Whether a chosen hypothesis says already what another would say of the same channel or distance."""
+    return any(are_redundant(hypothesis, each.hypothesis) for each in chosen)
+
+
+def open_beside(
+    hypotheses: Iterable[Hypothesis], chosen: Sequence[Chosen], barred: Collection[Label] = ()
+) -> list[Hypothesis]:
+    """What may still be asked beside some chosen ones; `barred`: what is not asked either."""
+    taken = {*barred, *(each.hypothesis.label for each in chosen)}
+    return [h for h in hypotheses if h.label not in taken and not is_told(h, chosen)]

@@ -31,7 +31,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, struck_out
 from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.redundancy import is_told
+from aerosid.equation_error.selection.redundancy import open_beside
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,7 @@ def _in_its_place(
     """
     frame = selected.estimate.frame
     rest = [other for other in selected.chosen if other is not each]
-    taken = {other.hypothesis.label for other in selected.chosen}
-    open_ = [h for h in asked if h.label not in taken and not is_told(h, rest)]
+    open_ = open_beside(asked, rest, [each.hypothesis.label])
     candidates = effect_candidates(frame, bare, open_)
 
     def tried(n: int) -> tuple[float, tuple[tuple[float, ...], ...], SentPeak] | None:

@@ -12,7 +12,7 @@ from aerosid.compiled.cores import allowed, mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Weights, compares_all, design_of, gain_over, solve, uncoloured
+from aerosid.equation_error.regression.design import Weights, compares_all, design_of, solve, uncoloured
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import (
     Estimate,
@@ -36,8 +36,8 @@ from aerosid.equation_error.selection.candidates import (
     within_limits,
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
-from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.redundancy import LATE_CONTROL, is_told
+from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.redundancy import LATE_CONTROL, open_beside
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
 from aerosid.equation_error.settings import TRIALS
 
@@ -90,12 +90,12 @@ def _best(
     recording: str | None,
 ) -> tuple[Estimate, Hypothesis, float] | None:
     base, frame = selected.estimate, selected.estimate.frame
-    taken = {each.hypothesis.label for each in selected.chosen} | refused
-    open_ = [h for h in hypotheses if h.label not in taken and not is_told(h, selected.chosen)]
+    open_ = open_beside(hypotheses, selected.chosen, refused)
     uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
     candidates = candidates_kept(selected.instead, BESIDE, base, open_)
     if any(kind in COEFFICIENT for kind in frame.kinds):
         sudden = [h for each in (base, uncoloured_) for h in sudden_hypotheses(frame, each, coefficients, recording)]
+        taken = refused | {each.hypothesis.label for each in selected.chosen}
         sudden = [hypothesis for hypothesis in sudden if hypothesis.label not in taken]
         candidates += effect_candidates(frame, base, in_either_order(sudden, base.point.effects))
     if not candidates:
@@ -124,7 +124,7 @@ def _best(
         if trial.net <= 0.0:
             continue
         found = trial.peak.estimate
-        if within_limits(found, trial.hypothesis) and admitted(found, trial.hypothesis):
+        if may_stand(found, trial.hypothesis, admitted):
             told(f"  enters {trial.hypothesis.label}")
             return found, trial.hypothesis, found.gain_over(base)
         told(f"  not admitted {trial.hypothesis.label}")
@@ -132,13 +132,17 @@ def _best(
     return None
 
 
+def may_stand(found: Estimate, hypothesis: Hypothesis, admitted: Admitted) -> bool:
+    """Whether the last hypothesis of an estimate lies within its limits and is admitted on other grounds."""
+    return within_limits(found, hypothesis) and admitted(found, hypothesis)
+
+
 def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
     """Hypotheses with all numbers estimated anew."""
 
     def fitted(linear: _Linear) -> tuple[float, SentPeak]:
         found = likeliest_numbers(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
-        own = found.point.effects[-1:] if linear.hypothesis.effects else ()
-        return found.gain_over(base) - rules.cost(linear.hypothesis, own, found.point.model), SentPeak.of(found)
+        return found.gain_over(base) - rules.cost(linear.hypothesis, found.point), SentPeak.of(found)
 
     return [
         _Trial(net, sent.peak(base.frame, joined(base.point, linear.hypothesis)), linear.hypothesis)
@@ -212,7 +216,7 @@ def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules, least
     for candidate in candidates:
         solution, hypothesis = to_first_order(base, candidate)
         cost = rules.least_cost(candidate.hypothesis)
-        net = gain_over(base.design, base.log_likelihood, solution, base.frame.settings) - cost
+        net = base.gain_by(solution) - cost
         if net >= least:
             rows.append(_Linear(net, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.net)
@@ -263,9 +267,7 @@ def backward(
         others = [each for each in selected.chosen if not any(each.hypothesis is one for one in keep)]
         lone_ones = each_struck_out(selected, others, with_columns=not compares_all(selected.estimate.design))
         for each, lone in zip(others, lone_ones, strict=True):
-            point = selected.estimate.point
-            cost = rules.cost(each.hypothesis, own_effects(point, each.hypothesis), point.model)
-            loss = selected.estimate.gain_over(lone) - cost
+            loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, selected.estimate.point)
             if loss < 0.0 and (worst is None or loss < worst[0]):
                 worst = loss, lone, each
         if worst is None:

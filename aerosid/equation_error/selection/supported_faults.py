@@ -30,7 +30,7 @@ from aerosid.equation_error.selection.candidates import (
 from aerosid.equation_error.selection.deletion import Selected
 from aerosid.equation_error.selection.joint_timing import LATE
 from aerosid.equation_error.selection.prices import Name, Support
-from aerosid.equation_error.selection.redundancy import is_told
+from aerosid.equation_error.selection.redundancy import open_beside
 from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
 FORCE_ASIDE = "C_Y"
@@ -40,9 +40,8 @@ FORCE_ASIDE = "C_Y"
 def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Name, Support]:
     """What kinematics see of sensors' faults beside the proven ones, by what tells these apart."""
     base, support = proved.estimate, proved.estimate.frame.settings.support
-    taken = {each.hypothesis.label for each in proved.chosen}
     axes = base.point.model.axes
-    open_ = [h for h in sensors if _is_asked(h, axes) and h.label not in taken and not is_told(h, proved.chosen)]
+    open_ = open_beside([h for h in sensors if _is_asked(h, axes)], proved.chosen)
     candidates = effect_candidates(base.frame, base, open_)
     best: dict[Name, int] = {}
     gains = scores(base, candidates).gains
