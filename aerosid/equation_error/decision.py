@@ -150,7 +150,7 @@ def decide(
     alternatives = (*late, *_unlike(late, of_proved), *alternatives_of(kept, open_))
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     after = shares_of(compared, completed)
-    nearly = _nearly_proven(proved, kept, sensors, search, alternatives, outcome.refuted)
+    nearly = _nearly_proven(faults, proved, kept, search, alternatives, outcome.refuted)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -172,9 +172,9 @@ def decide(
 
 
 def _nearly_proven(
+    faults: ProvedFaults,
     proved: Selected,
     kept: Selected,
-    sensors: Sequence[Hypothesis],
     search: CoefficientSearch,
     alternatives: Sequence[Alternative],
     refuted: Sequence[Label],
@@ -182,12 +182,10 @@ def _nearly_proven(
     """What kinematics and coefficients each would name were it all that was asked, and nothing lists yet."""
     listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
     listed |= {each.hypothesis.label for each in (*proved.chosen, *kept.chosen)}
-    settings, axes = proved.estimate.frame.settings, proved.estimate.point.model.axes
-    faults = [h for h in sensors if h.label not in listed]
-    rules = rules_for(sensors, proved.estimate.design.target.size, settings.alarm(axes), settings.factor_odds)
+    sensors = [h for h in faults.asked if h.label not in listed and of_sensors(h)]
     terms = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
     rows = (
-        nearly_proven(proved, rules, faults, recordings_agree),
+        nearly_proven(proved, faults.rules, sensors, recordings_agree),
         nearly_proven(kept, search.rules, terms, search.admitted),
     )
     return tuple(row for row in rows if row is not None)

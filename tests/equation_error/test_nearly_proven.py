@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from equations_decided import decided
+import pytest
+from equations_decided import decided, proved
 
-from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.loop.methods import told_of_nearly_proven
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -43,3 +44,19 @@ def test_what_is_named_or_absent_is_not_told_as_nearly_proven() -> None:
     assert [row.hypothesis.label for row in found.findings] == [("aero_term", "C_Z", "V_hat")]
     listed = {row.hypothesis.label for row in (*found.findings, *found.alternatives)}
     assert not listed & {row.hypothesis.label for row in found.nearly}
+
+
+def test_a_fault_of_an_instrument_pays_for_all_that_was_asked_of_forces_too() -> None:
+    """A scale of .993 is told just below the price at which the search lets one of .991 enter."""
+    aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
+    wrong = Wrong(scale={"theta": 0.993})
+    logs = [flown(name, BODY, 9320 + i, air=0.5, wrong=wrong) for i, name in enumerate("ab")]
+    faults = proved(aircraft, logs[:1], logs[1:])
+    (row,) = decide(faults, aircraft.coefficients).nearly
+    assert row.hypothesis.label == ("sensor_scale", "q", "")
+    # Even odds cost half of ln N; the rest is the share in a false alarm: one of so many, products of factors less.
+    settings, samples = row.estimate.frame.settings, row.estimate.design.target.size
+    factors = [sum(f.power for _, term in h.entries for f in term.factors) for h in faults.asked]
+    shares = [settings.factor_odds ** max(n - 1, 0) for n in factors] + [settings.factor_odds] * 2
+    share = np.exp(0.5 * np.log(samples) - row.price) / settings.false_alarm
+    assert share == pytest.approx(1.0 / sum(shares), rel=0.02)

@@ -38,7 +38,7 @@ from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
 from aerosid.equation_error.selection.evidence import weakest
 from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
 from aerosid.equation_error.selection.pairs import with_pair
-from aerosid.equation_error.selection.prices import rules_for
+from aerosid.equation_error.selection.prices import Rules, rules_for
 from aerosid.equation_error.selection.redundancy import at_one_distance
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.selection.stepwise import forward, recordings_agree
@@ -74,12 +74,15 @@ class ProvedFaults:
         The kinematic equations with no fault of any instrument but what is declared.
     selected : Selected
         The faults, estimated from the kinematic equations.
+    rules : Rules
+        By which they entered, prices shared among all that are asked.
     """
 
     start: Point
     asked: tuple[Hypothesis, ...]
     declared: Estimate
     selected: Selected
+    rules: Rules
 
     @property
     def noise_ratio(self) -> float:
@@ -168,7 +171,9 @@ def prove_faults(
     beside = CoefficientsBeside(Frame(recordings, COEFFICIENT, settings, all_fitted=True), start)
     none = begun = Selected(estimate(frame, start), ())
     while True:
-        found, passed = _searched(begun, asked, beside, lambda found: _outside(found, length), told)
+        samples, alarm = none.estimate.design.target.size, settings.alarm(model.axes)
+        rules = rules_for(asked, samples, alarm, settings.factor_odds)
+        found, passed = _searched(begun, asked, rules, beside, lambda found: _outside(found, length), told)
         outside = _outside(found, length)
         if not outside:
             break
@@ -179,12 +184,13 @@ def prove_faults(
         (*_, begun) = none, *itertools.takewhile(functools.partial(_has_none, names), passed)
     # Alternatives are held to the aircraft's size from the beginning: a search may pass beyond it.
     asked = tuple(within_reach(h, model.constants.mean_chord, length) for h in asked)
-    return ProvedFaults(start, asked, none.estimate, found)
+    return ProvedFaults(start, asked, none.estimate, found, rules)
 
 
 def _searched(
     begun: Selected,
     asked: Sequence[Hypothesis],
+    rules: Rules,
     beside: CoefficientsBeside,
     outside: Callable[[Selected], list[Hypothesis]],
     told: Callable[[str], None],
@@ -196,7 +202,6 @@ def _searched(
     frame, model = begun.estimate.frame, begun.estimate.point.model
     settings = frame.settings
     sensors = [h for h in asked if of_sensors(h)]
-    rules = rules_for(asked, begun.estimate.design.target.size, settings.alarm(model.axes), settings.factor_odds)
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
