@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from equations_decided import proved
+from equations_decided import decided, proved
 
 from aerosid.equation_error.regression.estimate import likeliest_numbers
 from aerosid.equation_error.selection.alternatives import in_place_of
 from aerosid.equation_error.selection.candidates import of_sensors, within_reach
 from aerosid.equation_error.selection.deletion import Selected
 from aerosid.equation_error.selection.proved_faults import ProvedFaults
+from aerosid.flight_model.term_grammar import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 LATE = 0.02
@@ -56,3 +57,18 @@ def test_a_search_that_cannot_win_ends_before_its_first_step() -> None:
     # What the step promised is about what the whole search reaches, and more than where it ended.
     assert ended.log_likelihood < promised[0]
     assert abs(promised[0] - found.log_likelihood) < 0.2 * (found.log_likelihood - ended.log_likelihood)
+
+
+def test_lift_of_the_elevator_is_no_centre_of_gravity_far_from_where_it_was_weighed() -> None:
+    """A tail's lift and an accelerometer 0.3 chords away look alike; only with the latter would C_m_alpha be unknown."""
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(9301))
+    known = [d for d in aircraft.derivatives if (d.coefficient, str(d.term)) != ("C_Z", "delta_e")]
+    logs = [flown(name, body, 9420 + i, air=0.4, seconds=16.0) for i, name in enumerate("ab")]
+    found = decided(replace(aircraft, derivatives=tuple(known)), logs[:1], logs[1:])
+    assert [row.hypothesis.label for row in found.findings] == [("aero_term", "C_Z", "delta_e")]
+    assert all(row.hypothesis.kind != "cg_shift" for row in found.alternatives)
+    place = found.completed.design.unknowns.index(("term", ("C_m", parse_term("alpha"))))
+    deviation = float(np.sqrt(found.covariance[place, place]))
+    assert deviation < 0.03
+    assert abs(found.completed.solution.values[place] - body.terms["C_m", "alpha"]) < 3.0 * deviation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,9 @@ def test_probabilities_are_those_of_equal_prior_odds(told_as_delay: tuple[Equati
     rows = [row(found, np.log(2.0), "alpha^3"), row(found, np.log(4.0), "alpha^3"), row(found, -3.0, "q_hat^2")]
     # One, a half and a quarter share the first; nothing is likelier than what was chosen.
     assert_allclose(probabilities(rows), [2.0 / 7.0, 1.0 / 7.0, 0.5])
+    # A size a fourth as likely beforehand counts as one that much further behind.
+    unusual = replace(row(found, 0.0, "alpha^3"), unlikelier=np.log(4.0))
+    assert_allclose(probabilities([unusual, *rows[:1]]), [1.0 / 7.0, 2.0 / 7.0])
 
 
 def test_the_truth_lies_within_the_bounds_though_the_other_one_is_named(

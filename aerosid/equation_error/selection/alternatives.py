@@ -17,6 +17,7 @@ from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likel
 from aerosid.equation_error.selection.candidates import (
     candidates_kept,
     identity,
+    implausibility,
     joined,
     likeliest,
     limits_of,
@@ -26,7 +27,7 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
 from aerosid.equation_error.selection.evidence import null_of
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.redundancy import is_told, open_beside
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.settings import TRIALS
@@ -37,7 +38,8 @@ class Alternative:
     """What could stand in place of a chosen hypothesis.
 
     `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more,
-    which decides nothing up to `margin`; `own` the share of its columns that no other explains.
+    which decides nothing up to `margin`; `own` the share of its columns that no other explains; `unlikelier` by how
+    much its size is more unusual beforehand than the chosen one's, in ln L.
     """
 
     hypothesis: Hypothesis
@@ -50,6 +52,7 @@ class Alternative:
     instead_of: Hypothesis
     estimate: Estimate = field(repr=False, compare=False)
     own: float = 1.0
+    unlikelier: float = 0.0
 
     @property
     def ratio(self) -> float:
@@ -67,9 +70,14 @@ def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
 
 
 def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
-    """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first."""
+    """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first.
+
+    At a size that is not too unusual: an aircraft whose centre of gravity lay half a chord from where it was weighed
+    would not have flown.
+    """
     each_struck_out(selected, selected.chosen, with_columns=True)  # on all cores, where each by itself has but one
-    return tuple(row for each in selected.chosen for row in in_place_of(selected, each, asked))
+    rows = (row for each in selected.chosen for row in in_place_of(selected, each, asked))
+    return tuple(row for row in rows if row.behind + row.unlikelier < row.margin)
 
 
 def replaced(
@@ -130,6 +138,7 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
     worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
     margin = alike + 0.03 * worth
+    unusual = implausibility(own_effects(selected.estimate.point, each.hypothesis))
     order = likeliest(scored, candidates, settings.shortlist)
 
     def asked_before(n: int) -> tuple[object, ...]:
@@ -171,7 +180,8 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
             # another way in which the same channel is late says that it is late.
             if row.ratio >= settings.deviations or is_told(hypothesis, [each]):
-                rows.append(replace(row, margin=margin, own=float(scored.own[n])))
+                unlikelier = implausibility(own_effects(estimated.point, hypothesis)) - unusual
+                rows.append(replace(row, margin=margin, own=float(scored.own[n]), unlikelier=unlikelier))
     return sorted(rows, key=lambda row: row.behind)
 
 

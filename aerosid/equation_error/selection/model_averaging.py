@@ -73,8 +73,8 @@ def averaged(
 
 
 def probabilities(alternatives: Sequence[Alternative]) -> list[float]:
-    """Probability of each alternative among those of the same chosen one, it and they as likely beforehand."""
-    odds = [float(np.exp(-max(row.behind, 0.0))) for row in alternatives]
+    """Probability of each alternative among those of the same chosen one: as likely beforehand but for their size."""
+    odds = [float(np.exp(-max(row.behind + row.unlikelier, 0.0))) for row in alternatives]
     together: dict[tuple[str, str, str], float] = {}
     for row, each in zip(alternatives, odds, strict=True):
         together[row.instead_of.label] = together.get(row.instead_of.label, 1.0) + each
