@@ -9,8 +9,9 @@ from aerosid.compiled import njit, njit_inline
 
 FloatArray = NDArray[np.float64]
 
-FEW = 4
-"""Numerical: columns up to which each is summed by itself; vectors of columns are too short to be quicker."""
+FEW = 12
+"""Numerical: columns up to which each is summed by itself, along its rows; vectors of columns are too short to be
+quicker."""
 
 
 def windowed_sinc(length: int, cut_off: float) -> FloatArray:
@@ -41,7 +42,11 @@ def decimated(weights: FloatArray, values: FloatArray, step: int) -> FloatArray:
     count = 1 + (values.shape[0] - weights.size) // step
     result = np.zeros((count, values.shape[1]))
     if values.shape[1] <= FEW:
-        _decimated_alone(weights, values, step, result)
+        phases = np.empty((step, values.shape[0] // step + 1))
+        for c in range(values.shape[1]):
+            total = np.zeros(count)
+            _decimated_alone(weights, values[:, c], phases, total)
+            result[:, c] = total
         return result
     for n in range(count):
         for k in range(weights.size):
@@ -52,19 +57,16 @@ def decimated(weights: FloatArray, values: FloatArray, step: int) -> FloatArray:
 
 
 @njit_inline
-def _decimated_alone(weights: FloatArray, values: FloatArray, step: int, result: FloatArray) -> None:
-    """As `decimated`, a column at a time, four rows side by side: one sum by itself waits for each of its additions."""
-    count = result.shape[0]
-    for c in range(values.shape[1]):
-        for n in range(0, count, 4):
-            # The last rows are made again where fewer than four are left.
-            first = min(n, max(count - 4, 0))
-            second, third, last = min(first + 1, count - 1), min(first + 2, count - 1), min(first + 3, count - 1)
-            one = two = three = four = 0.0
-            for k in range(weights.size):
-                weight = weights[weights.size - 1 - k]
-                one += weight * values[first * step + k, c]
-                two += weight * values[second * step + k, c]
-                three += weight * values[third * step + k, c]
-                four += weight * values[last * step + k, c]
-            result[first, c], result[second, c], result[third, c], result[last, c] = one, two, three, four
+def _decimated_alone(weights: FloatArray, values: FloatArray, phases: FloatArray, total: FloatArray) -> None:
+    """As `decimated`, of one column: one weight after the other is added to all rows, which stand side by side.
+
+    `phases`: room for the samples, those that lie whole steps apart in one row.
+    """
+    step = phases.shape[0]
+    for phase in range(step):
+        for n in range((values.shape[0] - 1 - phase) // step + 1):
+            phases[phase, n] = values[n * step + phase]
+    for k in range(weights.shape[0]):
+        weight, later = weights[weights.shape[0] - 1 - k], phases[k % step, k // step :]
+        for n in range(total.shape[0]):
+            total[n] += weight * later[n]

@@ -60,7 +60,7 @@ def test_a_search_that_cannot_win_ends_before_its_first_step() -> None:
 
 
 def test_lift_of_the_elevator_is_no_centre_of_gravity_far_from_where_it_was_weighed() -> None:
-    """A tail's lift and an accelerometer 0.3 chords away look alike; only with the latter would C_m_alpha be unknown."""
+    """A tail's lift and an accelerometer .3 chords away look alike; only with the latter would C_m_alpha be unknown."""
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(9301))
     known = [d for d in aircraft.derivatives if (d.coefficient, str(d.term)) != ("C_Z", "delta_e")]

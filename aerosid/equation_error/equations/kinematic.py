@@ -27,6 +27,7 @@ from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.smoothing import blended, without_gusts
+from aerosid.equation_error.equations.term_series import Course
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -80,9 +81,20 @@ class Motion:
     cosine: Array
 
     @cached_property
-    def declared_offsets(self) -> dict[str, Array]:
-        """What accelerometers at their declared places read beyond ones at the centre of gravity, m/s^2."""
-        return accelerometer_offsets(self.recording, (), self.rates)
+    def course(self) -> Course:
+        """The motion as the coefficient equations take it."""
+        rates = self.rates
+        return Course(
+            *map(
+                np.ascontiguousarray,
+                (
+                    *(self.V, self.recording.channels.get("V", self.V), self.alpha, self.beta),
+                    *(rates.p, rates.q, rates.r, rates.p_dot, rates.q_dot, rates.r_dot),
+                    *(self.phi, self.theta, self.alpha_dot, self.sine, self.cosine),
+                    GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi),
+                ),
+            )
+        )
 
     @cached_property
     def states(self) -> Array:

@@ -148,14 +148,13 @@ class Equations:
             if not self._fitted[n]:
                 continue
             motion = self._motion(n, recording, point.effects)
-            equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-            left = equations.left(
-                {entry: values.get(value_of(entry, n), 0.0) for entry in point.free},
-            )
-            names = _ordered(equations)
-            gusts = [values.get(("gust", name), 0.0) * _gust(name, recording, point.effects, motion) for name in names]
-            banded = recording.band(np.column_stack([left[name] - g for name, g in zip(names, gusts, strict=True)]))
-            parts.extend(banded.T)
+            known = {entry: values.get(value_of(entry, n), 0.0) for entry in point.free}
+            equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free, known)
+            left = equations.columns(())[1]
+            for place, name in enumerate(equations.names):
+                if share := values.get(("gust", name), 0.0):
+                    left[:, place] -= share * _gust(name, recording, point.effects, motion)
+            parts.extend(recording.band(left).T)
         return np.concatenate(parts)
 
     def _wander(self, n: int, recording: Recording, time: Array) -> Array:
@@ -220,18 +219,15 @@ def value_of(entry: Entry, recording: int) -> Unknown:
 def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
     """The coefficient equations of one recording in the band, with the columns of the free terms."""
     equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-    touching = {name: equations.columns(name, point.free) for name in _ordered(equations)}
-    banded = recording.band(
-        np.column_stack([part for name, (_, slopes) in touching.items() for part in (equations.target(name), slopes)])
-    )
+    touching, columns = equations.columns(point.free)
+    banded = recording.band(columns)
     segments, place = [], 0
-    for name, (entries, _) in touching.items():
+    for name, entries in touching.items():
         target, *slopes = banded[:, place : place + 1 + len(entries)].T
-        columns = dict(zip(entries, slopes, strict=True))
         gust = (
             recording.band(_gust(name, recording, point.effects, motion)) if motion.gusts[VANE_OF[name]].any() else None
         )
-        segments.append(Segment(n, name, target, columns, time, 0.0, gust=gust))
+        segments.append(Segment(n, name, target, dict(zip(entries, slopes, strict=True)), time, 0.0, gust=gust))
         place += 1 + len(entries)
     return segments
 
@@ -246,10 +242,6 @@ def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], moti
     if channel not in ACCELERATIONS:
         return recording.in_rates(gust)
     return as_read(recording, effects, channel, gust[:, None])[:, 0]
-
-
-def _ordered(equations: CoefficientEquations) -> list[str]:
-    return [name for name in COEFFICIENT if name in equations.names]
 
 
 def _floor(recording: Recording, channel: str) -> float:

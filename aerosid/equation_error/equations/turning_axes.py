@@ -1,0 +1,161 @@
+"""What turning axes, arms of sensors and a centre of gravity elsewhere make of the accelerations, compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.compiled import njit_inline
+from aerosid.equation_error.equations.term_series import MASS, PITCH, ROLL, YAW, Body, Course, X, Y, Z
+
+Array = NDArray[np.float64]
+
+
+class Aircraft(NamedTuple):
+    """The aircraft as it acts, as it is declared, and where its accelerometers sit.
+
+    `modelled`, bool[6]: which of the body-axis coefficients have an equation. `positions`, float64[3, 3]: of the
+    accelerometers along x, y, z, m from the declared centre of gravity; zero of those that are not recorded. `further`,
+    float64[3, 3]: how far from there effects put them, m.
+    """
+
+    acting: Body
+    declared: Body
+    modelled: NDArray[np.bool_]
+    positions: Array
+    further: Array
+
+
+@njit_inline
+def _lever(
+    place: int, x: float, y: float, z: float, p: float, q: float, r: float, turning: tuple[float, float, float]
+) -> float:
+    """What an accelerometer at (x, y, z), m, reads beyond one at the centre of gravity, m/s^2.
+
+    `turning`: the angular accelerations.
+    """
+    p_dot, q_dot, r_dot = turning
+    if place == X:
+        return -(q * q + r * r) * x + (p * q - r_dot) * y + (q_dot + p * r) * z
+    if place == Y:
+        return (r_dot + p * q) * x - (p * p + r * r) * y + (q * r - p_dot) * z
+    return (p * r - q_dot) * x + (q * r + p_dot) * y - (p * p + q * q) * z
+
+
+@njit_inline
+def add_thrust_and_arms(course: Course, thrust: Array, inputs: Array, aircraft: Aircraft, known: Array) -> None:
+    """Forces that no term makes: thrust, and the declared arms of the accelerometers by the rates as measured."""
+    ahead, below = np.cos(aircraft.acting.thrust_incidence), -np.sin(aircraft.acting.thrust_incidence)
+    if aircraft.modelled[X]:
+        for n in range(thrust.shape[0]):
+            pushed = thrust[n] / inputs[n, MASS]
+            known[X, n] += pushed * ahead
+            known[Z, n] += pushed * below
+    for place in range(3):
+        x, y, z = aircraft.positions[place, 0], aircraft.positions[place, 1], aircraft.positions[place, 2]
+        if aircraft.modelled[place] and (x != 0.0 or y != 0.0 or z != 0.0):
+            for n in range(thrust.shape[0]):
+                p, q, r = course.p[n], course.q[n], course.r[n]
+                turning = course.p_dot[n], course.q_dot[n], course.r_dot[n]
+                known[place, n] += _lever(place, x, y, z, p, q, r, turning)
+
+
+@njit_inline
+def add_moments(
+    course: Course,
+    thrust: Array,
+    c: Body,
+    modelled: NDArray[np.bool_],
+    sign: float,
+    p_dot: Array,
+    r_dot: Array,
+    known: Array,
+) -> None:
+    """Add angular accelerations that no term makes, times `sign`: thrust and the coupling of turning axes."""
+    samples = thrust.shape[0]
+    if modelled[PITCH]:
+        share = sign / c.I_yy
+        for n in range(samples):
+            p, r = course.p[n], course.r[n]
+            M = thrust[n] * c.thrust_z_arm - (c.I_xx - c.I_zz) * p * r - c.I_xz * (p * p - r * r)
+            known[PITCH, n] += share * M
+    if modelled[ROLL]:
+        share = sign / c.I_xx
+        for n in range(samples):
+            p, q, r = course.p[n], course.q[n], course.r[n]
+            known[ROLL, n] += share * (c.I_xz * (r_dot[n] + p * q) - (c.I_zz - c.I_yy) * q * r)
+    if modelled[YAW]:
+        share = sign / c.I_zz
+        for n in range(samples):
+            p, q, r = course.p[n], course.q[n], course.r[n]
+            known[YAW, n] += share * (c.I_xz * (p_dot[n] - q * r) - (c.I_yy - c.I_xx) * p * q)
+
+
+@njit_inline
+def _centre_at(inputs: Array, n: int, body: Body) -> tuple[float, float, float]:
+    """How far the centre of gravity lies ahead of, right of and below the declared one at a sample, m."""
+    ahead = inputs[n, body.cg_x] if body.cg_x >= 0 else 0.0
+    right = inputs[n, body.cg_y] if body.cg_y >= 0 else 0.0
+    below = inputs[n, body.cg_z] if body.cg_z >= 0 else 0.0
+    return ahead, right, below
+
+
+@njit_inline
+def is_moved(inputs: Array, body: Body) -> bool:
+    """Whether the centre of gravity lies elsewhere than declared at any time."""
+    if body.cg_x < 0 and body.cg_y < 0 and body.cg_z < 0:
+        return False
+    for n in range(inputs.shape[0]):
+        ahead, right, below = _centre_at(inputs, n, body)
+        if ahead != 0.0 or right != 0.0 or below != 0.0:
+            return True
+    return False
+
+
+@njit_inline
+def add_levers(inputs: Array, aircraft: Aircraft, forces: Array, known: Array) -> None:
+    """Add the moments that modelled forces, m/s^2, make about a centre of gravity elsewhere."""
+    c, modelled = aircraft.acting, aircraft.modelled
+    for n in range(inputs.shape[0]):
+        ahead, right, below = _centre_at(inputs, n, c)
+        ahead_force, side_force, down_force = forces[X, n], forces[Y, n], forces[Z, n]
+        mass = inputs[n, MASS]
+        if modelled[PITCH]:
+            known[PITCH, n] += mass * (ahead * down_force - below * ahead_force) / c.I_yy
+        if modelled[ROLL] and modelled[Z]:
+            known[ROLL, n] += mass * (below * side_force - right * down_force) / c.I_xx
+        if modelled[YAW] and modelled[X]:
+            known[YAW, n] += mass * (right * ahead_force - ahead * side_force) / c.I_zz
+
+
+@njit_inline
+def add_further_arms(course: Course, inputs: Array, aircraft: Aircraft, turning: Array, known: Array) -> None:
+    """Add what further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
+
+    By the model's angular accelerations, rows 3 to 5 of `turning`: the measured ones answer the gusts that the forces
+    answer, and an arm would be seen where there is none. Sensors keep their places in the aircraft when the centre of
+    gravity moves.
+    """
+    for place in range(3):
+        if not aircraft.modelled[place]:
+            continue
+        further = aircraft.further[place]
+        for n in range(inputs.shape[0]):
+            ahead, right, below = _centre_at(inputs, n, aircraft.acting)
+            x, y, z = further[0] - ahead, further[1] - right, further[2] - below
+            about = turning[ROLL, n], turning[PITCH, n], turning[YAW, n]
+            known[place, n] += _lever(place, x, y, z, course.p[n], course.q[n], course.r[n], about)
+
+
+@njit_inline
+def are_others(acting: Body, declared: Body) -> bool:
+    """Whether effects change what turns the aircraft."""
+    return not (
+        acting.I_xx == declared.I_xx
+        and acting.I_yy == declared.I_yy
+        and acting.I_zz == declared.I_zz
+        and acting.I_xz == declared.I_xz
+        and acting.thrust_z_arm == declared.thrust_z_arm
+    )
