@@ -56,6 +56,7 @@ from aerosid.equation_error.equations.turning_axes import (
     are_others,
     is_moved,
 )
+from aerosid.flight_model.axes import COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import value_count
 
@@ -112,14 +113,15 @@ def accelerations(
     if needed[VARIABLE_COUNT + THRUST]:
         series[VARIABLE_COUNT + THRUST] = thrust
     fill_products(terms, series)
-    result = Accelerations(np.zeros((6, samples)), np.empty((6, samples)), np.empty((6, samples)), series)
+    shape = LIFT, samples  # those about body axes come before lift
+    result = Accelerations(np.zeros(shape), np.empty(shape), np.empty(shape), series)
     _weigh(course, inputs, aircraft, result)
     thrust_shown = shown_of_linear(thrust) if linear_inputs else thrust
 
     # Specific forces as the model gives them, m/s^2: measured ones hold the gusts that the moment answers, and a term
     # or a lever with them in it would explain those.
     elsewhere = is_moved(inputs, acting)
-    forces = np.zeros((8, samples))
+    forces = np.zeros((len(COEFFICIENTS), samples))
     if table.uses_alpha_dot or elsewhere:
         sum_terms(terms, terms.values, series, forces, FORCES)
         _to_body_axes(course, forces)
@@ -133,7 +135,7 @@ def accelerations(
     if elsewhere:
         add_levers(inputs, aircraft, forces, result.known)
     if elsewhere or np.any(aircraft.further != 0.0):
-        totals = np.zeros((8, samples))
+        totals = np.zeros((len(COEFFICIENTS), samples))
         sum_terms(terms, terms.values, series, totals, MOMENTS)
         _to_angular_accelerations(course, aircraft, result, totals)
         add_further_arms(course, inputs, aircraft, totals, result.known)
@@ -248,7 +250,7 @@ def _to_body_axes(course: Course, totals: Array) -> None:
 @njit_inline
 def _push(totals: Array, aircraft: Aircraft, per_unit: Array, known: Array) -> None:
     """Add what coefficients (8, N), turned to body axes, make of the accelerations (6, N)."""
-    for place in range(6):
+    for place in range(known.shape[0]):
         if aircraft.modelled[place]:
             for n in range(known.shape[1]):
                 known[place, n] += totals[place, n] * per_unit[place, n]

@@ -33,7 +33,7 @@ from aerosid.equation_error.equations.turning_axes import Aircraft
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.axes import ACCELERATIONS, COEFFICIENTS, Axes, input_columns_of, loads_of
+from aerosid.flight_model.axes import ACCELERATIONS, COEFFICIENTS, SIX, Axes, input_columns_of, loads_of
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight
 
@@ -47,7 +47,7 @@ _ARMED = ("a_x", "a_y", "a_z")
 """Channels whose sensors read what turning makes of their place."""
 
 _KNOWN = -1
-"""What is known of an equation, where the others are terms."""
+"""Layout: stands for what is known of an equation, where others are places of terms."""
 
 
 class CoefficientEquations:
@@ -135,7 +135,7 @@ class CoefficientEquations:
     def _measured(self) -> Array:
         """What the equations' sensors show, (6, N), without the bias of theirs."""
         recording = self._recording
-        measured = np.zeros((6, recording.time.size))
+        measured = np.zeros((len(SIX.coefficients), recording.time.size))
         for name in self.names:
             channel, row = MEASURED_BY[name], measured[COEFFICIENTS.index(name)]
             if channel not in ACCELERATIONS:
@@ -193,4 +193,4 @@ def _places(axes: Axes) -> NDArray[np.int64]:
 @cache
 def _modelled(axes: Axes) -> NDArray[np.bool_]:
     """Which of the coefficients about body axes have an equation."""
-    return np.array([name in axes.coefficients for name in COEFFICIENTS[:6]])
+    return np.array([name in axes.coefficients for name in SIX.coefficients])

@@ -83,18 +83,11 @@ class Motion:
     @cached_property
     def course(self) -> Course:
         """The motion as the coefficient equations take it."""
-        rates = self.rates
-        return Course(
-            *map(
-                np.ascontiguousarray,
-                (
-                    *(self.V, self.recording.channels.get("V", self.V), self.alpha, self.beta),
-                    *(rates.p, rates.q, rates.r, rates.p_dot, rates.q_dot, rates.r_dot),
-                    *(self.phi, self.theta, self.alpha_dot, self.sine, self.cosine),
-                    GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi),
-                ),
-            )
-        )
+        measured = self.recording.channels.get("V", self.V)
+        gravity = GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi)
+        attitude = (self.phi, self.theta, self.alpha_dot, self.sine, self.cosine)
+        series = (self.V, measured, self.alpha, self.beta, *vars(self.rates).values(), *attitude, gravity)
+        return Course(*map(np.ascontiguousarray, series))
 
     @cached_property
     def states(self) -> Array:

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
 from aerosid.equation_error.equations.running_integral import shown_of_linear
-from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY
+from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import TermTable
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-X, Y, Z, ROLL, PITCH, YAW, LIFT, DRAG = range(8)
+X, Y, Z, ROLL, PITCH, YAW, LIFT, DRAG = range(len(COEFFICIENTS))
 """Places of the coefficients."""
 
 RHO, THRUST, MASS, SOUND = range(len(ATMOSPHERE_AND_BODY))
@@ -29,8 +29,8 @@ RHO, THRUST, MASS, SOUND = range(len(ATMOSPHERE_AND_BODY))
 (ALPHA, Q_HAT, V_HAT, ALPHA_DOT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R, THETA) = range(13)
 """Places of `VARIABLES`, but for the coefficients among them."""
 
-ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = range(5)
-"""Which terms are summed: forces without those that hold alpha_dot, moments, those by inputs and all but those."""
+ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
+"""Layout: which terms are summed: forces without those that hold alpha_dot, moments, those by inputs and all but those."""
 
 
 class Course(NamedTuple):
@@ -249,7 +249,7 @@ def sum_terms(terms: Terms, values: Array, series: Array, totals: Array, which: 
 @njit
 def shown_terms(terms: Terms, values: Array, series: Array, linear_inputs: bool) -> Array:
     """Terms of some values summed, (8, N), moments as the derivatives of sampled rates show them."""
-    totals = np.zeros((8, series.shape[1]))
+    totals = np.zeros((len(COEFFICIENTS), series.shape[1]))
     if not linear_inputs:
         sum_terms(terms, values, series, totals, ALL)
         return totals
