@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from aerosid.effects.family import Family, Kind, Planted
-from aerosid.effects.kinds import EffectParameter, StateEffect
+from aerosid.effects.kinds import ActiveEffect, EffectParameter, StateEffect
 from aerosid.effects.step_change import offset_column
 from aerosid.flight_model.motion_laws import Law
 
@@ -52,6 +52,16 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
         tuple(offset_column(name) for name in (lift, *others)),
         "Goman & Khrabrov 1994; Jategaonkar, Flight Vehicle System Identification, quasi-steady stall",
     )
+
+
+def is_breakdown(active: ActiveEffect) -> bool:
+    """Whether lift breaks down somewhere in the flown range.
+
+    A static curve as flat as may be, or about an angle as far beyond the flown ones as may be, is a bend of lift at all
+    angles, and stands for something else.
+    """
+    (angle, sharpness, *_), (alpha_star, slope, *_) = active.effect.parameters, active.values
+    return angle.lowest < alpha_star < angle.highest and slope > sharpness.lowest
 
 
 def _made(where: str, numbers: Mapping[str, float], _interval: float) -> StateEffect:

@@ -55,6 +55,14 @@ def test_separation_is_found_where_alpha_spans_less_than_six_degrees(tmp_path: P
     assert set(rows) == {"sensor_delay", "flow_separation", "thrust_change"}
 
 
+def test_a_bend_of_lift_over_all_angles_is_no_separation(tmp_path: Path) -> None:
+    """An elevator that cannot follow, in a recording smoothed afterwards, was told as a static curve at both limits."""
+    found = decided_of(tmp_path, 141, 20)
+    assert "flow_separation" not in {row.hypothesis.kind for row in found.findings}
+    (limit,) = [row for row in found.findings if row.hypothesis.kind == "control_rate_limit"]
+    assert limit.value > 3.0 * limit.std_error
+
+
 def named(found: EquationErrorDecision) -> set[tuple[str, str]]:
     return {row.hypothesis.label[:2] for row in found.findings}
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled.cores import allowed, mapped
+from aerosid.effects.flow_separation import is_breakdown
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
@@ -246,7 +247,9 @@ def with_separation(
         )
         net = found.gain_over(selected.estimate) - rules.price(hypothesis)
         told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
-        if net > 0.0 and within_strengths(found.point.effects[-1]) and (best is None or net > best[0]):
+        active = found.point.effects[-1]
+        stands = within_strengths(active) and is_breakdown(active)
+        if net > 0.0 and stands and (best is None or net > best[0]):
             best = net, found, hypothesis
     if best is None:
         return None

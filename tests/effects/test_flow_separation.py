@@ -1,0 +1,30 @@
+"""Flow separation: what its numbers must be for lift to break down somewhere."""
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect
+from aerosid.effects.flow_separation import flow_separation, is_breakdown
+
+HIGHEST = 0.1
+"""rad, of the flown angles of attack."""
+
+
+def separation(alpha_star: float, sharpness: float) -> ActiveEffect:
+    return ActiveEffect(flow_separation(HIGHEST, "C_Z", ("C_m",)), (alpha_star, sharpness, 0.0, 0.0, -0.03))
+
+
+def attached(active: ActiveEffect) -> float:
+    """The separation point X at the smallest angle of attack, at rest."""
+    return float(0.5 * (1.0 - np.tanh(active.values[1] * (0.0 - active.values[0]))))
+
+
+def test_an_abrupt_stall_and_a_flow_that_follows_at_once_break_down() -> None:
+    angle, sharpness = separation(0.1, 25.0).effect.parameters[:2]
+    assert is_breakdown(separation(0.1, 25.0))
+    assert is_breakdown(separation(0.1, sharpness.highest))
+    assert attached(separation(0.1, 25.0)) > 0.99
+    flattest, farthest = separation(0.1, sharpness.lowest), separation(angle.highest, 25.0)
+    assert not is_breakdown(flattest)
+    assert not is_breakdown(farthest)
+    # The flattest curve has no attached flow at any flown angle.
+    assert attached(flattest) < 0.7
