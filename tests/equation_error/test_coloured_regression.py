@@ -199,3 +199,26 @@ def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int)
     price = 0.5 * settings.order * np.log(design.target.size)
     # Burg's colours are the likeliest ones to about one unit of ln L a record.
     assert gain > gain_alone - price - 2.0
+
+
+def test_poles_of_long_memory_are_drawn_in_and_no_other() -> None:
+    poles = np.array([0.999, 0.6 + 0.3j, 0.6 - 0.3j, -0.2])
+    residuals = lfilter([1.0], np.real(np.poly(poles)), np.random.default_rng(3).standard_normal(20000))
+    free, held = (fit_colour([residuals], [1.0], 4, longest).weights for longest in (np.inf, 50.0))
+    limit = np.exp(-1.0 / 50.0)
+    found = np.roots(free)
+    np.testing.assert_allclose(held, np.real(np.poly(found * np.minimum(1.0, limit / np.abs(found)))), atol=1e-12)
+    assert np.abs(np.roots(held)).max() == pytest.approx(limit)
+
+
+def test_segments_whitened_together_are_each_by_its_own_colour() -> None:
+    generator = np.random.default_rng(4)
+    colours = [colour_of(np.array(weights)) for weights in ([1.0, -0.8, 0.2], [1.0], [1.0, -0.5])]
+    bounds, sizes = np.array([0, 30, 45, 80]), np.array([0.3, 2.0, 1.0])
+    values = generator.standard_normal((80, 3))
+    weights = Weights(tuple(colours), sizes)
+    expected = [
+        colour.whitened(values[a:b]) / size
+        for colour, size, a, b in zip(colours, sizes, bounds[:-1], bounds[1:], strict=True)
+    ]
+    np.testing.assert_allclose(weights.whitened(values, bounds), np.vstack(expected), atol=1e-13)

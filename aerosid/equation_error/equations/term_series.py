@@ -30,7 +30,7 @@ RHO, THRUST, MASS, SOUND = range(len(ATMOSPHERE_AND_BODY))
 """Places of `VARIABLES`, but for the coefficients among them."""
 
 ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
-"""Layout: which terms are summed: forces without those that hold alpha_dot, moments, those by inputs and all but those."""
+"""Layout: which terms are summed: forces without those by alpha_dot, moments, those by inputs and all but those."""
 
 
 class Course(NamedTuple):

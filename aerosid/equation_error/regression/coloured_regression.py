@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ class Colour:
         for known, basis in self._bases:
             if known is columns:
                 return basis
-        basis = np.asarray(np.linalg.qr(self.whitened(columns))[0])
+        basis = _orthonormal(self.whitened(columns))
         self._bases.append((columns, basis))
         return basis
 
@@ -58,7 +59,7 @@ class Colour:
         white[:order] = self.start @ values[:order]
         return white
 
-    @property
+    @cached_property
     def log_start(self) -> float:
         """Logarithm of the determinant of the first samples' Cholesky factor."""
         return -float(np.sum(np.log(np.diag(self.start)))) if self.start.size else 0.0
@@ -73,6 +74,66 @@ def _filtered(values: Array, weights: Array) -> Array:
             for k in range(values.shape[1]):
                 filtered[n, k] += weights[lag] * values[n - lag, k]
     return filtered
+
+
+@njit
+def _orthonormal(columns: Array) -> Array:
+    """Orthonormal columns that span some independent columns (N, K).
+
+    Gram and Schmidt's process, each column twice (Bjoerck, Numerical Methods for Least Squares Problems, section 2.4).
+    """
+    samples, count = columns.shape
+    rows = columns.T.copy()
+    for k in range(count):
+        for _ in range(2):
+            for j in range(k):
+                along = 0.0
+                for n in range(samples):
+                    along += rows[j, n] * rows[k, n]
+                for n in range(samples):
+                    rows[k, n] -= along * rows[j, n]
+        length = np.sqrt(np.sum(rows[k] * rows[k]))
+        for n in range(samples):
+            rows[k, n] /= length
+    return rows.T.copy()
+
+
+@njit
+def whitened_segments(
+    values: Array, bounds: NDArray[np.int64], weights: Array, starts: Array, orders: NDArray[np.int64], sizes: Array
+) -> Array:
+    """Segments of columns (R, K), each whitened by its own colour and over its own size.
+
+    Parameters
+    ----------
+    bounds : int64[S + 1]
+        Where each segment's rows begin.
+    weights : float64[S, p + 1]
+    starts : float64[S, p, p]
+        Of each segment's colour, the first `orders` + 1 and `orders` of them.
+    sizes : float64[S]
+    """
+    white = np.empty(values.shape)
+    columns = values.shape[1]
+    for s in range(sizes.shape[0]):
+        begin, order, share = bounds[s], orders[s], 1.0 / sizes[s]
+        for n in range(begin, bounds[s + 1]):
+            before = n - begin
+            for k in range(columns):
+                white[n, k] = 0.0 if before < order else values[n, k]
+            if before < order:
+                for j in range(min(order, bounds[s + 1] - begin)):
+                    weight = starts[s, before, j]
+                    for k in range(columns):
+                        white[n, k] += weight * values[begin + j, k]
+            else:
+                for lag in range(1, order + 1):
+                    weight = weights[s, lag]
+                    for k in range(columns):
+                        white[n, k] += weight * values[n - lag, k]
+            for k in range(columns):
+                white[n, k] *= share
+    return white
 
 
 def colour_of(weights: Array) -> Colour:
@@ -153,9 +214,14 @@ class _Stacked:
 
 def _burg_s_weights(stacked: _Stacked, sizes: Array, order: int, longest: float) -> Array:
     """The whitening filter by Burg's method, its poles' memory bounded."""
-    limit = min(float(np.exp(-1.0 / longest)), 0.999)
+    limit = _limit(longest)
     weights, is_within = _burg(stacked.values, stacked.bounds, sizes, order, limit)
-    return weights if is_within else _shortened(weights, limit)
+    return np.asarray(weights if is_within else _shortened(weights, limit))
+
+
+def _limit(longest: float) -> float:
+    """Radius within which poles lie whose memory is no longer than so many samples."""
+    return min(float(np.exp(-1.0 / longest)), 0.999)
 
 
 @njit
@@ -195,12 +261,25 @@ def _burg(values: Array, bounds: NDArray[np.int64], sizes: Array, order: int, li
     return weights, _lies_within(drawn)
 
 
+@njit
 def _shortened(weights: Array, limit: float) -> Array:
     """The weights with poles of longer memory drawn in to that of the circle of radius `limit`."""
-    poles = np.roots(weights)
-    radius = np.abs(poles)
-    poles = np.where(radius > limit, poles * (limit / np.maximum(radius, 1e-12)), poles)
-    return np.asarray(np.real(np.poly(poles)))
+    order = weights.shape[0] - 1
+    companion = np.zeros((order, order), dtype=np.complex128)  # eigenvalues of real matrices would have to be real
+    for k in range(order):
+        companion[0, k] = -weights[k + 1]
+        if k > 0:
+            companion[k, k - 1] = 1.0
+    poles = np.linalg.eigvals(companion)
+    product = np.zeros(poles.size + 1, dtype=np.complex128)
+    product[0] = 1.0
+    for n in range(poles.size):
+        pole, radius = poles[n], abs(poles[n])
+        if radius > limit:
+            pole *= limit / max(radius, 1e-12)
+        for k in range(n + 1, 0, -1):
+            product[k] -= pole * product[k - 1]
+    return product.real.copy()
 
 
 @njit_inline
@@ -290,16 +369,31 @@ def shared_colour(
     likelihood, and those are known once a colour is. Divided by its own size, a recording with a sudden change in it
     counts for less than one without, and the colour of all becomes that of the quiet one.
     """
-    best: Coloured | None = None
-    stacked, divisors, lowest = _Stacked.of(parts), np.array(rough), np.array(floors)
-    for _ in range(COLOUR_ROUNDS):
-        colour = colour_of(_burg_s_weights(stacked, divisors, order, longest))
-        white, sizes, likelihood = _innovations(stacked.values, stacked.bounds, colour.weights, colour.start, lowest)
-        likelihood -= len(parts) * colour.log_start
-        if best is None or likelihood > best.likelihood:
-            best = Coloured(likelihood, (colour,) * len(parts), stacked.each(white), sizes)
-        if len(parts) == 1 or np.all(np.abs(sizes / sizes[0] / (divisors / divisors[0]) - 1.0) <= SAME_SIZES):
+    stacked, limit = _Stacked.of(parts), _limit(longest)
+    weights, start, white, sizes, likelihood = _likeliest(
+        stacked.values, stacked.bounds, np.array(rough), np.array(floors), order, limit
+    )
+    return Coloured(likelihood, (Colour(weights, start),) * len(parts), stacked.each(white), sizes)
+
+
+@njit
+def _likeliest(
+    values: Array, bounds: NDArray[np.int64], divisors: Array, floors: Array, order: int, limit: float
+) -> tuple[Array, Array, Array, Array, float]:
+    """As `shared_colour`, of parts of `values` (R,): its weights, its start, innovations, their sizes, and ln L."""
+    weights, start, white, sizes = np.ones(1), np.zeros((0, 0)), values, divisors
+    best = -np.inf
+    for turn in range(COLOUR_ROUNDS):
+        tried, is_within = _burg(values, bounds, divisors, order, limit)
+        if not is_within:
+            tried = _shortened(tried, limit)
+        start_tried = _inverse_factor(tried)
+        white_tried, sizes_tried, likelihood = _innovations(values, bounds, tried, start_tried, floors)
+        likelihood += floors.size * np.sum(np.log(np.diag(start_tried)))
+        if turn == 0 or likelihood > best:
+            weights, start, white, sizes, best = tried, start_tried, white_tried, sizes_tried, likelihood
+        ratios = sizes_tried / sizes_tried[0] / (divisors / divisors[0])
+        if floors.size == 1 or np.all(np.abs(ratios - 1.0) <= SAME_SIZES):
             break
-        divisors = sizes
-    assert best is not None
-    return best
+        divisors = sizes_tried
+    return weights, start, white, sizes, best

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from aerosid.equation_error.equations.channels import KINEMATIC, SIDEWAYS
 from aerosid.equation_error.equations.instruments import TRENDS
@@ -16,6 +18,7 @@ from aerosid.equation_error.regression.coloured_regression import (
     Coloured,
     colour_of,
     shared_colour,
+    whitened_segments,
     with_own_colours,
 )
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -85,6 +88,20 @@ class Weights:
     colours: tuple[Colour, ...]
     sizes: Array
     excess: Mapping[tuple[str, float], float] = field(default_factory=dict)
+
+    @cached_property
+    def _filters(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """The colours' weights, starts and orders, as compiled code takes them."""
+        orders = np.array([colour.start.shape[0] for colour in self.colours], dtype=np.int64)
+        most = int(orders.max())
+        weights, starts = np.zeros((orders.size, most + 1)), np.zeros((orders.size, most, most))
+        for s, (order, colour) in enumerate(zip(orders.tolist(), self.colours, strict=True)):
+            weights[s, : order + 1], starts[s, :order, :order] = colour.weights, colour.start
+        return weights, starts, orders
+
+    def whitened(self, values: Array, bounds: NDArray[np.int64]) -> Array:
+        """Segments of columns (R, K) that begin at `bounds` (S + 1,), whitened and over their sizes."""
+        return np.asarray(whitened_segments(values, bounds, *self._filters, self.sizes))
 
 
 @dataclass(frozen=True)
@@ -209,11 +226,7 @@ def freedom(design: Design, segment: int) -> int:
 
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
     """Rows (R, K) whitened and over their sizes."""
-    out = np.empty_like(values)
-    for s, colour in enumerate(weights.colours):
-        rows = design.rows(s)
-        out[rows] = colour.whitened(values[rows]) / weights.sizes[s]
-    return out
+    return weights.whitened(np.ascontiguousarray(values), design.bounds)
 
 
 def solve(design: Design, weights: Weights) -> Solution:
@@ -223,9 +236,7 @@ def solve(design: Design, weights: Weights) -> Solution:
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
     gram = x.T @ x + np.diag(design.precisions**2)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    eigenvalues, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    inverse = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
-    covariance = (vectors * inverse) @ vectors.T / np.outer(scale, scale)
+    covariance = _inverse(gram / np.outer(scale, scale)) / np.outer(scale, scale)
     values = covariance @ (x.T @ y)
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
@@ -240,6 +251,23 @@ def solve(design: Design, weights: Weights) -> Solution:
         x,
         penalty,
     )
+
+
+def _inverse(correlation: Array) -> Array:
+    """The inverse (P, P) without the directions that nothing shows, whose eigenvalue is below 1e-10.
+
+    The inverse's trace is the sum of the eigenvalues' inverses: where it is below 1e10, all are above, and Cholesky's
+    factor is enough.
+    """
+    factor, failed = dpotrf(correlation)
+    if not failed:
+        inverse, failed = dpotri(factor)
+        if not failed and float(np.trace(inverse)) < 1e10:
+            upper = np.triu(inverse)
+            return np.asarray(upper + np.triu(inverse, 1).T)
+    eigenvalues, vectors = np.linalg.eigh(correlation)
+    shown = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
+    return np.asarray((vectors * shown) @ vectors.T)
 
 
 def log_likelihood(
