@@ -18,11 +18,11 @@ KEPT_SPECTRA = 64
 
 
 def gaussian_filtered(values: Array, samples: float) -> Array:
-    """The signal (N,) averaged with the weights of a Gaussian, held at its end values beyond both ends.
+    """Signals (..., N) averaged with the weights of a Gaussian, held at their end values beyond both ends.
 
     Parameters
     ----------
-    values : ndarray, shape (N,)
+    values : ndarray, shape (..., N)
     samples : float
         Standard deviation of the Gaussian, samples.
 
@@ -32,13 +32,14 @@ def gaussian_filtered(values: Array, samples: float) -> Array:
     Gaussian's width, as that of a direct sum does.
     """
     reach = reach_of(samples)
-    length = scipy.fft.next_fast_len(values.size + 2 * reach, real=True)
-    padded = np.empty(length)
-    padded[:reach] = values[0]
-    padded[reach : reach + values.size] = values
-    padded[reach + values.size :] = values[-1]
+    count = values.shape[-1]
+    length = scipy.fft.next_fast_len(count + 2 * reach, real=True)
+    padded = np.empty((*values.shape[:-1], length))
+    padded[..., :reach] = values[..., :1]
+    padded[..., reach : reach + count] = values
+    padded[..., reach + count :] = values[..., -1:]
     cyclic = scipy.fft.irfft(scipy.fft.rfft(padded) * bell_spectrum(samples, length, 0).real, length)
-    return np.asarray(cyclic[reach : reach + values.size])
+    return np.asarray(cyclic[..., reach : reach + count])
 
 
 def reach_of(samples: float) -> int:

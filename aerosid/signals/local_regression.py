@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 
 
 def locally_smoothed(values: Array, samples: float) -> Array:
-    """At each sample the line through the signal (N,) about it, by least squares with the weights of a Gaussian.
+    """At each sample the line through a signal (..., N) about it, by least squares with the weights of a Gaussian.
 
     Parameters
     ----------
-    values : ndarray, shape (N,)
+    values : ndarray, shape (..., N)
         Two samples at least.
     samples : float
         Standard deviation of the Gaussian, samples.
@@ -34,10 +34,11 @@ def locally_smoothed(values: Array, samples: float) -> Array:
     the line's value there is (S_2 T_0 - S_1 T_1)/(S_0 S_2 - S_1^2). The sums are convolutions over the record and the
     Gaussian's reach: the cost does not grow with the Gaussian's width, as that of a direct sum does.
     """
-    length = scipy.fft.next_fast_len(values.size + reach_of(samples), real=True)
-    s0, s1, s2 = _moments(samples, length, values.size)
+    count = values.shape[-1]
+    length = scipy.fft.next_fast_len(count + reach_of(samples), real=True)
+    s0, s1, s2 = _moments(samples, length, count)
     spectrum = scipy.fft.rfft(values, length)
-    t0, t1 = (_sums(spectrum, samples, length, power)[: values.size] for power in (0, 1))
+    t0, t1 = (_sums(spectrum, samples, length, power)[..., :count] for power in (0, 1))
     return np.asarray((s2 * t0 - s1 * t1) / (s0 * s2 - s1 * s1))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import MEASURED_BY
-from aerosid.equation_error.equations.kinematic import Motion, Rates, accelerometer_offsets, lever_accelerations
+from aerosid.equation_error.equations.kinematic import Motion, Rates
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.estimation.effects_in_flight import acting_model
@@ -249,13 +249,18 @@ class CoefficientEquations:
 
     def _known_forces(self, thrusting: Mapping[str, Array]) -> dict[str, Array]:
         """Accelerations at the accelerometers that no free term makes: thrust and declared lever arms."""
-        offsets = accelerometer_offsets(self._recording, (), self._motion.rates)
+        offsets = self._declared_offsets()
         known = dict(thrusting)
         for name in known:
             channel = MEASURED_BY[name]
             if channel in offsets:
                 known[name] = known[name] + offsets[channel]
         return known
+
+    def _declared_offsets(self) -> dict[str, Array]:
+        recording, rates = self._recording, self._motion.rates
+        measured = [name for name in ("a_x", "a_y", "a_z") if name in recording.channels]
+        return {name: lever_accelerations(name, recording.position(name).tolist(), rates) for name in measured}
 
     def _arms(self, model: AerodynamicModel, centre: Centre, given: Mapping[str, Array]) -> dict[str, Array]:
         """What further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
@@ -395,3 +400,14 @@ def levers(forces: Mapping[str, Array], centre: Centre) -> dict[str, Array]:
     if x is not None and y is not None:
         found["C_n"] = centre.right * x - centre.ahead * y
     return found
+
+
+def lever_accelerations(channel: str, place: Sequence[float] | Sequence[Array], rates: Rates) -> Array:
+    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
+    x, y, z = place
+    p, q, r = rates.p, rates.q, rates.r
+    if channel == "a_x":
+        return np.asarray(-(q * q + r * r) * x + (p * q - rates.r_dot) * y + (rates.q_dot + p * r) * z)
+    if channel == "a_y":
+        return np.asarray((rates.r_dot + p * q) * x - (p * p + r * r) * y + (q * r - rates.p_dot) * z)
+    return np.asarray((p * r - rates.q_dot) * x + (q * r + rates.p_dot) * y - (p * p + q * q) * z)

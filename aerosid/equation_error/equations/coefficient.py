@@ -29,7 +29,7 @@ from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, bias, faults_of, position
 from aerosid.equation_error.equations.term_series import Body, Terms
-from aerosid.equation_error.equations.turning_axes import Aircraft
+from aerosid.equation_error.equations.turning_axes import ARMED, Aircraft
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -42,9 +42,6 @@ Array = NDArray[np.float64]
 
 TOUCHED = {"C_L": ("C_X", "C_Z"), "C_D": ("C_X", "C_Z")}
 """The body-axis equations that a coefficient of the wind axes touches; every other touches its own."""
-
-_ARMED = ("a_x", "a_y", "a_z")
-"""Channels whose sensors read what turning makes of their place."""
 
 _KNOWN = -1
 """Layout: stands for what is known of an equation, where others are places of terms."""
@@ -151,7 +148,7 @@ class CoefficientEquations:
         recording, effects = self._recording, self._effects
         positions, further = np.zeros((3, 3)), np.zeros((3, 3))
         moved = {active.effect.where for active in effects if isinstance(active.effect, PositionEffect)}
-        for row, channel in enumerate(_ARMED):
+        for row, channel in enumerate(ARMED):
             if channel in recording.channels:
                 positions[row] = recording.position(channel)
                 if channel in moved:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
-from aerosid.equation_error.equations.running_integral import running_integral
+from aerosid.compiled import njit, njit_inline
+from aerosid.equation_error.equations.running_integral import summed_up
 from aerosid.equation_error.equations.smoothing import without_gusts
 
 Array = NDArray[np.float64]
@@ -16,47 +16,58 @@ PATH_ROUNDS = 3
 
 
 def inertial_path(
-    alpha: Array,
-    speed: Array,
-    velocities: tuple[Array, Array],
-    q: Array,
-    forcing: tuple[Array, Array],
-    interval: float,
-    drift: float,
-) -> tuple[Array, Array, Array]:
-    """Angle of attack, rad, and speed in the plane of symmetry, m/s, by integration, and the angle's rate, (N,) each.
+    measured: Array, q: Array, forcing: tuple[Array, Array], interval: float, drift: float
+) -> tuple[Array, Array]:
+    """Angle of attack, rad, and speed in the plane of symmetry, m/s, integrated, (2, N), and the angle's rate, (N,).
 
     Parameters
     ----------
-    alpha, speed : ndarray, shape (N,)
-        As vane and pitot tube have them, gusts included; their `velocities` u and w.
+    measured : ndarray, shape (2, N)
+        Both as vane and pitot tube have them, gusts included.
     forcing : tuple of ndarray, shape (N,)
         u' + q w and w' - q u, m/s^2.
     drift : float
         Standard deviation, samples, of the Gaussian that tells the wind's drift from gusts.
     """
-    path_alpha, path_speed = alpha, speed
-    u, w = velocities
+    path = measured
     for turn in range(PATH_ROUNDS):
         if turn:
-            path_alpha = without_gusts(alpha, path_alpha, drift)
-            path_speed = without_gusts(speed, path_speed, drift)
-            u, w = path_speed * np.cos(path_alpha), path_speed * np.sin(path_alpha)
-        rate, along = _turned_and_gained(u, w, path_speed, q, *forcing)
-        path_alpha = aligned(running_integral(rate, interval), alpha)
-        path_speed = aligned(running_integral(along, interval), speed)
-    return path_alpha, path_speed, rate
+            path = without_gusts(measured, path, drift)
+        alpha, speed = path
+        u, w = speed * np.cos(alpha), speed * np.sin(alpha)
+        path, rate = _integrated(u, w, speed, q, *forcing, measured, interval)
+    return path, rate
 
 
 @njit
-def _turned_and_gained(u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array) -> tuple[Array, Array]:
-    """The rates of the angle of attack and of the speed in the plane, (N,) each, of u' + q w and w' - q u."""
-    rate, along = np.empty(u.size), np.empty(u.size)
-    for n in range(u.size):
+def _integrated(
+    u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array, measured: Array, interval: float
+) -> tuple[Array, Array]:
+    """Angle of attack and speed in the plane, (2, N), of u' + q w and w' - q u, and the angle's rate, (N,).
+
+    With the means of what was measured.
+    """
+    samples = u.shape[0]
+    rates = np.empty((2, samples))
+    for n in range(samples):
         u_dot, w_dot = ahead[n] - q[n] * w[n], below[n] + q[n] * u[n]
-        rate[n] = (u[n] * w_dot - w[n] * u_dot) / (speed[n] * speed[n])
-        along[n] = (u[n] * u_dot + w[n] * w_dot) / speed[n]
-    return rate, along
+        rates[0, n] = (u[n] * w_dot - w[n] * u_dot) / (speed[n] * speed[n])
+        rates[1, n] = (u[n] * u_dot + w[n] * w_dot) / speed[n]
+    path = np.empty((2, samples))
+    for k in range(2):
+        summed_up(rates[k], interval, path[k])
+        _align(path[k], measured[k])
+    return path, rates[0]
+
+
+@njit_inline
+def _align(path: Array, measured: Array) -> None:
+    """Give a path the mean of what was measured, in place."""
+    total = 0.0
+    for n in range(path.shape[0]):
+        total += measured[n] - path[n]
+    for n in range(path.shape[0]):
+        path[n] += total / path.shape[0]
 
 
 def aligned(path: Array, measured: Array) -> Array:

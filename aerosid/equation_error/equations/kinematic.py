@@ -28,6 +28,7 @@ from aerosid.equation_error.equations.running_integral import derivative, runnin
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.smoothing import blended, without_gusts
 from aerosid.equation_error.equations.term_series import Course
+from aerosid.equation_error.equations.turning_axes import ARMED, levers
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -137,32 +138,24 @@ def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
     for name in ("p", "q", "r"):
         if name in true:
             known[name] = true[name]
-            as_measured = true[name] is recording.channels[name]
-            known[f"{name}_dot"] = (
-                recording.rate_of(name) if as_measured else derivative(true[name], recording.interval)
-            )
+            known[f"{name}_dot"] = recording.derivative_of(name, true[name])
         else:
             known[name] = recording.measured_input(name)
             known[f"{name}_dot"] = np.zeros_like(known[name])
     return Rates(**known)
 
 
-def lever_accelerations(channel: str, place: Sequence[float] | Sequence[Array], rates: Rates) -> Array:
+def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
     """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
-    x, y, z = place
-    p, q, r = rates.p, rates.q, rates.r
-    if channel == "a_x":
-        return np.asarray(-(q * q + r * r) * x + (p * q - rates.r_dot) * y + (rates.q_dot + p * r) * z)
-    if channel == "a_y":
-        return np.asarray((rates.r_dot + p * q) * x - (p * p + r * r) * y + (q * r - rates.p_dot) * z)
-    return np.asarray((p * r - rates.q_dot) * x + (q * r + rates.p_dot) * y - (p * p + q * q) * z)
+    x, y, z = map(float, place)
+    return np.asarray(levers(ARMED.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
 
 
 def accelerometer_offsets(recording: Recording, effects: Sequence[ActiveEffect], rates: Rates) -> dict[str, Array]:
     """What the accelerometers of a recording read beyond ones at the centre of gravity, (N,) each."""
     return {
         name: lever_accelerations(name, position(recording, effects, name).tolist(), rates)
-        for name in ("a_x", "a_y", "a_z")
+        for name in ARMED
         if name in recording.channels
     }
 
@@ -205,16 +198,17 @@ def reconstruct(
         if turned_aside:
             # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
             swept = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
-            v = speed * np.sin(without_gusts(beta_vane, swept, drift))
+            v = speed * np.sin(without_gusts(beta_vane[None], swept[None], drift)[0])
         ahead = forces["a_x"] - GRAVITY * pitch[0] + r * v
         below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v
-        path["alpha"], path_speed, alpha_dot = inertial_path(alpha, plane, (u, w), q, (ahead, below), interval, drift)
+        measured = np.stack([alpha, plane])
+        (path["alpha"], path_speed), alpha_dot = inertial_path(measured, q, (ahead, below), interval, drift)
         if turned_aside:
             bent = running_integral(-(u * p + w * r) / plane**2, interval)
             path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - swept))
         path["V"] = path_speed / aside[1]
-        alpha = blended(alpha, path["alpha"], settings.blend / interval)
-        speed = blended(speed, path["V"], settings.blend / interval)
+        both = np.stack([path["alpha"], path["V"]])
+        alpha, speed = blended(np.stack([alpha, speed]), both, settings.blend / interval)
         v = speed * aside[0]
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -30,6 +30,9 @@ interpolated to one."""
 
 KEPT_FLIGHTS = 4
 """Numerical: flights with some effects' inputs that are kept; a column by difference asks for the same one again."""
+
+KEPT_CHANNELS = 8
+"""Numerical: sets of numbers of its sensor's faults for which a channel, and what is made of it, is kept."""
 
 _ON_INPUTS = (InputEffect, NoiseEffect, PositionEffect)
 """Effects that change what a flight holds beside the motion."""
@@ -88,16 +91,46 @@ class Recording:
         return {name: np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)]) for name in leading}
 
     @cached_property
-    def _turned(self) -> dict[str, tuple[Array, Array]]:
+    def _made(self) -> dict[tuple[str, str], list[tuple[Array, tuple[Array, ...]]]]:
         return {}
 
+    def _made_of(
+        self, what: str, name: str, of: Array, make: Callable[[Array], tuple[Array, ...]]
+    ) -> tuple[Array, ...]:
+        """What is made of a channel; the same array, as measured or without its faults, comes again and again."""
+        known = self._made.setdefault((what, name), [])
+        for before, made in known:
+            if before is of:
+                return made
+        known.insert(0, (of, make(of)))
+        del known[KEPT_CHANNELS:]
+        return known[0][1]
+
     def sine_and_cosine(self, name: str, angle: Array) -> tuple[Array, Array]:
-        """Sine and cosine, (N,) each, of an angle, rad; of one that is the channel as measured they are made once."""
-        if angle is not self.channels.get(name, self._measured_inputs.get(name)):
-            return np.sin(angle), np.cos(angle)
-        if name not in self._turned:
-            self._turned[name] = np.sin(angle), np.cos(angle)
-        return self._turned[name]
+        """Sine and cosine, (N,) each, of an angle, rad."""
+        sine, cosine = self._made_of("turned", name, angle, lambda values: (np.sin(values), np.cos(values)))
+        return sine, cosine
+
+    def derivative_of(self, name: str, rate: Array) -> Array:
+        """Derivative, rad/s^2, (N,), of an angular rate, rad/s, as measured or without its sensor's faults."""
+        if rate is self.channels[name]:
+            return self.rate_of(name)
+        return self._made_of("derived", name, rate, lambda values: (derivative(values, self.interval),))[0]
+
+    @cached_property
+    def _true(self) -> dict[tuple[object, ...], Array]:
+        return {}
+
+    def without_faults(self, name: str, faults: Sequence[ActiveEffect], make: Callable[[Array], Array]) -> Array:
+        """A measured channel, (N,), as it was before its sensor's faults; made once for their numbers."""
+        if not faults:
+            return self.channels[name]
+        key = (name, *((active.name, active.numbers) for active in faults))
+        found = self._true.pop(key) if key in self._true else make(self.channels[name])
+        self._true[key] = found
+        if len(self._true) > KEPT_CHANNELS * len(self.channels):
+            del self._true[next(iter(self._true))]
+        return found
 
     @cached_property
     def _flights(self) -> list[tuple[tuple[str, ...], tuple[ActiveEffect, ...], Flight]]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgtsv
 
-from aerosid.compiled import njit
+from aerosid.compiled import njit, njit_inline
 
 Array = NDArray[np.float64]
 
@@ -35,22 +35,29 @@ def running_integral(values: Array, interval: float) -> Array:
 @njit
 def _summed(values: Array, interval: float) -> Array:
     """As `running_integral`, of columns (N, C)."""
-    count = values.shape[0]
-    total = np.zeros(values.shape)
+    total = np.empty(values.shape)
     for c in range(values.shape[1]):
-        for n in range(1, count):
-            if count < FEWEST:
-                piece = 0.5 * interval * (values[n, c] + values[n - 1, c])
-            elif n == 1:
-                piece = (9.0 * values[0, c] + 19.0 * values[1, c] - 5.0 * values[2, c] + values[3, c]) / 24.0 * interval
-            elif n == count - 1:
-                ends = 9.0 * values[n, c] + 19.0 * values[n - 1, c] - 5.0 * values[n - 2, c] + values[n - 3, c]
-                piece = ends / 24.0 * interval
-            else:
-                inner = 13.0 * (values[n - 1, c] + values[n, c]) - values[n - 2, c] - values[n + 1, c]
-                piece = inner / 24.0 * interval
-            total[n, c] = total[n - 1, c] + piece
+        summed_up(values[:, c], interval, total[:, c])
     return total
+
+
+@njit_inline
+def summed_up(values: Array, interval: float, total: Array) -> None:
+    """As `running_integral`, of one signal (N,), written to `total`."""
+    count = values.shape[0]
+    total[0] = 0.0
+    for n in range(1, count):
+        if count < FEWEST:
+            piece = 0.5 * interval * (values[n] + values[n - 1])
+        elif n == 1:
+            piece = (9.0 * values[0] + 19.0 * values[1] - 5.0 * values[2] + values[3]) / 24.0 * interval
+        elif n == count - 1:
+            ends = 9.0 * values[n] + 19.0 * values[n - 1] - 5.0 * values[n - 2] + values[n - 3]
+            piece = ends / 24.0 * interval
+        else:
+            inner = 13.0 * (values[n - 1] + values[n]) - values[n - 2] - values[n + 1]
+            piece = inner / 24.0 * interval
+        total[n] = total[n - 1] + piece
 
 
 def derivative(values: Array, interval: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +27,22 @@ def faults_of(effects: Sequence[ActiveEffect], recording: Recording, channel: st
 
 
 def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str, Array]:
-    """Each measured channel (N,) as it was before its sensor's faults; ends that a delay leaves bare are held."""
-    found = {}
-    for name, values in recording.channels.items():
-        true = values
-        for active in reversed(faults_of(effects, recording, name)):
+    """Each measured channel (N,) as it was before its sensor's faults; ends that a delay leaves bare are held.
+
+    Not to be written to: what was made before is kept.
+    """
+
+    def without(values: Array, faults: Sequence[ActiveEffect]) -> Array:
+        for active in reversed(faults):
             effect = active.effect
             assert isinstance(effect, OutputEffect)
-            true = with_ends_held(effect.corrected(recording.time, true, active.numbers), true)
-        found[name] = true
+            values = with_ends_held(effect.corrected(recording.time, values, active.numbers), values)
+        return values
+
+    found = {}
+    for name in recording.channels:
+        faults = faults_of(effects, recording, name)
+        found[name] = recording.without_faults(name, faults, partial(without, faults=faults))
     return found
 
 

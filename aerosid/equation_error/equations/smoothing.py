@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled import njit
 from aerosid.signals.gaussian_filter import gaussian_filtered
 from aerosid.signals.local_regression import locally_smoothed
 
@@ -12,18 +13,36 @@ Array = NDArray[np.float64]
 
 
 def without_gusts(measured: Array, path: Array, samples: float) -> Array:
-    """The path with the wind's drift: what was measured beyond it, smoothed over scales of gusts.
+    """Paths with the wind's drift, (K, N): what was measured beyond them, smoothed over scales of gusts.
 
     Held beyond the ends, where a line would follow the last gust out of the record.
     """
-    difference = measured - path
-    centred = np.arange(path.size) - 0.5 * (path.size - 1)
-    line = difference.mean() + centred * float(centred @ difference) / float(centred @ centred)
-    return np.asarray(path + line + gaussian_filtered(difference - line, samples))
+    left, drifting = _about_lines(measured, path)
+    return np.asarray(drifting + gaussian_filtered(left, samples))
+
+
+@njit
+def _about_lines(measured: Array, path: Array) -> tuple[Array, Array]:
+    """What was measured beyond paths, about a line, and the paths with that line, (K, N) each."""
+    left, drifting = np.empty(path.shape), np.empty(path.shape)
+    count = path.shape[1]
+    middle, square = 0.5 * (count - 1), count * (count * count - 1.0) / 12.0
+    for k in range(path.shape[0]):
+        total = along = 0.0
+        for n in range(count):
+            difference = measured[k, n] - path[k, n]
+            total += difference
+            along += (n - middle) * difference
+        mean, slope = total / count, along / square
+        for n in range(count):
+            line = mean + (n - middle) * slope
+            left[k, n] = measured[k, n] - path[k, n] - line
+            drifting[k, n] = path[k, n] + line
+    return left, drifting
 
 
 def blended(measured: Array, path: Array, samples: float) -> Array:
-    """The path with the difference of what was measured from it, smoothed by a Gaussian of that standard deviation."""
+    """Paths (..., N) with the difference of what was measured from them, smoothed by a Gaussian of that deviation."""
     if samples < 0.5:
         return measured
     return np.asarray(path + locally_smoothed(measured - path, samples))

@@ -7,10 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit_inline
+from aerosid.compiled import njit, njit_inline
 from aerosid.equation_error.equations.term_series import MASS, PITCH, ROLL, YAW, Body, Course, X, Y, Z
 
 Array = NDArray[np.float64]
+
+
+ARMED = ("a_x", "a_y", "a_z")
+"""Channels whose sensors read what turning makes of their place."""
 
 
 class Aircraft(NamedTuple):
@@ -42,6 +46,17 @@ def _lever(
     if place == Y:
         return (r_dot + p * q) * x - (p * p + r * r) * y + (q * r - p_dot) * z
     return (p * r - q_dot) * x + (q * r + p_dot) * y - (p * p + q * q) * z
+
+
+@njit
+def levers(
+    place: int, x: float, y: float, z: float, p: Array, q: Array, r: Array, p_dot: Array, q_dot: Array, r_dot: Array
+) -> Array:
+    """What the accelerometer along an axis reads beyond one at the centre of gravity, (N,) m/s^2."""
+    found = np.empty(p.shape[0])
+    for n in range(p.shape[0]):
+        found[n] = _lever(place, x, y, z, p[n], q[n], r[n], (p_dot[n], q_dot[n], r_dot[n]))
+    return found
 
 
 @njit_inline
