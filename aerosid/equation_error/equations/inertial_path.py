@@ -16,20 +16,20 @@ PATH_ROUNDS = 3
 
 
 def inertial_path(
-    measured: Array, q: Array, forcing: tuple[Array, Array], interval: float, drift: float
+    air_sensors: tuple[Array, Array], q: Array, forcing: tuple[Array, Array], interval: float, drift: float
 ) -> tuple[Array, Array]:
     """Angle of attack, rad, and speed in the plane of symmetry, m/s, integrated, (2, N), and the angle's rate, (N,).
 
     Parameters
     ----------
-    measured : ndarray, shape (2, N)
+    air_sensors : tuple of ndarray, shape (N,)
         Both as vane and pitot tube have them, gusts included.
     forcing : tuple of ndarray, shape (N,)
         u' + q w and w' - q u, m/s^2.
     drift : float
         Standard deviation, samples, of the Gaussian that tells the wind's drift from gusts.
     """
-    path = measured
+    path = measured = np.stack(air_sensors)
     for turn in range(PATH_ROUNDS):
         if turn:
             path = without_gusts(measured, path, drift)

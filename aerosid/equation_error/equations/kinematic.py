@@ -201,14 +201,13 @@ def reconstruct(
             v = speed * np.sin(without_gusts(beta_vane[None], swept[None], drift)[0])
         ahead = forces["a_x"] - GRAVITY * pitch[0] + r * v
         below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v
-        measured = np.stack([alpha, plane])
-        (path["alpha"], path_speed), alpha_dot = inertial_path(measured, q, (ahead, below), interval, drift)
+        (path["alpha"], path_speed), alpha_dot = inertial_path((alpha, plane), q, (ahead, below), interval, drift)
         if turned_aside:
             bent = running_integral(-(u * p + w * r) / plane**2, interval)
             path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - swept))
         path["V"] = path_speed / aside[1]
-        both = np.stack([path["alpha"], path["V"]])
-        alpha, speed = blended(np.stack([alpha, speed]), both, settings.blend / interval)
+        paths = np.stack([path["alpha"], path["V"]])
+        alpha, speed = blended(np.stack([alpha, speed]), paths, settings.blend / interval)
         v = speed * aside[0]
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgeqrf, dorgqr
 
 from aerosid.compiled import njit, njit_inline
 
@@ -76,26 +77,10 @@ def _filtered(values: Array, weights: Array) -> Array:
     return filtered
 
 
-@njit
 def _orthonormal(columns: Array) -> Array:
-    """Orthonormal columns that span some independent columns (N, K).
-
-    Gram and Schmidt's process, each column twice (Bjoerck, Numerical Methods for Least Squares Problems, section 2.4).
-    """
-    samples, count = columns.shape
-    rows = columns.T.copy()
-    for k in range(count):
-        for _ in range(2):
-            for j in range(k):
-                along = 0.0
-                for n in range(samples):
-                    along += rows[j, n] * rows[k, n]
-                for n in range(samples):
-                    rows[k, n] -= along * rows[j, n]
-        length = np.sqrt(np.sum(rows[k] * rows[k]))
-        for n in range(samples):
-            rows[k, n] /= length
-    return rows.T.copy()
+    """Orthonormal columns that span some independent columns (N, K), by Householder's reflections."""
+    reflections, factors, _, _ = dgeqrf(columns)
+    return np.ascontiguousarray(dorgqr(reflections, factors)[0])
 
 
 @njit
