@@ -141,12 +141,13 @@ def decide(
         worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
     findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, alone))
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
-    # What another flight refutes stands in nobody's place.
+    # What another flight refutes stands in nobody's place, and so does what both kinds of equations name together.
+    taken = {*outcome.refuted, *(hypothesis.label for hypothesis in together)}
     open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
     before = estimate(lone.frame, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
-    of_proved = [row for row in alternatives_of(proved, sensors) if row.hypothesis.label not in outcome.refuted]
+    of_proved = [row for row in alternatives_of(proved, sensors) if row.hypothesis.label not in taken]
     alternatives = (*late, *_unlike(late, of_proved), *alternatives_of(kept, open_))
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     after = shares_of(compared, completed)
