@@ -146,7 +146,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
     said = summarise(known.verdict, effects, tuple(errors))
-    patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors)
+    patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors, aircraft)
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,

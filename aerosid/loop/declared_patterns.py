@@ -1,7 +1,8 @@
 """Patterns between declared and estimated derivatives that tell an error of a file from aerodynamics.
 
 A wrong mass, wing area or density scales all of C_Z and C_X by one factor, a wrong moment of inertia or chord all of
-C_m; a derivative per degree is 57.3 times off, one per q c/V 2 times; a sign convention turns a sign.
+C_m; a derivative per degree is 57.3 times off, one per q c/V 2 times; a sign convention turns a sign, and so does an
+accelerometer far from where the file has it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosid.aircraft import Aircraft
+from aerosid.effects.sensor_position import farthest_place
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import number
@@ -67,8 +70,15 @@ _CAUSES = {
 }
 
 
+LIFTING = ("C_Z", "C_L")
+"""Coefficients that the vertical accelerometer shows: along body z, and against it as near as small angles tell."""
+
+
 def told_of_patterns(
-    rows: Sequence[DerivativeRow], errors: Sequence[ErrorRow], settings: PatternSettings = USUAL
+    rows: Sequence[DerivativeRow],
+    errors: Sequence[ErrorRow],
+    aircraft: Aircraft | None = None,
+    settings: PatternSettings = USUAL,
 ) -> tuple[str, ...]:
     """One sentence for each pattern, whatever the verdict.
 
@@ -78,14 +88,21 @@ def told_of_patterns(
         The derivatives; those that the record does not show are not asked.
     errors : sequence of ErrorRow
         Of the logs that were fitted and others.
+    aircraft : Aircraft, optional
+        Whose derivatives they are, to tell where an accelerometer would have to be.
     """
     asked = [row for row in rows if _known(row)]
     common = _common_factors(asked, settings)
     shared = {coefficient for coefficient, _ in common}
     lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
     turned = _turned_controls(asked, settings)
+    shows_lift = any(row.channel == "a_z" for row in errors)
+
+    def elsewhere(row: DerivativeRow) -> str:
+        return _accelerometer_of(row, asked, aircraft) if aircraft is not None and shows_lift else ""
+
     single = [
-        sentence
+        sentence + elsewhere(row) * _is_turned(row, settings)
         for row in asked
         if row.term not in turned and (sentence := _single(row, row.coefficient in shared | lagged, settings))
     ]
@@ -150,7 +167,7 @@ def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> s
     name = f"{row.coefficient} {row.term}"
     if row.term == "1" or abs(factor) <= settings.deviations * deviation:
         return None
-    if factor < 0.0:
+    if _is_turned(row, settings):
         return (
             f"{name} has the other sign than declared ({number(row.value)} against {number(row.declared)}): "
             "check the sign convention of the file and of the recorder."
@@ -168,6 +185,38 @@ def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> s
     if not 1.0 / settings.many < factor < settings.many:
         return f"{name} is {number(factor)} times as declared: check its unit and decimal point."
     return None
+
+
+def _is_turned(row: DerivativeRow, settings: PatternSettings) -> bool:
+    """Whether an estimate certainly has the other sign than the declared value."""
+    factor, deviation = _ratio(row)
+    return row.term != "1" and factor < -settings.deviations * deviation
+
+
+def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraft: Aircraft) -> str:
+    """Where the vertical accelerometer would have to be for a control's lift to be as declared; empty where nowhere.
+
+    One that sits x ahead of its declared place shows -x q_dot more, and q_dot is q_bar S c C_m / I_yy, so that C_Z
+    seems to gain -x (m c / I_yy) C_m (Klein & Morelli, Aircraft System Identification, section 10.2). Where C_Z holds
+    the same terms as C_m nothing in the record tells the two apart.
+    """
+    moments = [other for other in rows if (other.coefficient, other.term) == ("C_m", row.term)]
+    if row.coefficient not in LIFTING or not row.term.startswith("delta_") or not moments:
+        return ""
+    (moment,) = moments
+    if moment.value * (moment.declared or 0.0) <= 0.0:
+        return ""
+    more = row.value - (row.declared or 0.0)
+    too_much = more if row.coefficient == "C_Z" else -more
+    ahead = -too_much * aircraft.I_yy / (aircraft.mass * aircraft.mean_chord * moment.value)
+    if abs(ahead) > farthest_place("a_z", aircraft.mean_chord, aircraft.length):
+        return ""
+    side = "ahead of" if ahead > 0.0 else "behind"
+    return (
+        f" Check also where the accelerometers are: with a_z measured {number(abs(ahead))} m {side} its declared "
+        f"place, what it shows of the pitching acceleration is taken for {row.coefficient} {row.term}, which then is "
+        "as declared; the record cannot tell the two apart."
+    )
 
 
 def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:

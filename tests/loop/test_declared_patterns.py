@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from aerosid.aircraft import load_aircraft
 from aerosid.loop.declared_patterns import told_of_patterns
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
@@ -102,3 +103,32 @@ def test_a_control_that_is_turned_in_every_coefficient_is_said_once_with_the_rem
     (said,) = told_of_patterns(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
     assert said.startswith("delta_e has the other sign than declared in C_Z and C_m")
     assert "sign = -1" in said
+
+
+def test_lift_of_the_other_sign_asks_where_the_accelerometer_is() -> None:
+    """A unit 5 m ahead in the nose shows the pitching acceleration of its own place as a force."""
+    aircraft = load_aircraft("citation")
+    declared = {(d.coefficient, str(d.term)): d.value for d in aircraft.derivatives}
+    lift, moment = declared["C_Z", "delta_e"], declared["C_m", "delta_e"]
+    # Per q_bar, of one radian of elevator: pitching acceleration, what the unit shows of it, as a force coefficient.
+    q_dot = aircraft.wing_area * aircraft.mean_chord * moment / aircraft.I_yy
+    seen = lift + aircraft.mass * (-5.0 * q_dot) / aircraft.wing_area
+    assert seen > 0.5
+    a_z = ErrorRow("flight", "identification", "a_z", "m/s^2", 1.0, 0.1, 0.09, 0.09, 0.001)
+
+    def told(name: str, value: float, given: float) -> tuple[str, ...]:
+        table = [
+            DerivativeRow("C_m", "delta_e", moment, moment, moment, 0.01, 0.01, None, None, None, shown=True),
+            DerivativeRow(name, "delta_e", given, value, value, 0.02, 0.02, None, None, None, shown=True),
+        ]
+        return told_of_patterns(table, [a_z], aircraft)
+
+    for said in (told("C_Z", seen, lift), told("C_L", -seen, -lift)):
+        assert len(said) == 1
+        assert "has the other sign than declared" in said[0]
+        assert "a_z measured 5.00 m ahead of its declared place" in said[0]
+    # No aircraft reaches so far, and without the accelerometer there is nothing to ask.
+    assert "accelerometers" not in told("C_Z", 10.0, lift)[0]
+    hidden = [replace(a_z, channel="alpha")]
+    rows_of = [DerivativeRow("C_Z", "delta_e", lift, seen, seen, 0.02, 0.02, None, None, None, shown=True)]
+    assert "accelerometers" not in told_of_patterns(rows_of, hidden, aircraft)[0]
