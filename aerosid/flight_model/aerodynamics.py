@@ -65,6 +65,11 @@ class AerodynamicModel:
         """The position of `entry`; ValueError where the model does not hold it."""
         return self.entries.index(entry)
 
+    @functools.cached_property
+    def places(self) -> Mapping[Entry, int]:
+        """The position of every entry."""
+        return {entry: place for place, entry in enumerate(self.entries)}
+
     def value(self, entry: Entry) -> float:
         """The value of `entry`; 0 where the model does not hold it."""
         return float(self.values[self.entries.index(entry)]) if entry in self.entries else 0.0

@@ -12,10 +12,13 @@ from aerosid.effects.control import control_lag
 from aerosid.effects.family import at_null
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sensor import sensor_delay
+from aerosid.effects.sensor import sensor_delay, sensor_scale
 from aerosid.effects.sensor_position import sensor_position
 from aerosid.effects.step_change import step_change
+from aerosid.equation_error.equations.channels import KINEMATIC
+from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
 from aerosid.equation_error.equations.points import Equations, Point
+from aerosid.equation_error.equations.sensors import corrected
 from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import Estimate, residual_of
 from aerosid.equation_error.selection.candidates import joined
@@ -81,3 +84,23 @@ def test_what_is_kept_of_the_last_points_changes_no_bit() -> None:
     assert len(set(by_itself)) == len(points)
     for n in (*range(len(points)), *reversed(range(len(points)))):
         assert left(kept, points[n]) == by_itself[n]
+
+
+def test_kinematic_equations_beside_other_faults_are_those_made_anew() -> None:
+    """Of the height's sensor too, whose faults leave the path in the air as it is."""
+    found = declared()
+    frame = replace(found.frame, kinds=KINEMATIC)
+    faults = [(sensor_scale("h"), (1.05,)), (sensor_delay("alpha"), (0.04,)), (sensor_delay("h"), (0.1,))]
+    acting = [replace(at_null(effect), values=values) for effect, values in faults]
+    for n in range(len(acting) + 1):
+        point = found.point.with_effects(acting[:n])
+        design = frame.design(point)
+        for segment, target in zip(frame.segments(point), np.split(design.target, design.bounds[1:-1]), strict=True):
+            recording = frame.recordings[segment.recording]
+            motion = reconstruct(recording, acting[:n], corrected(recording, acting[:n]), frame.settings)
+            predicted = predicted_records(recording, acting[:n], motion)[segment.equation]
+            left = recording.band(recording.channels[segment.equation] - predicted)
+            np.testing.assert_allclose(target, left, atol=1e-10 * np.abs(recording.channels[segment.equation]).max())
+        anew = design_of(frame.segments(point), frame.settings)
+        assert anew.unknowns == design.unknowns
+        np.testing.assert_array_equal(anew.columns, design.columns)

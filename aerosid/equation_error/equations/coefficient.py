@@ -79,7 +79,7 @@ class CoefficientEquations:
                 inputs = self._with_state_effect(active, flight._replace(inputs=inputs), added)
         known = np.array(model.values)
         for entry in free:
-            known[model.index(entry)] = 0.0 if values is None else values.get(entry, 0.0)
+            known[model.places[entry]] = 0.0 if values is None else values.get(entry, 0.0)
         self._terms = Terms(
             model.table,
             _places(model.axes),
@@ -115,7 +115,7 @@ class CoefficientEquations:
         }
         asked, equations = [], []
         for name, touched in touching.items():
-            asked.extend([_KNOWN, *(self._model.index(entry) for entry in touched)])
+            asked.extend([_KNOWN, *(self._model.places[entry] for entry in touched)])
             equations.extend([COEFFICIENTS.index(name)] * (1 + len(touched)))
         which = np.array(asked), np.array(equations)
         linear = self._recording.linear_inputs

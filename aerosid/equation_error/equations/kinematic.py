@@ -15,7 +15,7 @@ it does not integrate is taken as measured.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -229,6 +229,13 @@ def reconstruct(
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
     return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn)
+
+
+def with_height(motion: Motion, h: Array) -> Motion:
+    """The motion beside another height, m, (N,), of its sensor without its faults."""
+    if "h" not in motion.path:
+        return replace(motion, h=h)
+    return replace(motion, h=h, path={**motion.path, "h": aligned(motion.path["h"], h)})
 
 
 def _climb(velocities: tuple[Array, Array, Array], bank: tuple[Array, Array], pitch: tuple[Array, Array]) -> Array:

@@ -15,7 +15,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, ME
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
 from aerosid.equation_error.equations.height_wander import height_wander
 from aerosid.equation_error.equations.instruments import instruments_of
-from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed
+from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed, with_height
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, corrected
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -167,9 +167,18 @@ class Equations:
         """The motion that a recording's sensors show without their faults."""
 
         def made() -> Motion:
-            return reconstruct(recording, effects, corrected(recording, effects), self._settings)
+            return reconstruct(recording, other, corrected(recording, other), self._settings)
 
-        return _kept(self._motions[n], _sensors(effects), KEPT, made)
+        def made_with_height() -> Motion:
+            motion = _kept(self._motions[n], _sensors(other), KEPT, made)
+            return with_height(motion, corrected(recording, effects)[HEIGHT])
+
+        # The path in the air does not depend on what its height is compared with.
+        is_measured = HEIGHT in recording.channels
+        other = [active for active in effects if not (is_measured and _is_of_height(active))]
+        return _kept(
+            self._motions[n], _sensors(effects), KEPT, made if len(other) == len(effects) else made_with_height
+        )
 
     def _path(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> list[Segment]:
         """The kinematic equations of a recording."""
@@ -191,6 +200,10 @@ class Equations:
             return segments
 
         return _kept(self._paths[n], _sensors(effects), KEPT_PATHS, made)
+
+
+def _is_of_height(active: ActiveEffect) -> bool:
+    return isinstance(active.effect, OutputEffect) and active.effect.where == HEIGHT
 
 
 def _sensors(effects: Sequence[ActiveEffect]) -> _Sensors:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +62,12 @@ class Design:
 
     def rows(self, segment: int) -> slice:
         """The rows of a segment."""
-        return slice(int(self.bounds[segment]), int(self.bounds[segment + 1]))
+        return self._rows[segment]
+
+    @cached_property
+    def _rows(self) -> list[slice]:
+        edges = self.bounds.tolist()
+        return [slice(first, stop) for first, stop in pairwise(edges)]
 
     def beside(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
         """The design with further columns (R, K)."""
@@ -236,7 +242,8 @@ def solve(design: Design, weights: Weights) -> Solution:
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
     gram = x.T @ x + np.diag(design.precisions**2)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    covariance = _inverse(gram / np.outer(scale, scale)) / np.outer(scale, scale)
+    scales = np.outer(scale, scale)
+    covariance = _inverse(gram / scales) / scales
     values = covariance @ (x.T @ y)
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
@@ -263,8 +270,9 @@ def _inverse(correlation: Array) -> Array:
     if not failed:
         inverse, failed = dpotri(factor)
         if not failed and float(np.trace(inverse)) < 1e10:
-            upper = np.triu(inverse)
-            return np.asarray(upper + np.triu(inverse, 1).T)
+            whole = inverse + inverse.T  # of which LAPACK writes the upper half
+            np.fill_diagonal(whole, np.diag(inverse))
+            return np.asarray(whole)
     eigenvalues, vectors = np.linalg.eigh(correlation)
     shown = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
     return np.asarray((vectors * shown) @ vectors.T)

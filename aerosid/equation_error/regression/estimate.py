@@ -73,6 +73,20 @@ class Frame:
         """The equations at a point."""
         return self._equations.at(point)
 
+    def design(self, point: Point) -> Design:
+        """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
+        segments = self.segments(point)
+        if any(each.equation in COEFFICIENT for each in segments):
+            return design_of(segments, self.settings)
+        names = tuple((each.recording, each.equation) for each in segments)
+        if names not in self._kinematic:
+            self._kinematic[names] = design_of(segments, self.settings)
+        return replace(self._kinematic[names], target=np.concatenate([each.target for each in segments]))
+
+    @cached_property
+    def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:
+        return {}
+
     def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
         """Residuals (R,) of coefficient equations at a point, the linear unknowns given."""
         return self._equations.left(point, values)
@@ -181,7 +195,7 @@ def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> A
     """Residuals (R,) at a point with values of the linear unknowns."""
     if frame.kinds == COEFFICIENT:
         return frame.left(point, known)
-    fresh = design_of(frame.segments(point), frame.settings)
+    fresh = frame.design(point)
     chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
     return np.asarray(fresh.target - fresh.columns @ chosen)
 
@@ -273,14 +287,14 @@ def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Poi
 
     Lift's own numbers come from lift and hardly from drag, so that a few rounds are enough.
     """
-    design = design_of(frame.segments(point), frame.settings)
+    design = frame.design(point)
     solution = regress(design, frame.settings, weights)
     moved = _with_terms(point, design, solution.values)
     if not any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries)):
         return moved, design, solution
     for _ in range(REPETITIONS):
         before = moved.model.values
-        design = design_of(frame.segments(moved), frame.settings)
+        design = frame.design(moved)
         solution = regress(design, frame.settings, solution.weights)
         moved = _with_terms(moved, design, solution.values)
         change = np.abs(moved.model.values - before)
@@ -323,7 +337,7 @@ def _stepped(
         for (i, k), change in zip(free, step, strict=True):
             effects[i] = effects[i].beside(k, share * float(change))
         trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
-        fresh = design_of(frame.segments(trial), frame.settings)
+        fresh = frame.design(trial)
         if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
             solved = regress(fresh, frame.settings, full.weights)
             return _with_terms(trial, fresh, solved.values), fresh, solved
