@@ -1,14 +1,19 @@
 """Sensor faults that neither kinematics nor coefficients prove alone, on planted flights in gusts."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from equations_decided import proved
 from scipy.stats import chi2
 
+from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.selection.candidates import of_sensors
 from aerosid.equation_error.selection.prices import Support
 from aerosid.equation_error.selection.supported_faults import supported_faults
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7400
@@ -39,3 +44,17 @@ def test_a_pitot_bias_that_gusts_hide_from_kinematics_is_named_where_forces_show
     (row,) = decide(faults, aircraft.coefficients).findings
     assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_bias", "V")
     assert abs(row.value - bias) < 4.0 * row.std_error
+
+
+def test_a_pitot_bias_of_which_kinematics_say_nothing_is_asked_of_all_forces(tmp_path: Path) -> None:
+    """A glider's 1.66 m/s in gusts: with two terms of airspeed in its place C_m_delta_e is 30 deviations off."""
+    written(tmp_path, [FIRST, 141, 4], 4)
+    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
+    aircraft = load_aircraft(tmp_path / "aircraft.toml")
+    faults = proved(aircraft, logs[:1], logs[1:])
+    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
+    shown = supported_faults(faults.selected, sensors)["sensor_bias", "V", ""]
+    assert shown.gain < faults.selected.estimate.frame.settings.support
+    (row,) = decide(faults, aircraft.coefficients).findings
+    assert row.hypothesis.label == ("sensor_bias", "V", "")
+    assert abs(row.value - 1.66) < 3.0 * row.std_error

@@ -4,7 +4,8 @@ In moving air a vane's lateness, a pitot tube's bias or the place of a lateral a
 kinematic equation leaves, and a large part of what the coefficients leave. Coefficients alone accuse no instrument: a
 lift that follows late looks the same to them. Where the kinematics show the fault too, with the same numbers, the
 likelihoods of both are one product (independent measurements; Klein & Morelli, Aircraft System Identification,
-eq. 5.31).
+eq. 5.31). A bias of airspeed alone is asked for where kinematics say nothing of it, and has to agree with them: it
+bends every coefficient by one number, for which terms would need one each.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
     best: dict[Name, int] = {}
     gains = scores(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= 0.5 * support:
+        if gains[n] >= 0.5 * support or bends_all(candidates[n].hypothesis):
             best.setdefault(told_apart(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> Support | None:
@@ -59,7 +60,8 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
         # Nothing is early; a place may lie along any axis, and its gain counts them together.
         off = off if hypothesis.kind in LATE else abs(off)
         shown = _is_place_aside(hypothesis) or off > support * float(np.sqrt(covariance[0, 0]))
-        if not (shown and within_limits(found, hypothesis) and gain > support):
+        shown = (shown and gain > support) or bends_all(hypothesis)
+        if not (shown and within_limits(found, hypothesis)):
             return None
         # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
         return Support(active.values, covariance, gain, 0.0 if hypothesis.kind in LATE else gain)
@@ -67,6 +69,11 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
     fits = mapped(fitted, list(best.values()))
     seen = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
     return _fewest_axes(seen, support)
+
+
+def bends_all(hypothesis: Hypothesis) -> bool:
+    """Whether a fault bends every coefficient by one number, as no term does: all are forces over dynamic pressure."""
+    return (hypothesis.kind, hypothesis.where) == ("sensor_bias", "V")
 
 
 def _is_asked(hypothesis: Hypothesis, axes: Axes) -> bool:
