@@ -33,7 +33,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
-from aerosid.signals.column_products import column_products, columns_apart
+from aerosid.signals.column_products import columns_apart, output_products
 from aerosid.signals.sensor_dynamics import SensorStates
 from aerosid.signals.trace import Trace
 from aerosid.signals.whitening import (
@@ -340,14 +340,13 @@ class Likelihood:
                 columns = np.full(count, -1)
                 columns[places] = 1 + np.arange(places.size)
                 groups = columns_apart(1 + places.size, [columns[list(g)].tolist() for g in apart]) if apart else None
-                for i in np.flatnonzero(held):
-                    products = column_products(part.block[:, i, :], groups)  # zero where nothing was measured
-                    squares[i] += products[0, 0]
-                    gradients[i, places] += products[0, 1:]
-                    if len(self.manoeuvres) == 1:
-                        normals[i] += products[1:, 1:]
-                    else:
-                        normals[i][np.ix_(places, places)] += products[1:, 1:]
+                products = output_products(part.block, np.flatnonzero(held), groups)
+                squares += products[:, 0, 0]
+                gradients[:, places] += products[:, 0, 1:]
+                if len(self.manoeuvres) == 1:
+                    normals += products[:, 1:, 1:]
+                else:
+                    normals[:, places[:, None], places] += products[:, 1:, 1:]
                 counts += held
                 cost += part.log_sum
         except OutOfRangeError:

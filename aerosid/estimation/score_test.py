@@ -221,14 +221,14 @@ class Linearised:
 
     def _scores(self, beside: _Projection) -> tuple[Score, ...]:
         single = np.array([columns[0] for _, columns, _ in self.asked if len(columns) == 1], dtype=np.int64)
-        alone = iter(_single_scores(single, self.normal, beside))
+        told = {1: iter(_single_scores(single, self.normal, beside))}
+        for count in {len(columns) for _, columns, _ in self.asked} - {1}:
+            together = np.array([columns for _, columns, _ in self.asked if len(columns) == count], dtype=np.int64)
+            told[count] = iter(_joint_scores(together, self.normal, beside))
         best: dict[int, Score] = {}
         for hypothesis, columns, trial in self.asked:
-            if len(columns) == 1:
-                gain, step, independence = next(alone)
-                score = Score(hypothesis, gain, (step,), independence, trial)
-            else:
-                score = replace(_score(hypothesis, columns, self.normal, beside), trial=trial)
+            gain, step, independence = next(told[len(columns)])
+            score = Score(hypothesis, gain, step, independence, trial)
             known = best.get(id(hypothesis))
             if known is None or score.gain > known.gain:
                 best[id(hypothesis)] = score
@@ -294,7 +294,7 @@ def _part(point: Point, places: NDArray[np.int64]) -> Point:
 
 def _single_scores(
     places: NDArray[np.int64], normal: NDArray[np.float64], beside: _Projection
-) -> list[tuple[float, float, float]]:
+) -> list[tuple[float, tuple[float, ...], float]]:
     """Gain, step and independence of every hypothesis of a single number, all at once."""
     cross = normal[np.ix_(beside.present, places)] / beside.scale[:, None]
     own = normal[places, places]
@@ -303,22 +303,27 @@ def _single_scores(
     apart = independence >= RESIDUAL_TESTS.least_independence
     slope = beside.gradient[places] - cross.T @ beside.taken
     step = np.divide(slope, left, out=np.zeros_like(left), where=apart)
-    return list(zip((slope * step).tolist(), step.tolist(), np.maximum(independence, 0.0).tolist(), strict=True))
+    steps = [(number,) for number in step.tolist()]
+    return list(zip((slope * step).tolist(), steps, np.maximum(independence, 0.0).tolist(), strict=True))
 
 
-def _score(hypothesis: Hypothesis, columns: list[int], normal: NDArray[np.float64], beside: _Projection) -> Score:
-    """One hypothesis, the present parameters projected out."""
-    places = np.array(columns, dtype=np.int64)
-    cross = normal[np.ix_(beside.present, places)] / beside.scale[:, None]
-    own = normal[np.ix_(places, places)]
-    left = own - cross.T @ beside.inner @ cross
-    size = np.diag(own)
-    if not np.all(size > 0.0):
-        return Score(hypothesis, 0.0, (0.0,) * len(columns), 0.0)
-    independence = float(np.min(np.diag(left) / size))
-    if independence < RESIDUAL_TESTS.least_independence:
-        return Score(hypothesis, 0.0, (0.0,) * len(columns), max(independence, 0.0))
-    slope = beside.gradient[places] - cross.T @ beside.taken
-    unit = np.sqrt(np.diag(left))
-    step = np.linalg.pinv(left / np.outer(unit, unit), rcond=1e-8, hermitian=True) @ (slope / unit)
-    return Score(hypothesis, float(step @ (slope / unit)), tuple((step / unit).tolist()), independence)
+def _joint_scores(
+    places: NDArray[np.int64], normal: NDArray[np.float64], beside: _Projection
+) -> list[tuple[float, tuple[float, ...], float]]:
+    """As `_single_scores`, of hypotheses of several numbers each, `places` (H, k)."""
+    cross = normal[beside.present[:, None], places[:, None, :]] / beside.scale[:, None]
+    own = normal[places[:, :, None], places[:, None, :]]
+    left = own - cross.transpose(0, 2, 1) @ beside.inner @ cross
+    size, rest = (np.diagonal(each, axis1=1, axis2=2) for each in (own, left))
+    shown = np.all(size > 0.0, axis=1)
+    independence = np.zeros(places.shape[0])
+    independence[shown] = np.min(rest[shown] / size[shown], axis=1)
+    apart = shown & (independence >= RESIDUAL_TESTS.least_independence)
+    gains, steps = np.zeros(places.shape[0]), np.zeros(places.shape)
+    unit = np.sqrt(rest[apart])
+    slope = (beside.gradient[places[apart]] - cross[apart].transpose(0, 2, 1) @ beside.taken) / unit
+    scaled = left[apart] / (unit[:, :, None] * unit[:, None, :])
+    step = (np.linalg.pinv(scaled, rcond=1e-8, hermitian=True) @ slope[:, :, None])[:, :, 0]
+    gains[apart], steps[apart] = np.sum(step * slope, axis=1), step / unit
+    told = zip(gains.tolist(), map(tuple, steps.tolist()), np.maximum(independence, 0.0).tolist(), strict=True)
+    return list(told)

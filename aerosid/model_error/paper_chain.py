@@ -156,7 +156,7 @@ def run_chain(
     for n in range(settings.iterations):
         histories = [estimate_aircraft_error(model, part.flight, part.variance, density) for part in fed]
         regressors, target, weights = _stack(histories, places)
-        fit = recursive_least_squares(regressors, target, weights=weights)
+        fit = recursive_least_squares(regressors, target, weights=weights, end_alone=True)
         step = np.nan_to_num(fit.coefficients[: places.size])
         values = model.values.copy()
         values[places] += step

@@ -29,6 +29,24 @@ def columns_apart(count: int, apart: Sequence[Sequence[int]]) -> Apart:
     return Apart(np.flatnonzero(together), groups)
 
 
+def output_products(
+    block: NDArray[np.float64], measured: NDArray[np.int64], apart: Apart | None = None
+) -> NDArray[np.float64]:
+    """As `column_products` of each output's columns, block (n, m, C), all together: (m, C, C).
+
+    `measured` (k,) are the outputs, in rising order, whose columns are not zero throughout.
+    """
+    products = np.zeros((block.shape[1], block.shape[2], block.shape[2]))
+    if apart is not None:
+        for i in measured:
+            products[i] = column_products(block[:, i], apart)
+        return products
+    first, last = (int(measured[0]), int(measured[-1]) + 1) if measured.size else (0, 0)
+    columns = block[:, first:last]
+    np.matmul(columns.transpose(1, 2, 0), columns.transpose(1, 0, 2), out=products[first:last])
+    return products
+
+
 def column_products(block: NDArray[np.float64], apart: Apart | None = None) -> NDArray[np.float64]:
     """Sums over the samples of every product of two columns.
 

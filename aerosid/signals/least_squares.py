@@ -41,6 +41,8 @@ class RecursiveFit:
         Diagonal of the covariance after each sample.
     residual_variance_history : (N,) array
         `residual_variance` after each sample.
+
+    Of a fit that was asked for its end alone, N is 1.
     """
 
     coefficients: FloatArray
@@ -122,6 +124,7 @@ def recursive_least_squares(
     prior: FloatArray | None = None,
     covariance0: FloatArray | None = None,
     weights: FloatArray | None = None,
+    end_alone: bool = False,
 ) -> RecursiveFit:
     """The coefficients that explain the target by the regressors, after every sample.
 
@@ -141,6 +144,8 @@ def recursive_least_squares(
     weights : (N,) array, optional
         Non-negative weights of the samples, 1 by default; with a prior they must be inverse variances, for the prior
         counts in full.
+    end_alone : bool
+        Whether only what is known after the last sample is wanted: the same numbers for a fraction of the work.
 
     Raises
     ------
@@ -170,9 +175,10 @@ def recursive_least_squares(
     count = matrix.shape[1]
     triangle, rotated = _prior_information(count, prior, covariance0)
     sums = np.array([0.0, 0.0 if covariance0 is None else float(count)])
-    history = np.empty((values.size, count))
-    variances = np.empty((values.size, count))
-    residual_variances = np.empty(values.size)
+    told = min(1, values.size) if end_alone else values.size
+    history = np.empty((told, count))
+    variances = np.empty((told, count))
+    residual_variances = np.empty(told)
     inverse = np.full((count, count), np.nan)
     coefficients = np.full(count, np.nan)
     _solve(triangle, rotated, inverse, coefficients)
@@ -363,18 +369,23 @@ def _recurse(
     variances: FloatArray,
     residual_variances: FloatArray,
 ) -> None:
-    """All samples in turn, filling the histories in place."""
+    """All samples in turn, filling the histories of the last ones in place."""
     samples, count = regressors.shape
-    row = np.empty(count)
+    row, changed = np.empty(count), False
+    told = samples - history.shape[0]  # the first sample that is told of
     for n in range(samples):
         row[:] = regressors[n]
-        if _take_in(triangle, rotated, sums, row, target[n], weights[n], forgetting):
+        changed |= _take_in(triangle, rotated, sums, row, target[n], weights[n], forgetting)
+        if n < told:
+            continue
+        if changed:
             _solve(triangle, rotated, inverse, coefficients)
+            changed = False
         freedom = sums[1] - count
-        residual_variances[n] = sums[0] / freedom if freedom > 1e-9 else np.nan
+        residual_variances[n - told] = sums[0] / freedom if freedom > 1e-9 else np.nan
         for i in range(count):
-            history[n, i] = coefficients[i]
+            history[n - told, i] = coefficients[i]
             variance = 0.0
             for j in range(i, count):
                 variance += inverse[i, j] * inverse[i, j]
-            variances[n, i] = variance
+            variances[n - told, i] = variance

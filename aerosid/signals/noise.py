@@ -194,11 +194,18 @@ def _lagged_products(samples: FloatArray, lags: int) -> FloatArray:
 
 def _scales_by_order(time: FloatArray, samples: FloatArray) -> tuple[list[float], list[float]]:
     """Noise scale and its relative scatter for each difference order that the record is long enough for."""
-    interval = float(np.median(np.diff(time)))
+    steps = np.diff(time)
+    interval = float(np.median(steps))
+    even = bool(np.ptp(steps) <= NOISE.even * interval)
     scales: list[float] = []
     scatters: list[float] = []
+    plain = samples
     for order in _ORDERS:
-        differences = _unit_differences(time, samples, order, interval)
+        if even:
+            plain = plain[1:] - plain[:-1]
+            differences = plain / math.sqrt(math.comb(2 * order, order))
+        else:
+            differences = _unit_differences(time, samples, order, interval)
         if differences.size < NOISE.fewest and scales:
             break
         scales.append(_trimmed_scale(differences))
@@ -209,15 +216,11 @@ def _scales_by_order(time: FloatArray, samples: FloatArray) -> tuple[list[float]
 
 
 def _unit_differences(time: FloatArray, samples: FloatArray, order: int, interval: float) -> FloatArray:
-    """Divided differences of the given order, each with weights of unit norm, leaving out windows over a gap."""
+    """Divided differences of uneven samples, each with weights of unit norm, leaving out windows over a gap."""
     points = order + 1
     if samples.size < points:
         return np.zeros(0)
     count = samples.size - order
-    steps = np.diff(time)
-    if np.ptp(steps) <= NOISE.even * interval:
-        differences: FloatArray = np.diff(samples, n=order) / math.sqrt(math.comb(2 * order, order))
-        return differences
     differences = np.zeros(count)
     norm = np.zeros(count)
     for i in range(points):

@@ -146,3 +146,24 @@ def test_coloured_residuals_buy_no_further_number(search: tuple[StructureSearch,
     # Names of one kind stand in the order of their likelihood, whatever the colour.
     likelier = replace(current, cost=current.cost - 1.0)
     assert found.price(likelier, 4.0) < found.price(current, 4.0)
+
+
+def test_a_score_of_several_numbers_is_what_they_add_to_the_fall_of_all(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    asked = found.open_hypotheses(current)
+    about = Linearised(found.asking(current, asked), found.manoeuvres, asked)
+
+    def fall(places: list[int]) -> float:
+        scale = np.sqrt(np.diag(about.normal)[places])
+        scaled = about.normal[np.ix_(places, places)] / np.outer(scale, scale)
+        return float(about.gradient[places] / scale @ np.linalg.solve(scaled, about.gradient[places] / scale))
+
+    present = about.present.tolist()
+    columns = {(id(hypothesis), trial): places for hypothesis, places, trial in about.asked}
+    several = [score for score in about.scores() if score.hypothesis.parameters > 1 and score.independence > 1e-3]
+    assert several
+    for score in several:
+        wanted = fall(present + columns[id(score.hypothesis), score.trial]) - fall(present)
+        assert score.gain == pytest.approx(wanted, rel=1e-6, abs=1e-6)

@@ -107,6 +107,19 @@ def test_missing_samples_change_nothing_but_their_own_absence() -> None:
     np.testing.assert_array_equal(fit.history[20], fit.history[9] if not there[20] else dense.history[10])
 
 
+def test_the_end_alone_is_that_of_all_samples_to_the_last_digit() -> None:
+    rng = np.random.default_rng(5)
+    regressors, target = rng.standard_normal((50, 3)), rng.standard_normal(50)
+    for missing in (20, 49):
+        target[missing] = np.nan
+        whole = recursive_least_squares(regressors, target, forgetting=0.95)
+        end = recursive_least_squares(regressors, target, forgetting=0.95, end_alone=True)
+        np.testing.assert_array_equal(end.coefficients, whole.coefficients)
+        np.testing.assert_array_equal(end.standard_errors, whole.standard_errors)
+        np.testing.assert_array_equal(end.standard_error_history, whole.standard_error_history[-1:])
+        np.testing.assert_array_equal(end.history, whole.history[-1:])
+
+
 def test_what_the_record_does_not_determine_is_nan() -> None:
     first = np.linspace(0.0, 1.0, 30)
     fit = recursive_least_squares(np.column_stack([first, 3.0 * first]), first)
