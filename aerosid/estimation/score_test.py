@@ -319,11 +319,13 @@ def _joint_scores(
     independence = np.zeros(places.shape[0])
     independence[shown] = np.min(rest[shown] / size[shown], axis=1)
     apart = shown & (independence >= RESIDUAL_TESTS.least_independence)
-    gains, steps = np.zeros(places.shape[0]), np.zeros(places.shape)
+    gains = np.zeros(places.shape[0])
+    steps: NDArray[np.float64] = np.zeros(places.shape)
     unit = np.sqrt(rest[apart])
     slope = (beside.gradient[places[apart]] - cross[apart].transpose(0, 2, 1) @ beside.taken) / unit
     scaled = left[apart] / (unit[:, :, None] * unit[:, None, :])
     step = (np.linalg.pinv(scaled, rcond=1e-8, hermitian=True) @ slope[:, :, None])[:, :, 0]
     gains[apart], steps[apart] = np.sum(step * slope, axis=1), step / unit
-    told = zip(gains.tolist(), map(tuple, steps.tolist()), np.maximum(independence, 0.0).tolist(), strict=True)
-    return list(told)
+    rows: list[list[float]] = steps.tolist()
+    shares: list[float] = np.maximum(independence, 0.0).tolist()
+    return [(gain, tuple(row), share) for gain, row, share in zip(gains.tolist(), rows, shares, strict=True)]
