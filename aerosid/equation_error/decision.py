@@ -157,7 +157,7 @@ def decide(
         alternatives=alternatives,
         before=before,
         completed=completed,
-        covariance=averaged(completed, covariance, lone, alternatives, derivatives),
+        covariance=averaged(completed, covariance, lone, alternatives, derivatives, nearly),
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(proved.estimate, lone),
         shares=tuple(zip(shares_of(compared, before), after, strict=True)),

@@ -16,7 +16,7 @@ from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.joint_timing import held_at
-from aerosid.equation_error.selection.model_averaging import averaged, probabilities
+from aerosid.equation_error.selection.model_averaging import averaged, probabilities, probability_of
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 
@@ -92,3 +92,26 @@ def test_alternatives_add_their_squared_difference_by_their_probability(
         assert_allclose(
             np.sqrt(total[place, place] / probabilities([lag])[0]), abs(apart), atol=0.2 * deviations[place], rtol=0.05
         )
+
+
+def test_what_nearly_pays_its_price_is_within_the_bounds(tmp_path: Path) -> None:
+    """A vane that shows .904 of alpha: kinematics gain 11 in ln L of 12, and C_m_alpha was 52 deviations off."""
+    circumstances, _, _ = written(tmp_path, [FIRST, 151, 1], 1)
+    logs = [[read_log(tmp_path / f"{name}.csv")] for name in ("identification", "validation")]
+    found = decided(load_aircraft(tmp_path / "aircraft.toml"), *logs)
+    assert ("sensor_scale", "alpha", "") not in {each.hypothesis.label for each in found.findings}
+    (row, *_) = found.nearly
+    assert row.hypothesis.label == ("sensor_scale", "alpha", "")
+    assert 0.1 < probability_of(row.gain - row.price) < 0.5
+    for unknown, value, variance in zip(
+        found.completed.design.unknowns, found.completed.solution.values, np.diag(found.covariance), strict=False
+    ):
+        if unknown[0] == "term":
+            coefficient, term = unknown[1]  # type: ignore[misc]
+            assert abs(value - circumstances.body.terms[coefficient, str(term)]) < 3.5 * np.sqrt(variance)
+
+
+def test_a_surplus_of_none_is_as_likely_there_as_not() -> None:
+    assert probability_of(0.0) == 0.5
+    assert probability_of(-np.log(3.0)) == pytest.approx(0.25)
+    assert probability_of(-30.0) < 1e-12

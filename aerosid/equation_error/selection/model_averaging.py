@@ -4,22 +4,26 @@ Where another effect does in place of a chosen one what it does, the recordings 
 the derivatives differ from one to the other by more than either's deviations. The mean square of a derivative about its
 estimate is then its variance in the chosen structure and the squares of its differences to those of the alternatives,
 each by its probability (Hoeting, Madigan, Raftery & Volinsky, Statistical Science 14 (4), 1999, section 1, about the
-estimate of the chosen structure and not about the mean of all, since it is that which is reported).
+estimate of the chosen structure and not about the mean of all, since it is that which is reported). The same
+holds where one more effect nearly pays its price: one in ln L below, it is there with a probability of a quarter.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
+from aerosid.effects import frozen
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.joint_timing import held_at
+from aerosid.equation_error.selection.nearly_proven import NearlyProven
 
 Array = NDArray[np.float64]
 
@@ -36,6 +40,7 @@ def averaged(
     fitted: Estimate,
     alternatives: Sequence[Alternative],
     declared: Sequence[Unknown],
+    omitted: Sequence[NearlyProven] = (),
 ) -> Array:
     """The covariance (P, P) of the completed structure's unknowns with that of the choice among alternatives.
 
@@ -51,25 +56,41 @@ def averaged(
         What could stand in place of something chosen.
     declared : sequence of Unknown
         The derivatives to which it applies: an effect's own number is that of the effect which is named.
+    omitted : sequence of NearlyProven
+        What would stand beside the chosen structure were it a little likelier.
     """
     places = {unknown: completed.design.unknowns.index(unknown) for unknown in declared}
     rows = [(row, weight) for row, weight in zip(alternatives, probabilities(alternatives), strict=True)]
     rows = [(row, weight) for row, weight in rows if weight >= LEAST]
 
-    def away(row: Alternative) -> Array:
-        point = _instead(fitted.point, row)
+    def away(point: Point | None) -> tuple[Array, float]:
+        """What the derivatives are off by at a point, and how much likelier the fitted recordings are there."""
         apart = np.zeros(len(completed.design.unknowns))
-        if point is not None:
-            found = likeliest_numbers(fitted.frame, point, fitted.solution.weights, STEPS)
-            values = dict(zip(found.design.unknowns, found.solution.values.tolist(), strict=False))
-            for unknown, place in places.items():
-                apart[place] = values.get(unknown, 0.0) - completed.solution.values[place]
-        return apart
+        if point is None:
+            return apart, 0.0
+        found = likeliest_numbers(fitted.frame, point, fitted.solution.weights, STEPS)
+        values = dict(zip(found.design.unknowns, found.solution.values.tolist(), strict=False))
+        for unknown, place in places.items():
+            apart[place] = values.get(unknown, 0.0) - completed.solution.values[place]
+        return apart, found.gain_over(fitted)
 
+    nearly = [row for row in omitted if probability_of(row.gain - row.price) >= LEAST]
+    points = [*(_instead(fitted.point, row) for row, _ in rows), *(_beside(fitted.point, row) for row in nearly)]
+    moved = mapped(away, points)
+    weights = [weight for _, weight in rows]
+    for row, (_, gain) in zip(nearly, moved[len(rows) :], strict=True):
+        # What kinematics nearly prove the forces may refute, or prove.
+        of_forces = 0.0 if row.estimate.frame.kinds == COEFFICIENT else gain
+        weights.append(probability_of(row.gain + of_forces - row.price))
     total = covariance.copy()
-    for (_, weight), apart in zip(rows, mapped(away, [row for row, _ in rows]), strict=True):
+    for weight, (apart, _) in zip(weights, moved, strict=True):
         total += weight * np.outer(apart, apart)
     return total
+
+
+def probability_of(surplus: float) -> float:
+    """Probability of what brings so much more in ln L than its price, which holds its odds beforehand."""
+    return float(1.0 / (1.0 + np.exp(-surplus)))
 
 
 def probabilities(alternatives: Sequence[Alternative]) -> list[float]:
@@ -79,6 +100,15 @@ def probabilities(alternatives: Sequence[Alternative]) -> list[float]:
     for row, each in zip(alternatives, odds, strict=True):
         together[row.instead_of.label] = together.get(row.instead_of.label, 1.0) + each
     return [each / together[row.instead_of.label] for row, each in zip(alternatives, odds, strict=True)]
+
+
+def _beside(point: Point, row: NearlyProven) -> Point:
+    """A point of the coefficient equations with one more effect; a fault of an instrument held, behind the others."""
+    other = row.estimate.point
+    if row.estimate.frame.kinds == COEFFICIENT or row.active is None:
+        return other
+    known = len(other.effects) - 1
+    return replace(point, effects=(*point.effects[:known], frozen(row.active), *point.effects[known:]))
 
 
 def _instead(point: Point, row: Alternative) -> Point | None:
