@@ -99,10 +99,12 @@ def told_of_patterns(
     shows_lift = any(row.channel == "a_z" for row in errors)
 
     def elsewhere(row: DerivativeRow) -> str:
-        return _accelerometer_of(row, asked, aircraft) if aircraft is not None and shows_lift else ""
+        if aircraft is None or not shows_lift or not _is_turned(row, settings):
+            return ""
+        return _accelerometer_of(row, asked, aircraft)
 
     single = [
-        sentence + elsewhere(row) * _is_turned(row, settings)
+        sentence + elsewhere(row)
         for row in asked
         if row.term not in turned and (sentence := _single(row, row.coefficient in shared | lagged, settings))
     ]
