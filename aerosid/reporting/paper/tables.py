@@ -22,6 +22,10 @@ _PADDING = 3.0
 
 _LONG = 12
 """Display: rows beyond which a table may begin on one page and end on another."""
+_GUTTER = 24.0
+"""Display: pt between the halves of a table set side by side."""
+_SPARE = 14.0
+"""Display: pt by which a column may be wider than it needs to be."""
 _SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
 _SCALES = (1.0, 0.94, 0.88, 0.82, 0.76)
 """Display: scales of the type in a table, the largest first: the smallest that is still read on paper is 5.3 pt."""
@@ -43,13 +47,30 @@ class _Cell:
     head: bool
 
 
+@dataclass(frozen=True)
+class _Row:
+    """One row of the table: its element, its cells, and the column in which it begins."""
+
+    element: Element
+    cells: list[_Cell]
+    first: int = 0
+
+
 def table(element: Element, width: float) -> Table:
-    """The table within the given width, pt."""
-    rows = [(row, _cells(row, head=part.tag == "thead")) for part in _parts(element) for row in part.all("tr")]
-    columns = max((cell.column + cell.span for _, cells in rows for cell in cells), default=1)
-    heads = sum(1 for part in _parts(element) if part.tag == "thead" for _ in part.all("tr"))
-    scale, widths = _fitted([cells for _, cells in rows], columns, width)
-    grid: list[list[Any]] = [[""] * columns for _ in rows]
+    """The table within the given width, pt; a long narrow one in two halves side by side."""
+    parts = _parts(element)
+    lines = [[_Row(row, _cells(row, head=part.tag == "thead"))] for part in parts for row in part.all("tr")]
+    columns = max((cell.column + cell.span for (row,) in lines for cell in row.cells), default=1)
+    heads = sum(1 for part in parts if part.tag == "thead" for _ in part.all("tr"))
+    rows = [row.cells for (row,) in lines]
+    scale, widths = _fitted(rows, columns, width)
+    narrow = _narrowest(rows, heads, columns)
+    if _folds(lines, heads) and 2.0 * sum(narrow) + _GUTTER <= width:
+        scale, lines = 1.0, _folded(lines, heads, columns)
+        spare = min((0.5 * (width - _GUTTER) - sum(narrow)) / columns, _SPARE)
+        widths = [need + spare for need in narrow]
+        widths = [*widths, _GUTTER, *widths]
+    grid: list[list[Any]] = [[""] * len(widths) for _ in lines]
     rules: list[tuple[Any, ...]] = [
         ("VALIGN", (0, 0), (-1, -1), "TOP"),
         ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
@@ -57,21 +78,42 @@ def table(element: Element, width: float) -> Table:
         ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
         ("TOPPADDING", (0, 0), (-1, -1), 0.5),
         ("BOTTOMPADDING", (0, 0), (-1, -1), 1.2),
-        ("LINEBELOW", (0, 0), (-1, -1), 0.25, colours()["rule"]),
-        ("LINEBELOW", (0, heads - 1), (-1, heads - 1), 0.5, colours()["muted"]),
     ]
-    for i, (row, cells) in enumerate(rows):
-        if "group" in row.classes and i + 1 < len(rows):
+    for i, row in ((i, row) for i, line in enumerate(lines) for row in line):
+        last = row.first + columns - 1
+        rules.append(("LINEBELOW", (row.first, i), (last, i), 0.25, colours()["rule"]))
+        if i == heads - 1:
+            rules.append(("LINEBELOW", (row.first, i), (last, i), 0.5, colours()["muted"]))
+        if "group" in row.element.classes and i + 1 < len(lines):
             rules.append(("NOSPLIT", (0, i), (-1, i + 1)))  # a group's name stays with its first row
-        if "chosen" in row.classes:
-            rules.append(("BACKGROUND", (0, i), (-1, i), colours()["chosen"]))
-        for cell in cells:
+        if "chosen" in row.element.classes:
+            rules.append(("BACKGROUND", (row.first, i), (last, i), colours()["chosen"]))
+        for cell in row.cells:
+            column = row.first + cell.column
             if cell.span > 1:
-                rules.append(("SPAN", (cell.column, i), (cell.column + cell.span - 1, i)))
-            across = sum(widths[cell.column : cell.column + cell.span])
-            grid[i][cell.column] = _content(cell, _style(cell, row, scale), across)
+                rules.append(("SPAN", (column, i), (column + cell.span - 1, i)))
+            across = sum(widths[column : column + cell.span])
+            grid[i][column] = _content(cell, _style(cell, row.element, scale), across)
     kind = LongTable if len(grid) > _LONG else Table
     return kind(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
+
+
+def _folds(lines: list[list[_Row]], heads: int) -> bool:
+    """Whether the table is long, and its rows stand by themselves: none names a group of those below it."""
+    body = [row for (row,) in lines[heads:]]
+    return len(body) > _LONG and not any(
+        "group" in row.element.classes or any(cell.span > 1 for cell in row.cells) for row in body
+    )
+
+
+def _folded(lines: list[list[_Row]], heads: int, columns: int) -> list[list[_Row]]:
+    """The second half of the rows beside the first, below the same headings."""
+    middle = heads + (len(lines) - heads + 1) // 2
+    beside = [*lines[:heads], *lines[middle:]]
+    return [
+        line + [_Row(row.element, row.cells, columns + 1) for other in beside[i : i + 1] for row in other]
+        for i, line in enumerate(lines[:middle])
+    ]
 
 
 def _parts(element: Element) -> list[Element]:
@@ -150,6 +192,13 @@ def _style(cell: _Cell, row: Element, scale: float = 1.0) -> Any:
     return style(scale * _SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
 
 
+def _narrowest(rows: Sequence[Sequence[_Cell]], heads: int, columns: int) -> list[float]:
+    """What every column needs for its longest text in one line, its heading broken between words; pt."""
+    least, _ = _needs(rows, columns, 1.0)
+    _, most = _needs(rows[heads:], columns, 1.0)
+    return [max(pair) for pair in zip(least, most, strict=True)]
+
+
 def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tuple[float, list[float]]:
     """The largest scale of the type at which no word and no number has to be broken, and the columns' widths, pt."""
     for scale in _SCALES:
@@ -161,7 +210,7 @@ def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tupl
     room = width - sum(least)
     wanted = [m - n for m, n in zip(most, least, strict=True)]
     if sum(wanted) <= room:
-        spare = min((room - sum(wanted)) / columns, 14.0)
+        spare = min((room - sum(wanted)) / columns, _SPARE)
         return scale, [m + spare for m in most]
     return scale, [n + room * w / sum(wanted) for n, w in zip(least, wanted, strict=True)]
 
