@@ -3,25 +3,57 @@
 from __future__ import annotations
 
 import contextlib
+import mmap
 import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, TypeVar
 
+from aerosid.compiled.sent_results import packed, unpacked
+
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
+_Other = TypeVar("_Other")
 
 _allowed: ContextVar[int] = ContextVar("cores that may be used", default=1)
 
 _TICKET = 2
 """Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
 
+_NUMBER = 8
+"""Layout: bytes of a whole number that copies see."""
+
 MOST = 10_000
 """Numerical: items that are dealt out; their numbers have to fit into a pipe that nobody empties yet."""
+
+
+class NumberSeenByCopies:
+    """A whole number that this process and the copies that it makes later all see and change.
+
+    When one learns of it depends on chance: it may save work, and must not change a result.
+
+    Parameters
+    ----------
+    value : int
+        To begin with.
+    """
+
+    def __init__(self, value: int) -> None:
+        self._room = mmap.mmap(-1, _NUMBER)
+        self.value = value
+
+    @property
+    def value(self) -> int:
+        """The number."""
+        return int.from_bytes(self._room[:_NUMBER], "big")
+
+    @value.setter
+    def value(self, value: int) -> None:
+        self._room[:_NUMBER] = value.to_bytes(_NUMBER, "big")
 
 
 def available() -> int:
@@ -44,42 +76,66 @@ def on_cores(count: int) -> Iterator[None]:
         _allowed.reset(before)
 
 
-def mapped(task: Callable[[_Item], _Result], items: Sequence[_Item], worth: float = 0.0) -> list[_Result]:
-    """The task's result of each item, in their order.
+def mapped(
+    task: Callable[[_Item], _Result],
+    items: Sequence[_Item],
+    worth: float = 0.0,
+    *,
+    common: Sequence[object] = (),
+    until: Callable[[_Result], bool] = lambda _result: False,
+) -> list[_Result]:
+    """The task's result of each item, in their order, up to the first that ends it.
 
     Parameters
     ----------
     task : callable
-        Changes nothing but caches; its results can be sent between processes. What it raises is raised here.
+        Changes nothing but caches; its results can be sent between processes. What it raises is raised here. What it
+        deals out itself is dealt out where there are more cores than items.
     items : sequence
-        Taken by the cores as each becomes free.
+        Taken by the cores in turn, as each becomes free.
     worth : float
         Seconds of work below which no copy is made, by the time that the first item takes here.
+    common : sequence of object
+        What results hold and this process has: it is not sent.
+    until : callable
+        Whether a result ends it. What was begun behind that one is lost.
     """
     count = min(_allowed.get(), len(items))
-    if count > 1 and worth > 0.0:
+    if count < 2 or len(items) > MOST or sys.platform != "linux":
+        return _up_to(until, map(task, items))
+    if worth > 0.0:
         began = time.perf_counter()
         first = task(items[0])
-        if (time.perf_counter() - began) * (len(items) - 1) < worth:
-            return [first, *map(task, items[1:])]
-        return [first, *mapped(task, items[1:])]
-    if count < 2 or len(items) > MOST or sys.platform != "linux":
-        return [task(item) for item in items]
+        if until(first):
+            return [first]
+        enough = (time.perf_counter() - began) * (len(items) - 1) >= worth
+        with on_cores(_allowed.get() if enough else 1):
+            return [first, *mapped(task, items[1:], common=common, until=until)]
     tickets, dealer = os.pipe()
     os.write(dealer, b"".join(n.to_bytes(_TICKET, "big") for n in range(len(items))))
     os.close(dealer)
-    copies = [_copied(lambda: _worked(task, items, tickets)) for _ in range(count - 1)]
+    each = _allowed.get() // count
+    copies = [_copied(lambda: _worked(task, items, tickets, until), common, each) for _ in range(count - 1)]
     try:
-        done = _worked(task, items, tickets)
+        with on_cores(each):
+            done = _worked(task, items, tickets, until)
     finally:
-        while os.read(tickets, _TICKET):  # where the task failed here, the copies are to end too
-            pass
+        _draw_all(tickets)  # where the task failed here, the copies are to end too
         os.close(tickets)
-        received = [_received(*copy) for copy in copies]
+        received = [_received(*copy, common) for copy in copies]
     for part in received:
         done |= part
     # What a copy could not do is done here, so that its error is this process's own.
-    return [done[n] if n in done else task(item) for n, item in enumerate(items)]
+    return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
+
+
+def both(
+    one: Callable[[], _Result], other: Callable[[], _Other], common: Sequence[object] = ()
+) -> tuple[_Result, _Other]:
+    """The results of two tasks that need nothing of each other, as `mapped` does its items."""
+    tasks: tuple[Callable[[], Any], ...] = (one, other)
+    first, second = mapped(lambda task: task(), tasks, common=common)
+    return first, second
 
 
 def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
@@ -153,16 +209,38 @@ def prepared(
             _received(place, results)
 
 
-def _worked(task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int) -> dict[int, _Result]:
-    """The results of the items whose numbers this process draws."""
+def _up_to(until: Callable[[_Result], bool], results: Iterable[_Result]) -> list[_Result]:
+    """Results up to the first that ends it, and that one."""
+    kept = []
+    for result in results:
+        kept.append(result)
+        if until(result):
+            break
+    return kept
+
+
+def _worked(
+    task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int, until: Callable[[_Result], bool]
+) -> dict[int, _Result]:
+    """The results of the items whose numbers this process draws, until one of its own ends it for all."""
     done = {}
     while ticket := os.read(tickets, _TICKET):
         n = int.from_bytes(ticket, "big")
         done[n] = task(items[n])
+        if until(done[n]):
+            _draw_all(tickets)
     return done
 
 
-def _copied(work: Callable[[], dict[int, Any]]) -> tuple[int, Connection]:
+def _draw_all(tickets: int) -> None:
+    """Leaves no item to be drawn."""
+    while os.read(tickets, _TICKET):
+        pass
+
+
+def _copied(
+    work: Callable[[], dict[int, Any]], common: Sequence[object] = (), cores: int = 1
+) -> tuple[int, Connection]:
     """A copy of this process that does some work and ends: its number, and where the results come from."""
     here, there = Pipe(duplex=False)
     with warnings.catch_warnings():
@@ -172,8 +250,8 @@ def _copied(work: Callable[[], dict[int, Any]]) -> tuple[int, Connection]:
     if copy == 0:
         try:
             here.close()  # so that what nobody reads any more fails to be written, and does not wait for ever
-            _allowed.set(1)
-            there.send(work())
+            _allowed.set(cores)
+            there.send_bytes(packed(work(), common))
             there.close()
         finally:
             os._exit(0)
@@ -181,11 +259,11 @@ def _copied(work: Callable[[], dict[int, Any]]) -> tuple[int, Connection]:
     return copy, here
 
 
-def _received(copy: int, results: Connection) -> dict[int, Any]:
+def _received(copy: int, results: Connection, common: Sequence[object] = ()) -> dict[int, Any]:
     """What a copy has done; nothing where it ended before it could tell."""
     with results:
         try:
-            done: dict[int, Any] = results.recv()
+            done: dict[int, Any] = unpacked(results.recv_bytes(), common)
         except (EOFError, OSError):
             done = {}
     os.waitpid(copy, 0)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
-from aerosid.compiled.cores import begun, mapped, on_cores, prepared
+from aerosid.compiled.cores import NumberSeenByCopies, allowed, begun, both, mapped, on_cores, prepared
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
 
@@ -44,6 +45,67 @@ def test_other_processes_take_part_and_make_no_copies_of_their_own() -> None:
     assert set(mapped(lambda _n: os.getpid(), range(8))) == {here}
     os.close(gate)
     os.close(opener)
+
+
+def test_what_is_dealt_out_inside_has_the_cores_that_are_left() -> None:
+    """Of four cores two each; of two none, in this process as in its copies, where both are busy already."""
+    for cores, inside in ((4, 2), (2, 1), (1, 1)):
+        with on_cores(cores):
+            assert mapped(lambda _item: allowed(), range(2)) == [inside, inside]
+            assert both(allowed, allowed) == (inside, inside)
+            assert allowed() == cores
+
+
+def test_no_item_is_begun_behind_one_that_ends_it() -> None:
+    begun_at = NumberSeenByCopies(0)
+
+    def counted(item: int) -> int:
+        begun_at.value = max(begun_at.value, item)
+        if item > 3:
+            time.sleep(0.02)  # so that others do not get far while the fourth is being done
+        return item * item
+
+    for cores in (1, 3):
+        begun_at.value = 0
+        with on_cores(cores):
+            assert mapped(counted, range(400), until=lambda square: square >= 9) == [0, 1, 4, 9]
+            assert mapped(counted, range(3), 1e9, until=lambda square: square >= 1) == [0, 1]
+        assert begun_at.value < 200
+
+
+def test_the_first_that_ends_it_counts_and_not_the_first_in_time() -> None:
+    here, (gate, opener) = os.getpid(), os.pipe()
+
+    def waits_for_the_other(item: int) -> int:
+        if os.getpid() == here:
+            os.read(gate, 1)
+        else:
+            os.write(opener, b".")
+        return item
+
+    with on_cores(2):
+        assert mapped(waits_for_the_other, range(2), until=lambda _item: True) == [0]
+    os.close(gate)
+    os.close(opener)
+
+
+def test_results_hold_what_both_have_itself_and_functions_with_what_they_enclose() -> None:
+    here, heavy = os.getpid(), [walk(1)]
+
+    def made(item: int) -> tuple[int, list[np.ndarray], list[object]]:
+        def beside(x: float, y: float = 2.0, *, z: float = 0.5) -> float:
+            return item * x + y + z + float(heavy[0][7])
+
+        return os.getpid(), heavy, [beside, lambda x: beside(x, z=0.0)]
+
+    with on_cores(2):
+        process, same, (sent, again) = begun(lambda: both(lambda: made(3), lambda: made(4), [heavy]))()[1]
+        others = [row for row in mapped(made, range(40), common=[heavy]) if row[0] != here]
+    assert process != here
+    assert same[0].tobytes() == heavy[0].tobytes()
+    _, _, (sent_here, again_here) = made(4)
+    assert (sent(5.0), again(5.0)) == (sent_here(5.0), again_here(5.0))
+    assert all(row[1] is heavy for row in others)
 
 
 LEFT_ALONE = """

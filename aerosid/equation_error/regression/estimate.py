@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, with_numbers
+from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
@@ -157,38 +157,16 @@ class Peak:
         """Whether the effects' columns are made already."""
         return "estimate" in vars(self)
 
+    def with_columns(self) -> Peak:
+        """The same, the effects' columns made."""
+        _ = self.estimate
+        return self
+
     def gain_over(self, base: Estimate) -> float:
         """Gain in ln L over the estimate of a structure that lacks something."""
         if compares_all(base.design):
             return self.log_likelihood - base.log_likelihood
         return self.estimate.gain_over(base)
-
-
-@dataclass(frozen=True)
-class SentPeak:
-    """A peak without what the process that asked for it has already, the frame and the structure."""
-
-    values: Array
-    numbers: tuple[tuple[float, ...], ...]
-    design: Design
-    solution: Solution
-    wide: tuple[Design, Solution] | None
-
-    @classmethod
-    def of(cls, peak: Peak, *, with_columns: bool = False) -> SentPeak:
-        """What is to be sent of a peak; the effects' columns where they are made or wanted."""
-        numbers = tuple(active.values for active in peak.point.effects)
-        wide = (peak.estimate.design, peak.estimate.solution) if with_columns or peak.has_columns else None
-        return cls(peak.point.model.values, numbers, peak.design, peak.solution, wide)
-
-    def peak(self, frame: Frame, start: Point) -> Peak:
-        """The peak, `start` being a point of its structure."""
-        effects = with_numbers(start.effects, self.numbers)
-        point = replace(start, model=start.model.with_values(self.values), effects=effects)
-        found = Peak(frame, point, self.design, self.solution)
-        if self.wide is not None:
-            vars(found)["estimate"] = Estimate(frame, point, *self.wide)
-        return found
 
 
 def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> Array:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from aerosid.compiled.cores import mapped
-from aerosid.effects import ActiveEffect, with_numbers
+from aerosid.compiled.cores import allowed, mapped, on_cores
+from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Solution, compares_all
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, SentPeak, likeliest_numbers
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
     candidates_kept,
     identity,
@@ -31,6 +32,8 @@ from aerosid.equation_error.selection.prices import Rules, own_effects
 from aerosid.equation_error.selection.redundancy import is_told, open_beside
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.settings import TRIALS
+
+_Told = TypeVar("_Told")
 
 
 @dataclass(frozen=True)
@@ -75,9 +78,8 @@ def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Al
     At a size that is not too unusual: an aircraft whose centre of gravity lay half a chord from where it was weighed
     would not have flown.
     """
-    each_struck_out(selected, selected.chosen, with_columns=True)  # on all cores, where each by itself has but one
-    rows = (row for each in selected.chosen for row in in_place_of(selected, each, asked))
-    return tuple(row for row in rows if row.behind + row.unlikelier < row.margin)
+    rows = _of_each(selected, asked, lambda each: in_place_of(selected, each, asked))
+    return tuple(row for of_one in rows for row in of_one if row.behind + row.unlikelier < row.margin)
 
 
 def replaced(
@@ -89,17 +91,42 @@ def replaced(
 ) -> Selected:
     """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
     for _ in range(rounds):
-        each_struck_out(selected, selected.chosen, with_columns=True)
-        for each in selected.chosen:
-            row = _better(selected, each, asked, rules, admitted)
-            if row is not None:
-                others = tuple(other for other in selected.chosen if other is not each)
-                entered = Chosen(row.hypothesis, each.kinematic, row.gain)
-                selected = Selected(row.estimate, (*others, entered))
-                break
-        else:
+        better = functools.partial(_better, selected, asked=asked, rules=rules, admitted=admitted)
+        found = _of_each(selected, asked, better, until=lambda row: row is not None)
+        row = found[-1] if found else None
+        if row is None:
             return selected
+        left = selected.chosen[len(found) - 1]
+        others = tuple(other for other in selected.chosen if other is not left)
+        entered = Chosen(row.hypothesis, left.kinematic, row.gain)
+        selected = Selected(row.estimate, (*others, entered))
     return selected
+
+
+def _of_each(
+    selected: Selected,
+    asked: Sequence[Hypothesis],
+    told: Callable[[Chosen], _Told],
+    until: Callable[[_Told], bool] = lambda _told: False,
+) -> list[_Told]:
+    """What is told of each chosen one in turn, up to the first that ends it, by what could stand in its place.
+
+    What was found on the way is kept.
+    """
+
+    def with_found(each: Chosen) -> tuple[_Told, dict[object, list[Any]]]:
+        before = dict(selected.instead)
+        said = told(each)
+        return said, {key: made for key, made in selected.instead.items() if made is not before.get(key)}
+
+    is_known = all(_key(each, asked) in selected.instead for each in selected.chosen)
+    with on_cores(1 if is_known else allowed()):
+        answers = mapped(
+            with_found, selected.chosen, common=[selected.estimate.frame], until=lambda answer: until(answer[0])
+        )
+    for _, made in answers:
+        selected.instead.update(made)
+    return [said for said, _ in answers]
 
 
 def _better(
@@ -121,11 +148,15 @@ def _better(
 
 def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
     """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew."""
-    # The same hypotheses may be asked again within narrower limits.
-    key = (each.hypothesis.label, tuple((h.label, limits_of(h)) for h in asked))
+    key = _key(each, asked)
     if key not in selected.instead:
         selected.instead[key] = _in_place_of(selected, each, asked)
     return selected.instead[key]
+
+
+def _key(each: Chosen, asked: Sequence[Hypothesis]) -> tuple[object, ...]:
+    """Under what the answer is kept: the same hypotheses may be asked again within narrower limits."""
+    return each.hypothesis.label, tuple((h.label, limits_of(h)) for h in asked)
 
 
 def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
@@ -162,20 +193,16 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
         behind = worth - found.gain_over(bare)
         if not (behind < margin and within_limits(found, hypothesis)):
             return None
-        numbers = tuple(active.values for active in hypothesis.effects)
-        return _Tried(numbers, SentPeak.of(found, with_columns=True), behind)
+        return _Tried(hypothesis, found.estimate, behind)
 
     fresh = [n for n in order if asked_before(n) not in selected.instead]
-    for n, fit in zip(fresh, mapped(tried, fresh), strict=True):
+    for n, fit in zip(fresh, mapped(tried, fresh, common=[frame]), strict=True):
         selected.instead[asked_before(n)] = [fit]
     rows = []
     for n in order:
         (found,) = selected.instead[asked_before(n)]
         if found is not None:
-            hypothesis = candidates[n].hypothesis
-            if hypothesis.effects:
-                hypothesis = replace(hypothesis, effects=with_numbers(hypothesis.effects, found.begun))
-            estimated = found.sent.peak(frame, joined(bare.point, hypothesis)).estimate
+            hypothesis, estimated = found.hypothesis, found.estimate
             row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
             # another way in which the same channel is late says that it is late.
@@ -186,10 +213,10 @@ def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) 
 
 
 class _Tried(NamedTuple):
-    """A hypothesis in place of a chosen one: its numbers where it began, where it is likeliest, and how far behind."""
+    """A hypothesis in place of a chosen one, its numbers where it began; where it is likeliest, and how far behind."""
 
-    begun: tuple[tuple[float, ...], ...]
-    sent: SentPeak
+    hypothesis: Hypothesis
+    estimate: Estimate
     behind: float
 
 

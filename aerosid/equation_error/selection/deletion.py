@@ -9,7 +9,7 @@ from typing import Any
 from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.estimate import Estimate, Peak, SentPeak, likeliest_numbers
+from aerosid.equation_error.regression.estimate import Estimate, Peak, likeliest_numbers
 from aerosid.equation_error.selection.prices import Rules, own_effects, total_cost
 
 STEPS = 4
@@ -67,18 +67,17 @@ def each_struck_out(selected: Selected, those: Sequence[Chosen], *, with_columns
         peaks = selected.instead.get(("without", each.hypothesis.label), (None,))
         return peaks[0]
 
-    def made(each: Chosen) -> SentPeak:
-        point = without(found.point, each)
-        peak = known(each) or likeliest_numbers(frame, point, found.solution.weights, STEPS)
-        return SentPeak.of(peak, with_columns=with_columns)
+    def made(each: Chosen) -> Peak:
+        peak = known(each) or likeliest_numbers(frame, without(found.point, each), found.solution.weights, STEPS)
+        return peak.with_columns() if with_columns else peak
 
     def is_there(each: Chosen) -> bool:
         peak = known(each)
         return peak is not None and (not with_columns or peak.has_columns)
 
     missing = [each for each in those if not is_there(each)]
-    for each, sent in zip(missing, mapped(made, missing), strict=True):
-        selected.instead["without", each.hypothesis.label] = [sent.peak(frame, without(found.point, each))]
+    for each, peak in zip(missing, mapped(made, missing, common=[frame]), strict=True):
+        selected.instead["without", each.hypothesis.label] = [peak]
     return [selected.instead["without", each.hypothesis.label][0] for each in those]
 
 

@@ -11,15 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from aerosid.compiled.cores import mapped
-from aerosid.effects import frozen, with_numbers
+from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     Frame,
-    SentPeak,
     estimate,
-    likeliest_numbers,
 )
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
@@ -111,21 +109,12 @@ def _in_its_place(
     open_ = open_beside(asked, rest, [each.hypothesis.label])
     candidates = effect_candidates(frame, bare, open_)
 
-    def tried(n: int) -> tuple[float, tuple[tuple[float, ...], ...], SentPeak] | None:
+    def tried(n: int) -> tuple[float, Estimate, Hypothesis] | None:
         trial, hypothesis = to_first_order(bare, candidates[n])
-        peak = likeliest_numbers(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
-        found = peak.estimate
+        found = estimate(frame, joined(bare.point, hypothesis), trial.weights, steps=5)
         if not within_limits(found, hypothesis) or found.gain_over(bare) < least:
             return None
-        more = beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis)
-        return more, tuple(active.values for active in hypothesis.effects), SentPeak.of(peak)
+        return beside.log_likelihood(found) + found.log_likelihood - rules.price(hypothesis), found, hypothesis
 
     order = likeliest(scores(bare, candidates), candidates, frame.settings.shortlist)
-    rows = []
-    for n, fit in zip(order, mapped(tried, order), strict=True):
-        if fit is not None:
-            more, numbers, sent = fit
-            hypothesis = candidates[n].hypothesis
-            hypothesis = replace(hypothesis, effects=with_numbers(hypothesis.effects, numbers))
-            rows.append((more, sent.peak(frame, joined(bare.point, hypothesis)).estimate, hypothesis))
-    return rows
+    return [row for row in mapped(tried, order, common=[frame]) if row is not None]

@@ -19,7 +19,6 @@ from aerosid.equation_error.regression.estimate import (
     Estimate,
     Frame,
     Peak,
-    SentPeak,
     estimate,
     likeliest_numbers,
 )
@@ -141,14 +140,11 @@ def may_stand(found: Estimate, hypothesis: Hypothesis, admitted: Admitted) -> bo
 def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
     """Hypotheses with all numbers estimated anew."""
 
-    def fitted(linear: _Linear) -> tuple[float, SentPeak]:
+    def fitted(linear: _Linear) -> _Trial:
         found = likeliest_numbers(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
-        return found.gain_over(base) - rules.cost(linear.hypothesis, found.point), SentPeak.of(found)
+        return _Trial(found.gain_over(base) - rules.cost(linear.hypothesis, found.point), found, linear.hypothesis)
 
-    return [
-        _Trial(net, sent.peak(base.frame, joined(base.point, linear.hypothesis)), linear.hypothesis)
-        for linear, (net, sent) in zip(asked, mapped(fitted, asked), strict=True)
-    ]
+    return mapped(fitted, asked, common=[base.frame])
 
 
 def _as_late(base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:

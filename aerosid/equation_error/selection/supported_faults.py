@@ -82,7 +82,7 @@ def _is_asked(hypothesis: Hypothesis, axes: Axes) -> bool:
     Where sideslip is compared, lateness and the places of its instruments alone: the wind bends the rest.
     """
     aside = FORCE_ASIDE in axes.coefficients and _is_place_aside(hypothesis)
-    return axes is LONGITUDINAL or hypothesis.kind in LATE or aside
+    return axes == LONGITUDINAL or hypothesis.kind in LATE or aside
 
 
 def _fewest_axes(seen: Mapping[Name, Support], support: float) -> dict[Name, Support]:
