@@ -272,7 +272,7 @@ def _timed(proved: Estimate, declared: Estimate, search: CoefficientSearch) -> _
     the likelier outcome counts.
     """
 
-    def outcome(begun: JointTiming) -> _Outcome:
+    def outcome(search: CoefficientSearch, begun: JointTiming) -> _Outcome:
         start = estimate(declared.frame, held_at(declared.point, begun.effects), declared.solution.weights)
         kept, refuted = searched(search, Selected(start, ()))
         timing = joint_timing(proved, begun, kept.estimate, search.told)
@@ -286,12 +286,13 @@ def _timed(proved: Estimate, declared: Estimate, search: CoefficientSearch) -> _
 
     kinematic = kinematic_timing(proved)
     joint = joint_timing(proved, kinematic, declared, search.told)
-    found = outcome(joint)
-    if not is_within(kinematic, joint, declared.frame.settings.deviations):
-        other = outcome(kinematic)
-        if search.paid(other.kept) - other.timing.penalty > search.paid(found.kept) - found.timing.penalty:
-            found = other
-    return found
+    if is_within(kinematic, joint, declared.frame.settings.deviations):
+        return outcome(search, joint)
+    found, other = search.side_by_side(
+        functools.partial(outcome, begun=joint), functools.partial(outcome, begun=kinematic), [declared.frame]
+    )
+    paid, others = (search.paid(each.kept) - each.timing.penalty for each in (found, other))
+    return other if others > paid else found
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from equations_decided import proved
 from aerosid.equation_error.selection.candidates import of_sensors
 from aerosid.equation_error.selection.deletion import Selected
 from aerosid.equation_error.selection.prices import own_effects, rules_for
-from aerosid.equation_error.selection.stepwise import forward
+from aerosid.equation_error.selection.stepwise import forward_steps
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -45,5 +45,5 @@ def test_a_scale_of_attitude_and_a_late_gyro_are_found_together(place: int, scal
     settings = base.frame.settings
     rules = rules_for(faults.asked, base.design.target.size, settings.false_alarm, settings.factor_odds)
     sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
-    alone = forward(Selected(base, ()), rules, sensors, kinematic=True, most=settings.most)
+    *_, alone = forward_steps(Selected(base, ()), rules, sensors, kinematic=True, most=settings.most)
     assert alone.chosen == ()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden
@@ -33,7 +35,7 @@ from aerosid.equation_error.selection.level_shifts import (
 )
 from aerosid.equation_error.selection.prices import Label, Rules
 from aerosid.equation_error.selection.starts import may_separate, of_controls
-from aerosid.equation_error.selection.stepwise import Admitted, forward, with_separation
+from aerosid.equation_error.selection.stepwise import Admitted, forward_steps, with_separation
 from aerosid.equation_error.selection.votes import (
     Jumps,
     Predicted,
@@ -45,6 +47,9 @@ from aerosid.equation_error.selection.votes import (
 )
 
 Array = NDArray[np.float64]
+
+_Found = TypeVar("_Found")
+_Other = TypeVar("_Other")
 
 Labels = tuple[tuple[str, str, str], ...]
 """Names of hypotheses."""
@@ -85,11 +90,24 @@ class CoefficientSearch:
         struck_out: Collection[Label] = (),
     ) -> Selected:
         """Forward selection among what is not struck out; `sudden`: and among changes at an instant."""
+        *_, found = self.forward_steps(begun, asked, most, sudden=sudden, struck_out=struck_out)
+        return found
+
+    def forward_steps(
+        self,
+        begun: Selected,
+        asked: Sequence[Hypothesis],
+        most: int,
+        *,
+        sudden: bool = True,
+        struck_out: Collection[Label] = (),
+    ) -> Iterator[Selected]:
+        """The structures that forward selection goes through."""
 
         def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
             return hypothesis.label not in struck_out and self.admitted(found, hypothesis)
 
-        return forward(
+        return forward_steps(
             begun,
             self.rules,
             asked,
@@ -99,6 +117,26 @@ class CoefficientSearch:
             admitted=admitted,
             told=self.told,
         )
+
+    def side_by_side(
+        self,
+        one: Callable[[CoefficientSearch], _Found],
+        other: Callable[[CoefficientSearch], _Other],
+        common: Sequence[object],
+    ) -> tuple[_Found, _Other]:
+        """Two searches that need nothing of each other; the journal hears of one and then of the other.
+
+        `common`: the frames of their estimates.
+        """
+
+        def heard(search: Callable[[CoefficientSearch], Any]) -> tuple[Any, list[str]]:
+            said: list[str] = []
+            return search(replace(self, told=said.append)), said
+
+        (first, said), (second, later) = both(lambda: heard(one), lambda: heard(other), common)
+        for text in (*said, *later):
+            self.told(text)
+        return first, second
 
     def replaced(self, found: Selected, asked: Sequence[Hypothesis]) -> Selected:
         """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay."""
@@ -172,14 +210,27 @@ def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected
         beside = level_shifts(found.estimate, search.coefficients, search.rules, frame.settings.most, search.told)
         if beside is found.estimate:
             break
-        point = with_shifts(begun.estimate.point, shifts_of(beside))
-        afresh = Selected(estimate(frame, point, begun.estimate.solution.weights), ())
-        onward = search.forward(Selected(beside, found.chosen), search.asked, frame.settings.most)
-        found, anew = search.replaced(onward, search.asked), _with_shifts_anew(search, _attributed(search, afresh))
+        known = Selected(beside, found.chosen)
+        found, anew = search.side_by_side(
+            functools.partial(_onward, found=known), functools.partial(_anew, begun=begun, beside=known), [frame]
+        )
         search.told(f"  beside level shifts {search.paid(found):.1f}, begun anew {search.paid(anew):.1f}")
         if search.paid(anew) > search.paid(found) + frame.settings.clearly:
             found = anew
     return found
+
+
+def _onward(search: CoefficientSearch, found: Selected) -> Selected:
+    """The search gone on from a structure with level shifts beside it."""
+    onward = search.forward(found, search.asked, found.estimate.frame.settings.most)
+    return search.replaced(onward, search.asked)
+
+
+def _anew(search: CoefficientSearch, begun: Selected, beside: Selected) -> Selected:
+    """The search begun anew with the level shifts of another structure."""
+    point = with_shifts(begun.estimate.point, shifts_of(beside.estimate))
+    afresh = Selected(estimate(begun.estimate.frame, point, begun.estimate.solution.weights), ())
+    return _with_shifts_anew(search, _attributed(search, afresh))
 
 
 def _with_shifts_anew(search: CoefficientSearch, found: Selected) -> Selected:
@@ -204,15 +255,48 @@ def _attributed(search: CoefficientSearch, begun: Selected) -> Selected:
     frame, asked = begun.estimate.frame, search.asked
     most = frame.settings.most
     if may_separate(frame):
-        controls = [hypothesis for hypothesis in asked if of_controls(hypothesis)]
-        driven = search.forward(begun, controls, most, sudden=False)
-        separated = with_separation(driven, frame, search.rules, search.coefficients, search.told)
-        if separated is not None:
-            separated = search.forward(separated, asked, most)
-            found = search.forward(begun, asked, len(separated.chosen))
-            if search.paid(separated) > search.paid(found):
-                return search.replaced(separated, asked)
+        enough = NumberSeenByCopies(most)
+        separated, (found, grown) = search.side_by_side(
+            functools.partial(_separated, begun=begun, enough=enough),
+            functools.partial(_grown, begun=begun, enough=enough),
+            [frame],
+        )
+        if separated is None:
+            return search.replaced(found, asked)
+        effects = len(separated.chosen)
+        if search.paid(separated) > next((paid for count, paid in grown if count >= effects), grown[-1][1]):
+            return search.replaced(separated, asked)
     return search.replaced(search.forward(begun, asked, most), asked)
+
+
+def _separated(search: CoefficientSearch, begun: Selected, enough: NumberSeenByCopies) -> Selected | None:
+    """What the coefficients lack, the controls first and flow separation second; None where it does not pay.
+
+    `enough` is told the number of its effects.
+    """
+    frame, asked = begun.estimate.frame, search.asked
+    controls = [hypothesis for hypothesis in asked if of_controls(hypothesis)]
+    driven = search.forward(begun, controls, frame.settings.most, sudden=False)
+    separated = with_separation(driven, frame, search.rules, search.coefficients, search.told)
+    if separated is not None:
+        separated = search.forward(separated, asked, frame.settings.most)
+        enough.value = len(separated.chosen)
+    return separated
+
+
+def _grown(
+    search: CoefficientSearch, begun: Selected, enough: NumberSeenByCopies
+) -> tuple[Selected, list[tuple[int, float]]]:
+    """What the coefficients lack, up to a number of effects that may be told meanwhile.
+
+    And of each structure on the way the number of its effects, and ln L less prices.
+    """
+    grown = []
+    for found in search.forward_steps(begun, search.asked, begun.estimate.frame.settings.most):
+        grown.append((len(found.chosen), search.paid(found)))
+        if len(found.chosen) >= enough.value:
+            break
+    return found, grown
 
 
 def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, Labels]:

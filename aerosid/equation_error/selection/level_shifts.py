@@ -23,7 +23,7 @@ from aerosid.equation_error.selection.candidates import joined
 from aerosid.equation_error.selection.deletion import Selected
 from aerosid.equation_error.selection.prices import Rules
 from aerosid.equation_error.selection.starts import sudden_hypotheses
-from aerosid.equation_error.selection.stepwise import forward
+from aerosid.equation_error.selection.stepwise import forward_steps
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def level_shifts(
     for recording in found.frame.recordings:
         if not recording.fitted:
             begun = Selected(found, ())
-            found = forward(
+            *_, last = forward_steps(
                 begun,
                 rules,
                 (),
@@ -79,7 +79,8 @@ def level_shifts(
                 coefficients=coefficients,
                 recording=recording.name,
                 told=lambda text, name=recording.name: told(f"{name}: {text}"),  # type: ignore[misc]
-            ).estimate
+            )
+            found = last.estimate
     return found
 
 

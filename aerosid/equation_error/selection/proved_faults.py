@@ -41,7 +41,7 @@ from aerosid.equation_error.selection.pairs import with_pair
 from aerosid.equation_error.selection.prices import Rules, rules_for
 from aerosid.equation_error.selection.redundancy import at_one_distance
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
-from aerosid.equation_error.selection.stepwise import forward, recordings_agree
+from aerosid.equation_error.selection.stepwise import forward_steps, recordings_agree
 from aerosid.equation_error.selection.time_origin import with_late_channels
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -205,23 +205,23 @@ def _searched(
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
-        if model.axes is LONGITUDINAL:
+        if model.axes == LONGITUDINAL:
             return agreed
         return agreed and beyond_the_wind(estimated, hypothesis) and beside.admit(estimated, hypothesis)
 
-    passed: list[Selected] = []
-    grown = functools.partial(
-        forward, rules=rules, hypotheses=sensors, kinematic=True, most=settings.most, admitted=admitted, told=told
+    steps = functools.partial(
+        forward_steps, rules=rules, hypotheses=sensors, kinematic=True, most=settings.most, admitted=admitted, told=told
     )
-    found = grown(begun, passed=passed)
+    passed = list(steps(begun))
+    found = passed[-1]
     while (paired := with_pair(found, rules, sensors, admitted, told)) is not None:
-        found = grown(paired)
+        *_, found = steps(paired)
     if outside(found):
         return found, passed
     found = replaced(found, sensors, rules, admitted)
     found = with_late_channels(found, sensors, rules, admitted, told)
     if begun.estimate.point.free:
-        alike = at_one_distance if model.axes is LONGITUDINAL else _any_fault
+        alike = at_one_distance if model.axes == LONGITUDINAL else _any_fault
         found = chosen_with_coefficients(found, sensors, rules, beside, alike)
     while (weak := weakest(found.estimate, found.chosen)) is not None:
         found = left_out(found, weak)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +47,7 @@ Admitted = Callable[[Estimate, Hypothesis], bool]
 """Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
 
 
-def forward(
+def forward_steps(
     selected: Selected,
     rules: Rules,
     hypotheses: Sequence[Hypothesis],
@@ -58,25 +58,24 @@ def forward(
     recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
     told: Callable[[str], None] = lambda _text: None,
-    passed: list[Selected] | None = None,
-) -> Selected:
-    """The structure with everything that pays its price, the best at a time; what no longer pays leaves again.
+) -> Iterator[Selected]:
+    """A structure, and that with everything that pays its price, the best at a time; what no longer pays leaves again.
 
     `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given; `passed` is given the structures that it goes through.
+    recordings or on that one alone whose name is given.
     """
     refused: set[tuple[str, str, str]] = set()
-    while len(selected.chosen) < most:
-        if passed is not None:
-            passed.append(selected)
+    while True:
+        yield selected
+        if len(selected.chosen) >= most:
+            return
         best = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
         if best is None:
-            return selected
+            return
         found, hypothesis, gain = best
         drop_columns(selected.instead, BESIDE)
         chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
         selected = backward(Selected(found, chosen), rules, keep=[hypothesis], told=told)
-    return selected
 
 
 def _best(

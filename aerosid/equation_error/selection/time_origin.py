@@ -20,7 +20,7 @@ from aerosid.equation_error.selection.candidates import joined
 from aerosid.equation_error.selection.deletion import Chosen, Selected, paid, without
 from aerosid.equation_error.selection.joint_timing import LATE
 from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.stepwise import Admitted, backward, forward
+from aerosid.equation_error.selection.stepwise import Admitted, backward, forward_steps
 
 DELAY = "sensor_delay"
 """The kind whose number may have either sign."""
@@ -52,7 +52,7 @@ def with_late_channels(
     begun = _from_other_origin(selected, early, shift, asked)
     found = backward(begun, rules)
     most = selected.estimate.frame.settings.most
-    found = forward(found, rules, asked, kinematic=True, most=most, admitted=admitted)
+    *_, found = forward_steps(found, rules, asked, kinematic=True, most=most, admitted=admitted)
     found = replaced(found, asked, rules, admitted)
     if paid(found, rules) <= paid(selected, rules):
         return selected
