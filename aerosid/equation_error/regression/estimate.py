@@ -127,12 +127,15 @@ class Peak:
     """A point of highest likelihood, the columns of its effects' numbers made when they are asked for.
 
     They cost as much as a step towards it, and a structure that loses its contest needs none.
+
+    `columns`, (R, K): those of the numbers in order, where they were made for a step that was not taken.
     """
 
     frame: Frame
     point: Point
     design: Design
     solution: Solution
+    columns: Array | None = None
 
     @property
     def log_likelihood(self) -> float:
@@ -145,7 +148,9 @@ class Peak:
         free = numbers_of(self.point.effects)
         if not free:
             return Estimate(self.frame, self.point, self.design, self.solution)
-        columns = effect_columns(self.frame, linear_values(self.design, self.solution), self.point, free)
+        columns = self.columns
+        if columns is None:
+            columns = effect_columns(self.frame, linear_values(self.design, self.solution), self.point, free)
         wide = self.design.beside(columns, [("effect", i, k) for i, k in free])
         full = solve(wide, self.solution.weights)
         # The likelihood of the point itself, not of the linear step beyond it.
@@ -236,6 +241,7 @@ def likeliest_numbers(
     """
     point, design, solution = _regressed(frame, frame.acting(point), weights)
     free = numbers_of(point.effects)
+    columns: Array | None = None
     for _ in range(steps if free else 0):
         columns = effect_columns(frame, linear_values(design, solution), point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
@@ -249,10 +255,10 @@ def likeliest_numbers(
         if moved is None:
             break
         gained = solved.log_likelihood - solution.log_likelihood
-        point, design, solution = moved, design_new, solved
+        point, design, solution, columns = moved, design_new, solved, None
         if abs(gained) < CLOSE and _small(full, linear, step):
             break
-    return Peak(frame, point, design, solution)
+    return Peak(frame, point, design, solution, columns)
 
 
 def numbers_of(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
