@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.deviations import corrected_covariance
@@ -135,6 +136,8 @@ def decide(
         told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
         kept = left_out(kept, weak)
     together = [each.hypothesis for each in kept.chosen if told_apart(each.hypothesis) in support]
+    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
+    of_proved, of_kept = alternatives_of(proved, sensors), alternatives_of(kept, open_)
     worth = {**worth_of(proved), **worth_of(kept)}
     for hypothesis in together:
         (active,) = own_effects(kept.estimate.point, hypothesis)
@@ -143,12 +146,11 @@ def decide(
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place, and so does what both kinds of equations name together.
     taken = {*outcome.refuted, *(hypothesis.label for hypothesis in together)}
-    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
     before = estimate(lone.frame, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
-    of_proved = [row for row in alternatives_of(proved, sensors) if row.hypothesis.label not in taken]
-    alternatives = (*late, *_unlike(late, of_proved), *alternatives_of(kept, open_))
+    of_proved = tuple(row for row in of_proved if row.hypothesis.label not in taken)
+    alternatives = (*late, *_unlike(late, of_proved), *of_kept)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     after = shares_of(compared, completed)
     nearly = _nearly_proven(faults, proved, kept, search, alternatives, outcome.refuted)
@@ -185,9 +187,10 @@ def _nearly_proven(
     listed |= {each.hypothesis.label for each in (*proved.chosen, *kept.chosen)}
     sensors = [h for h in faults.asked if h.label not in listed and of_sensors(h)]
     terms = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
-    rows = (
-        nearly_proven(proved, faults.rules, sensors, recordings_agree),
-        nearly_proven(kept, search.rules, terms, search.admitted),
+    rows = both(
+        functools.partial(nearly_proven, proved, faults.rules, sensors, recordings_agree),
+        functools.partial(nearly_proven, kept, search.rules, terms, search.admitted),
+        [proved.estimate.frame, kept.estimate.frame],
     )
     return tuple(row for row in rows if row is not None)
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled.cores import NumberSeenByCopies, both
+from aerosid.compiled.cores import NumberSeenByCopies, both, mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden
@@ -351,23 +351,25 @@ def _refused_one(search: CoefficientSearch, selected: Selected, fitted: Selected
     known = shifts_of(selected.estimate)
     steps = shift_columns(selected.estimate)
     after = predicted(completed, steps)
-    further: list[Estimate] | None = None
-    for each in sorted(selected.chosen, key=lambda each: each.gain):
+    further = functools.cache(lambda: sudden_elsewhere(selected.estimate, search.coefficients, search.rules))
+
+    def is_refused(each: Chosen) -> bool:
         bare = struck_out(fitted, each)
         before = predicted(bare, steps)
         if refused(before, after, doubt, settings.least_rise):
-            if further is None:
-                further = sudden_elsewhere(selected.estimate, search.coefficients, search.rules)
-            if comes_again((*known, *(found.point.effects[-1] for found in further)), each.hypothesis):
-                continue
+            if comes_again((*known, *(found.point.effects[-1] for found in further())), each.hypothesis):
+                return False
             # An unseen recording in which something happens suddenly refuses nothing by that.
-            every = shift_columns(selected.estimate, further)
-            if not further or refused(predicted(bare, every), predicted(completed, every), doubt, settings.least_rise):
-                return each
+            every = shift_columns(selected.estimate, further())
+            beside = predicted(bare, every), predicted(completed, every)
+            if not further() or refused(*beside, doubt, settings.least_rise):
+                return True
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
-        if any(unconfirmed(before, after, coefficient) for coefficient in sideways):
-            return each
-    return None
+        return any(unconfirmed(before, after, coefficient) for coefficient in sideways)
+
+    asked = sorted(selected.chosen, key=lambda each: each.gain)
+    answers = mapped(is_refused, asked, until=lambda answer: answer)
+    return asked[len(answers) - 1] if answers[-1] else None
 
 
 def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate, Jumps], Predicted], float]:
@@ -388,8 +390,6 @@ def predicted_better(selected: Selected, fitted: Selected) -> dict[tuple[str, st
     predicted, _ = _jury(selected, fitted.estimate)
     steps = shift_columns(selected.estimate)
     after = predicted(fitted.estimate, steps)
-    falls: dict[tuple[str, str, str], bool] = {}
-    for each in selected.chosen if after else ():
-        bare = struck_out(fitted, each)
-        falls[each.hypothesis.label] = share_lost(predicted(bare, steps), after) < 0.0
-    return falls
+    asked = selected.chosen if after else ()
+    better = mapped(lambda each: share_lost(predicted(struck_out(fitted, each), steps), after) < 0.0, asked)
+    return {each.hypothesis.label: answer for each, answer in zip(asked, better, strict=True)}
