@@ -32,20 +32,20 @@ def acting_flight(
     samples, extra = flight.time.size, len(model.extra_columns)
     inputs, variance, memory = flight.inputs, flight.input_variance, np.zeros(extra)
     held, leading = manoeuvre.columns, len(model.columns) - extra
+    acting = in_acting_order(active for active in effects if active.acts_on(manoeuvre.name))
     if model.columns != held:
         inputs = np.zeros((samples, len(model.columns)))
         inputs[:, : len(held)] = flight.inputs
         variance = np.zeros(extra)
         variance[: flight.input_variance.size] = flight.input_variance
-    acting = in_acting_order(active for active in effects if active.acts_on(manoeuvre.name))
-    if acting:
+    elif acting:
         inputs, variance = inputs.copy(), variance.copy()
-        for effect, active in acting:
-            place = model.columns.index(effect.where_acts)
-            inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
-            factor, remembered = effect.noise(active.values, manoeuvre.interval)
-            variance[place - leading] *= factor
-            memory[place - leading] = max(memory[place - leading], remembered)
+    for effect, active in acting:
+        place = model.columns.index(effect.where_acts)
+        inputs[:, place] = transformed(effect, model, flight.time, inputs, active.values)
+        factor, remembered = effect.noise(active.values, manoeuvre.interval)
+        variance[place - leading] *= factor
+        memory[place - leading] = max(memory[place - leading], remembered)
     for active in effects:
         if isinstance(active.effect, NoiseEffect):
             variance = variance.copy()
