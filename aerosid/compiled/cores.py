@@ -21,6 +21,8 @@ _Other = TypeVar("_Other")
 
 _allowed: ContextVar[int] = ContextVar("cores that may be used", default=1)
 
+_lent: ContextVar[tuple[Connection, ...]] = ContextVar("where results come from whose copies have a core", default=())
+
 _TICKET = 2
 """Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
 
@@ -62,18 +64,26 @@ def available() -> int:
 
 
 def allowed() -> int:
-    """The cores that `mapped` may use here."""
-    return _allowed.get()
+    """The cores that `mapped` may use here, those among them that copies have left since they were done."""
+    return _allowed.get() + sum(results.poll() for results in _lent.get())
 
 
 @contextlib.contextmanager
 def on_cores(count: int) -> Iterator[None]:
     """Lets `mapped` use so many cores inside the block; without it there is one, as in the workers of a batch."""
-    before = _allowed.set(count)
+    with _sharing(count, ()):
+        yield
+
+
+@contextlib.contextmanager
+def _sharing(count: int, lent: tuple[Connection, ...]) -> Iterator[None]:
+    """Lets `mapped` use so many cores inside the block, and one more with each result that has come."""
+    before, lent_before = _allowed.set(count), _lent.set(lent)
     try:
         yield
     finally:
         _allowed.reset(before)
+        _lent.reset(lent_before)
 
 
 def mapped(
@@ -90,7 +100,7 @@ def mapped(
     ----------
     task : callable
         Changes nothing but caches; its results can be sent between processes. What it raises is raised here. What it
-        deals out itself is dealt out where there are more cores than items.
+        deals out itself is dealt out where there are more cores than items, or copies that are done.
     items : sequence
         Taken by the cores in turn, as each becomes free.
     worth : float
@@ -100,7 +110,8 @@ def mapped(
     until : callable
         Whether a result ends it. What was begun behind that one is lost.
     """
-    count = min(_allowed.get(), len(items))
+    cores = allowed()
+    count = min(cores, len(items))
     if count < 2 or len(items) > MOST or sys.platform != "linux":
         return _up_to(until, map(task, items))
     if worth > 0.0:
@@ -109,15 +120,15 @@ def mapped(
         if until(first):
             return [first]
         enough = (time.perf_counter() - began) * (len(items) - 1) >= worth
-        with on_cores(_allowed.get() if enough else 1):
+        with on_cores(cores if enough else 1):
             return [first, *mapped(task, items[1:], common=common, until=until)]
     tickets, dealer = os.pipe()
     os.write(dealer, b"".join(n.to_bytes(_TICKET, "big") for n in range(len(items))))
     os.close(dealer)
-    each = _allowed.get() // count
+    each = cores // count
     copies = [_copied(lambda: _worked(task, items, tickets, until), common, each) for _ in range(count - 1)]
     try:
-        with on_cores(each):
+        with _sharing(each, tuple(results for _, results in copies)):
             done = _worked(task, items, tickets, until)
     finally:
         _draw_all(tickets)  # where the task failed here, the copies are to end too
@@ -251,6 +262,7 @@ def _copied(
         try:
             here.close()  # so that what nobody reads any more fails to be written, and does not wait for ever
             _allowed.set(cores)
+            _lent.set(())
             there.send_bytes(packed(work(), common))
             there.close()
         finally:

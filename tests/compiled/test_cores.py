@@ -48,12 +48,45 @@ def test_other_processes_take_part_and_make_no_copies_of_their_own() -> None:
 
 
 def test_what_is_dealt_out_inside_has_the_cores_that_are_left() -> None:
-    """Of four cores two each; of two none, in this process as in its copies, where both are busy already."""
-    for cores, inside in ((4, 2), (2, 1), (1, 1)):
+    """Of four cores two each; of two one, in this process as in its copies, while both are busy."""
+    gates = [os.pipe() for _ in range(2)]
+
+    def met(item: int) -> int:
+        """The cores while both items are under way: neither goes on before the other has come, twice."""
+        found = []
+        for _ in range(2):
+            os.write(gates[1 - item][1], b".")
+            os.read(gates[item][0], 1)
+            found.append(allowed())
+        return found[0]
+
+    for cores, inside in ((4, 2), (2, 1)):
         with on_cores(cores):
-            assert mapped(lambda _item: allowed(), range(2)) == [inside, inside]
-            assert both(allowed, allowed) == (inside, inside)
+            assert mapped(met, range(2)) == [inside, inside]
+            assert both(lambda: met(0), lambda: met(1)) == (inside, inside)
             assert allowed() == cores
+    for ends in (end for gate in gates for end in gate):
+        os.close(ends)
+
+
+def test_the_core_of_a_copy_that_is_done_is_used_inside() -> None:
+    here, gate = os.getpid(), os.pipe()
+
+    def first_here(item: int) -> tuple[int, set[int]]:
+        """The processes that work for this one's item, which is under way until the copy has done the other."""
+        if os.getpid() != here:
+            os.read(gate[0], 1)
+            return os.getpid(), set()
+        os.write(gate[1], b".")
+        while allowed() < 2:
+            time.sleep(0.001)
+        return os.getpid(), set(mapped(lambda _n: time.sleep(0.02) or os.getpid(), range(4)))
+
+    with on_cores(2):
+        inside = dict(mapped(first_here, range(2)))[here]
+    for ends in gate:
+        os.close(ends)
+    assert len(inside) == 2
 
 
 def test_no_item_is_begun_behind_one_that_ends_it() -> None:
