@@ -21,6 +21,7 @@ from aerosid.equation_error.selection.alternatives import Alternative, alternati
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
 from aerosid.equation_error.selection.confirmation import is_replicated
+from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
 from aerosid.equation_error.selection.deletion import Selected, left_out
 from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
 from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
@@ -33,6 +34,7 @@ from aerosid.equation_error.selection.joint_timing import (
     joint_timing,
     kinematic_timing,
     likeliest_kinds,
+    timed_at,
     where_witnesses_differ,
 )
 from aerosid.equation_error.selection.model_averaging import averaged
@@ -215,8 +217,10 @@ def _structure(
     likelier, late = likeliest_kinds(proved, declared, sensors, told)
     if likelier is not proved:
         proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
+    timing = joint_timing(proved.estimate, kinematic_timing(proved.estimate), declared)
+    falls = falls_of(estimate(whole, start), timed_at(declared, timing))
     declared = likelier_smoothing(likelier_inputs(declared))
-    search = _search_of(faults, proved, declared, coefficients, told)
+    search = _search_of(faults, proved, declared, falls, coefficients, told)
     outcome = _timed(proved.estimate, declared, search)
     for each in proved.chosen:
         gain = joint_gain(proved, each, outcome.timing, outcome.kept.estimate)
@@ -242,16 +246,21 @@ def _search_of(
     faults: ProvedFaults,
     proved: Selected,
     declared: Estimate,
+    falls: Mapping[str, float],
     coefficients: tuple[str, ...],
     told: Callable[[str], None],
 ) -> CoefficientSearch:
-    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
+    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support.
+
+    `falls`: what each coefficient loses in ln L by the proved faults.
+    """
     asked, settings = faults.asked, declared.frame.settings
     support = supported_faults(proved, [h for h in asked if of_sensors(h)])
     open_ = tuple(h for h in asked if not of_sensors(h) or told_apart(h) in support)
     alarm = settings.alarm(declared.point.model.axes)
     rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
     rules = replace(rules, support=support, usual=usual_downwash(faults.start.model))
+    rules = with_contradictions(rules, open_, falls)
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
         known = support.get(told_apart(hypothesis))

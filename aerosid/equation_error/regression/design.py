@@ -253,7 +253,7 @@ def solve(design: Design, weights: Weights) -> Solution:
         covariance,
         residuals,
         weights,
-        log_likelihood(design, innovations, weights, bases) - penalty,
+        sum(log_likelihoods(design, innovations, weights, bases)) - penalty,
         innovations,
         x,
         penalty,
@@ -278,20 +278,20 @@ def _inverse(correlation: Array) -> Array:
     return np.asarray((vectors * shown) @ vectors.T)
 
 
-def log_likelihood(
+def log_likelihoods(
     design: Design, innovations: Array, weights: Weights, bases: Sequence[Array | None] | None = None
-) -> float:
-    """Ln L of all segments but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
+) -> list[float]:
+    """Ln L of each segment but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
     bases = whitened_instruments(design, weights) if bases is None else bases
-    total = 0.0
+    each = []
     for s, colour in enumerate(weights.colours):
         part, basis = innovations[design.rows(s)], bases[s]
         if basis is None:
-            total -= 0.5 * float(part @ part) + part.size * float(np.log(weights.sizes[s])) + colour.log_start
+            each.append(-0.5 * float(part @ part) - part.size * float(np.log(weights.sizes[s])) - colour.log_start)
         else:
             along = basis.T @ part
-            total -= 0.5 * float(along @ along) + along.size * float(np.log(weights.sizes[s]))
-    return total
+            each.append(-0.5 * float(along @ along) - along.size * float(np.log(weights.sizes[s])))
+    return each
 
 
 def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:

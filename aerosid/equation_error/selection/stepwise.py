@@ -28,6 +28,7 @@ from aerosid.equation_error.selection.candidates import (
     candidates_kept,
     drop_columns,
     effect_candidates,
+    identity,
     in_either_order,
     joined,
     likeliest,
@@ -35,7 +36,7 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out
+from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, paid
 from aerosid.equation_error.selection.prices import Rules
 from aerosid.equation_error.selection.redundancy import LATE_CONTROL, open_beside
 from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
@@ -63,9 +64,19 @@ def forward_steps(
 
     `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
     recordings or on that one alone whose name is given.
+
+    What enters moves the numbers of the others, and a number that other equations know too costs more the further it is
+    moved from theirs: effects can chase one another out and in again. The structure that would come a second time is
+    the end, and last comes the likeliest of those between, prices paid.
     """
     refused: set[tuple[str, str, str]] = set()
+    met: dict[frozenset[tuple[object, ...]], Selected] = {}
     while True:
+        names = frozenset((*identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
+        if names in met:
+            yield max([*met.values()][[*met].index(names) :], key=lambda each: paid(each, rules))
+            return
+        met[names] = selected
         yield selected
         if len(selected.chosen) >= most:
             return

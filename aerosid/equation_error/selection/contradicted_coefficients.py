@@ -1,0 +1,71 @@
+"""Coefficients that a proven fault of an instrument contradicts: they explain less of the flight once it is undone.
+
+Kinematics prove a fault without aerodynamics. Where the declared terms of a coefficient hold all that there is, undoing
+the fault cannot take much off their likelihood: the probability that what is wrong is likelier than what is right by
+Delta in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). So much likelier it is that the
+coefficient lacks something, and that its terms bent to the fault in place of it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.coefficient import TOUCHED
+from aerosid.equation_error.regression.design import log_likelihoods
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.prices import Rules
+
+EVEN = 0.5
+"""Statistical: probability that a coefficient lacks anything, at most, however clearly it is contradicted."""
+
+
+def falls_of(declared: Estimate, corrected: Estimate) -> dict[str, float]:
+    """What each coefficient's equations lose in ln L by the faults of a second estimate; those that lose any.
+
+    Parameters
+    ----------
+    declared, corrected : Estimate
+        Of the coefficient equations of one structure on the same recordings, without the faults and with them.
+    """
+    before, after = by_coefficient(declared), by_coefficient(corrected)
+    return {name: before[name] - after[name] for name in before if before[name] > after[name]}
+
+
+def by_coefficient(found: Estimate) -> dict[str, float]:
+    """Ln L of each coefficient's equations on all recordings, but for a constant."""
+    each = log_likelihoods(found.design, found.solution.whitened, found.solution.weights)
+    parts: dict[str, float] = defaultdict(float)
+    for (_, name), part in zip(found.design.segments, each, strict=True):
+        parts[name] += part
+    return parts
+
+
+def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mapping[str, float]) -> Rules:
+    """The rules with higher odds for the terms of contradicted coefficients: even ones for all of one at most.
+
+    Parameters
+    ----------
+    falls : mapping of coefficient to float
+        What each loses in ln L by the proven faults.
+    """
+    shares = dict(rules.shares)
+    for name, fall in falls.items():
+        terms = [hypothesis.label for hypothesis in asked if _is_term_of(hypothesis, name)]
+        together = rules.false_alarm * sum(rules.shares[label] for label in terms)
+        if not terms:
+            continue
+        more = min(float(np.exp(min(fall, 700.0))), EVEN / together)
+        for label in terms:
+            shares[label] = max(shares[label], rules.shares[label] * max(more, 1.0))
+    return replace(rules, shares=shares)
+
+
+def _is_term_of(hypothesis: Hypothesis, equation: str) -> bool:
+    """Whether all terms of a hypothesis act in an equation."""
+    touched = [TOUCHED.get(coefficient, (coefficient,)) for coefficient, _ in hypothesis.entries]
+    return bool(touched) and all(equation in equations for equations in touched)

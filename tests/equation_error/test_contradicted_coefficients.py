@@ -1,0 +1,75 @@
+"""Coefficients that a proven fault contradicts: what they lose in ln L, and what odds their terms have by it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from equations_decided import proved
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
+from aerosid.equation_error.selection.contradicted_coefficients import (
+    EVEN,
+    by_coefficient,
+    falls_of,
+    with_contradictions,
+)
+from aerosid.equation_error.selection.joint_timing import held_at
+from aerosid.equation_error.selection.prices import rules_for
+from aerosid.flight_model.terms import parse_term
+from aerosid.search.hypotheses import term_hypotheses
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 5000
+"""Of tests; published tables and trials begin elsewhere."""
+
+LATE = Wrong(delay={"alpha": 0.12})
+
+
+def without_and_with_faults(seed: int, air: float) -> tuple[Estimate, Estimate]:
+    """The declared coefficients of a flight with a late vane, as recorded and with the vane's delay undone."""
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
+    one, two = (flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=LATE) for n, name in enumerate(("one", "two")))
+    faults = proved(aircraft, [one], [two])
+    found = faults.selected.estimate
+    assert [each.hypothesis.where for each in faults.selected.chosen] == ["alpha"]
+    whole = Frame(found.frame.recordings, COEFFICIENT, found.frame.settings, all_fitted=True)
+    return estimate(whole, faults.start), estimate(whole, held_at(faults.start, found.point.effects))
+
+
+@pytest.mark.parametrize(("seed", "air"), [(70, 0.0), (71, 0.6)])
+def test_undoing_a_fault_that_is_there_takes_nothing_off_a_complete_coefficient(seed: int, air: float) -> None:
+    declared, corrected = without_and_with_faults(seed, air)
+    for found in (declared, corrected):
+        assert sum(by_coefficient(found).values()) == pytest.approx(found.log_likelihood, rel=1e-12)
+    falls = falls_of(declared, corrected)
+    assert sum(falls.values()) < 3.0  # e^-3: one flight in twenty
+    back = falls_of(corrected, declared)  # a fault put in where none is
+    gained = by_coefficient(corrected)["C_Z"] - by_coefficient(declared)["C_Z"]
+    assert back["C_Z"] == pytest.approx(gained)
+    assert gained > 20.0
+
+
+TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alpha^2"), ("C_Z", "delta_e^2")]
+
+
+@given(st.dictionaries(st.sampled_from(["C_X", "C_Z", "C_m"]), st.floats(0.0, 1e4), max_size=3))
+def test_odds_rise_by_the_fall_and_are_even_at_most(falls: dict[str, float]) -> None:
+    hypotheses = term_hypotheses([(name, parse_term(term)) for name, term in TERMS])
+    before = rules_for(hypotheses, 500, 0.01, 0.25)
+    after = with_contradictions(before, hypotheses, falls)
+    for hypothesis in hypotheses:
+        (coefficient,) = {name for name, _ in hypothesis.entries}
+        touched = ("C_X", "C_Z") if coefficient == "C_L" else (coefficient,)
+        lowered = before.price(hypothesis) - after.price(hypothesis)
+        assert -1e-9 <= lowered <= max(falls.get(name, 0.0) for name in touched) + 1e-9
+    for name in ("C_X", "C_m"):
+        own = [h for h in hypotheses if all(c == name for c, _ in h.entries)]
+        together = sum(after.chance(h) for h in own)
+        assert together <= EVEN * (1.0 + 1e-9)
+        if falls.get(name, 0.0) > 20.0:
+            assert together > 0.1
+    assert np.isclose(after.false_alarm, before.false_alarm)
