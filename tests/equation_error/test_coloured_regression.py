@@ -7,7 +7,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from aerosid.equation_error.regression.coloured_regression import colour_of, fit_colour, shared_colour, with_own_colours
-from aerosid.equation_error.regression.design import Design, Weights, log_likelihood, regress, solve
+from aerosid.equation_error.regression.design import Design, Weights, log_likelihoods, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ def test_the_likelihood_is_that_of_the_dense_normal_distribution(weights: Array)
     for s, part in enumerate(dense):
         left = solution.residuals[design.rows(s)]
         exact -= 0.5 * (np.linalg.slogdet(part)[1] + left @ np.linalg.solve(part, left))
-    assert log_likelihood(design, solution.whitened, given) == pytest.approx(exact, rel=1e-9)
+    assert sum(log_likelihoods(design, solution.whitened, given)) == pytest.approx(exact, rel=1e-9)
     assert solution.log_likelihood == pytest.approx(exact, rel=1e-9)
 
 

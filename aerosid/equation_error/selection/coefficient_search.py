@@ -180,7 +180,9 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
     most = begun.estimate.frame.settings.most
     found = _beside_level_shifts(search, begun)
     best: Selected | None = None
+    met: set[frozenset[Label]] = set()
     for _ in range(begun.estimate.frame.settings.rounds + 1):
+        met.add(frozenset(each.hypothesis.label for each in found.chosen))
         kept, refused_now = _standing(search, found)
         stand = {each.hypothesis.label for each in kept.chosen}
         gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
@@ -192,7 +194,8 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
         found = search.replaced(kept, open_)
         if gone:
             found = search.forward(found, open_, most, struck_out=gone_before)
-        if {each.hypothesis.label for each in found.chosen} == stand:
+        names = frozenset(each.hypothesis.label for each in found.chosen)
+        if names == stand or names in met:  # what stood of it then would stand of it again
             break
     assert best is not None
     return best, refuted

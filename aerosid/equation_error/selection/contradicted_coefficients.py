@@ -18,7 +18,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.coefficient import TOUCHED
 from aerosid.equation_error.regression.design import log_likelihoods
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.prices import Label, Rules
 
 EVEN = 0.5
 """Statistical: probability that a coefficient lacks anything, at most, however clearly it is contradicted."""
@@ -53,16 +53,15 @@ def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mappin
     falls : mapping of coefficient to float
         What each loses in ln L by the proven faults.
     """
-    shares = dict(rules.shares)
+    likelier: dict[Label, float] = {}
     for name, fall in falls.items():
         terms = [hypothesis.label for hypothesis in asked if _is_term_of(hypothesis, name)]
-        together = rules.false_alarm * sum(rules.shares[label] for label in terms)
         if not terms:
             continue
-        more = min(float(np.exp(min(fall, 700.0))), EVEN / together)
-        for label in terms:
-            shares[label] = max(shares[label], rules.shares[label] * max(more, 1.0))
-    return replace(rules, shares=shares)
+        together = rules.false_alarm * sum(rules.shares[label] for label in terms)
+        more = max(min(float(np.exp(min(fall, 700.0))), EVEN / together), 1.0)
+        likelier.update({label: max(more, likelier.get(label, 1.0)) for label in terms})
+    return replace(rules, likelier=likelier)
 
 
 def _is_term_of(hypothesis: Hypothesis, equation: str) -> bool:

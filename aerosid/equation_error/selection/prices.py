@@ -77,6 +77,8 @@ class Rules:
         What other equations show; both likelihoods are one product, and have to pay the price together.
     usual : mapping of entry to float
         Standard deviation of a term's value about none, for terms whose size physics tell.
+    likelier : mapping of label to float
+        By how much other evidence raises the odds of a hypothesis over its share, 1.
     """
 
     shares: Mapping[Label, float]
@@ -84,10 +86,12 @@ class Rules:
     false_alarm: float
     support: Mapping[Name, Support] = field(default_factory=dict)
     usual: Mapping[Entry, float] = field(default_factory=dict)
+    likelier: Mapping[Label, float] = field(default_factory=dict)
 
     def chance(self, hypothesis: Hypothesis) -> float:
         """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
-        return self.shares.get(hypothesis.label, max(self.shares.values())) * self.false_alarm
+        share = self.shares.get(hypothesis.label, max(self.shares.values()))
+        return share * self.false_alarm * self.likelier.get(hypothesis.label, 1.0)
 
     def price(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
