@@ -260,7 +260,7 @@ def _search_of(
     alarm = settings.alarm(declared.point.model.axes)
     rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
     rules = replace(rules, support=support, usual=usual_downwash(faults.start.model))
-    rules = with_contradictions(rules, open_, falls)
+    rules = with_contradictions(rules, open_, falls, settings.contradicted)
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
         known = support.get(told_apart(hypothesis))

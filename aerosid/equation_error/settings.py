@@ -31,6 +31,9 @@ class EquationErrorSettings:
         this share over the number of hypotheses asked, so that an effect enters where its posterior odds by Schwarz's
         criterion pass one: gain in ln L - (k/2) ln N > ln(asked/false_alarm). Verified by Monte Carlo in
         tests/equation_error/test_false_alarms.py.
+    contradicted : float
+        Probability, at most, that the price of the terms of a coefficient rests on: that it lacks something, however
+        much it loses in ln L by the proven faults. 0.5: even odds.
     sideways_false_alarm : float
         The same where sideslip is compared: two of 200 clean flights may have something named, by whatever method, and
         real flights leave in C_l and C_n what no term of the library is.
@@ -198,6 +201,7 @@ class EquationErrorSettings:
     """
 
     false_alarm: float = 0.01
+    contradicted: float = 0.5
     sideways_false_alarm: float = 0.003
     deviations: float = 3.0
     order: int = 4

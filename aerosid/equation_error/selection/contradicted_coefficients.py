@@ -20,9 +20,6 @@ from aerosid.equation_error.regression.design import log_likelihoods
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.prices import Label, Rules
 
-EVEN = 0.5
-"""Statistical: probability that a coefficient lacks anything, at most, however clearly it is contradicted."""
-
 
 def falls_of(declared: Estimate, corrected: Estimate) -> dict[str, float]:
     """What each coefficient's equations lose in ln L by the faults of a second estimate; those that lose any.
@@ -45,13 +42,15 @@ def by_coefficient(found: Estimate) -> dict[str, float]:
     return parts
 
 
-def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mapping[str, float]) -> Rules:
-    """The rules with higher odds for the terms of contradicted coefficients: even ones for all of one at most.
+def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mapping[str, float], most: float) -> Rules:
+    """The rules with higher odds for the terms of contradicted coefficients.
 
     Parameters
     ----------
     falls : mapping of coefficient to float
         What each loses in ln L by the proven faults.
+    most : float
+        Probability that any of one coefficient's terms is missing, at most.
     """
     likelier: dict[Label, float] = {}
     for name, fall in falls.items():
@@ -59,7 +58,7 @@ def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mappin
         if not terms:
             continue
         together = rules.false_alarm * sum(rules.shares[label] for label in terms)
-        more = max(min(float(np.exp(min(fall, 700.0))), EVEN / together), 1.0)
+        more = max(min(float(np.exp(min(fall, 700.0))), most / together), 1.0)
         likelier.update({label: max(more, likelier.get(label, 1.0)) for label in terms})
     return replace(rules, likelier=likelier)
 
