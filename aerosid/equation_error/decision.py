@@ -19,9 +19,13 @@ from aerosid.equation_error.regression.input_interpolation import likelier_input
 from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
-from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, predicted_better, searched
+from aerosid.equation_error.selection.coefficient_search import (
+    CoefficientSearch,
+    asked_where_contradicted,
+    predicted_better,
+    searched,
+)
 from aerosid.equation_error.selection.confirmation import is_replicated
-from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
 from aerosid.equation_error.selection.deletion import Selected, left_out
 from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
 from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
@@ -34,7 +38,6 @@ from aerosid.equation_error.selection.joint_timing import (
     joint_timing,
     kinematic_timing,
     likeliest_kinds,
-    timed_at,
     where_witnesses_differ,
 )
 from aerosid.equation_error.selection.model_averaging import averaged
@@ -217,17 +220,16 @@ def _structure(
     likelier, late = likeliest_kinds(proved, declared, sensors, told)
     if likelier is not proved:
         proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
-    timing = joint_timing(proved.estimate, kinematic_timing(proved.estimate), declared)
-    falls = falls_of(estimate(whole, start), timed_at(declared, timing))
     declared = likelier_smoothing(likelier_inputs(declared))
-    search = _search_of(faults, proved, declared, falls, coefficients, told)
+    search = _search_of(faults, proved, declared, coefficients, told)
     outcome = _timed(proved.estimate, declared, search)
     for each in proved.chosen:
         gain = joint_gain(proved, each, outcome.timing, outcome.kept.estimate)
         if gain is not None and gain < search.rules.price(each.hypothesis):
             told(f"  both kinds of equations together gain {gain:.1f} by {each.hypothesis.label}")
             return _structure(faults, left_out(proved, each), coefficients, told)
-    return _Structure(proved, late, search, outcome)
+    search, kept, refuted = asked_where_contradicted(search, outcome.kept, outcome.refuted, len(outcome.timing.effects))
+    return _Structure(proved, late, search, replace(outcome, kept=kept, refuted=refuted))
 
 
 def _with_deviations(timing: JointTiming, alone: Selected, kept: Selected) -> tuple[Estimate, Array]:
@@ -246,21 +248,16 @@ def _search_of(
     faults: ProvedFaults,
     proved: Selected,
     declared: Estimate,
-    falls: Mapping[str, float],
     coefficients: tuple[str, ...],
     told: Callable[[str], None],
 ) -> CoefficientSearch:
-    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support.
-
-    `falls`: what each coefficient loses in ln L by the proved faults.
-    """
+    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
     asked, settings = faults.asked, declared.frame.settings
     support = supported_faults(proved, [h for h in asked if of_sensors(h)])
     open_ = tuple(h for h in asked if not of_sensors(h) or told_apart(h) in support)
     alarm = settings.alarm(declared.point.model.axes)
     rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
     rules = replace(rules, support=support, usual=usual_downwash(faults.start.model))
-    rules = with_contradictions(rules, open_, falls, settings.contradicted)
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
         known = support.get(told_apart(hypothesis))

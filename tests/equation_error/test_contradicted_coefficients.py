@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from equations_decided import proved
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.selection.contradicted_coefficients import (
@@ -17,9 +20,10 @@ from aerosid.equation_error.selection.contradicted_coefficients import (
 )
 from aerosid.equation_error.selection.joint_timing import held_at
 from aerosid.equation_error.selection.prices import rules_for
+from aerosid.equation_error.selection.proved_faults import ProvedFaults
 from aerosid.flight_model.terms import parse_term
 from aerosid.search.hypotheses import term_hypotheses
-from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 EVEN = 0.5
 SEEDS = 5000
@@ -28,29 +32,33 @@ SEEDS = 5000
 LATE = Wrong(delay={"alpha": 0.12})
 
 
-def without_and_with_faults(seed: int, air: float) -> tuple[Estimate, Estimate]:
-    """The declared coefficients of a flight with a late vane, as recorded and with the vane's delay undone."""
+def faults_of(seed: int, air: float, wrong: Wrong) -> ProvedFaults:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
-    one, two = (flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=LATE) for n, name in enumerate(("one", "two")))
-    faults = proved(aircraft, [one], [two])
+    one, two = (flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=wrong) for n, name in enumerate(("one", "two")))
+    return proved(aircraft, [one], [two])
+
+
+def undone(faults: ProvedFaults, effects: Sequence[ActiveEffect]) -> Estimate:
+    """The declared coefficients of all flights with some faults of instruments undone."""
     found = faults.selected.estimate
-    assert [each.hypothesis.where for each in faults.selected.chosen] == ["alpha"]
     whole = Frame(found.frame.recordings, COEFFICIENT, found.frame.settings, all_fitted=True)
-    return estimate(whole, faults.start), estimate(whole, held_at(faults.start, found.point.effects))
+    return estimate(whole, held_at(faults.start, effects))
 
 
 @pytest.mark.parametrize(("seed", "air"), [(70, 0.0), (71, 0.6)])
-def test_undoing_a_fault_that_is_there_takes_nothing_off_a_complete_coefficient(seed: int, air: float) -> None:
-    declared, corrected = without_and_with_faults(seed, air)
-    for found in (declared, corrected):
-        assert sum(by_coefficient(found).values()) == pytest.approx(found.log_likelihood, rel=1e-12)
-    falls = falls_of(declared, corrected)
-    assert sum(falls.values()) < 3.0  # e^-3: one flight in twenty
-    back = falls_of(corrected, declared)  # a fault put in where none is
-    gained = by_coefficient(corrected)["C_Z"] - by_coefficient(declared)["C_Z"]
-    assert back["C_Z"] == pytest.approx(gained)
-    assert gained > 20.0
+def test_a_delay_that_is_there_costs_complete_coefficients_nothing_and_one_that_is_not_costs_much(
+    seed: int, air: float
+) -> None:
+    late, clean = faults_of(seed, air, LATE), faults_of(seed, air, NOTHING)
+    effects = late.selected.estimate.point.effects
+    assert [active.effect.where for active in effects] == ["alpha"]
+    assert not clean.selected.chosen
+    assert falls_of(undone(clean, ()), 0) == {}
+    assert sum(falls_of(undone(late, effects), 1).values()) < 3.0  # e^-3: one flight in twenty
+    wrong = undone(clean, effects)
+    assert sum(by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
+    assert falls_of(wrong, 1)["C_Z"] > 20.0
 
 
 TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alpha^2"), ("C_Z", "delta_e^2")]

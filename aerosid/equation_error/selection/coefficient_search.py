@@ -21,6 +21,7 @@ from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import told_apart
 from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
+from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
 from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, paid, struck_out
 from aerosid.equation_error.selection.evidence import distances, weakest
 from aerosid.equation_error.selection.level_shifts import (
@@ -199,6 +200,27 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
             break
     assert best is not None
     return best, refuted
+
+
+def asked_where_contradicted(
+    search: CoefficientSearch, found: Selected, refuted: Labels, faults: int
+) -> tuple[CoefficientSearch, Selected, Labels]:
+    """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
+
+    Asked once a structure is found: what it explains contradicts no more. `faults`: how many of its effects are those.
+    """
+    falls = falls_of(found.estimate, faults)
+    if not falls:
+        return search, found, refuted
+    search.told("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in falls.items()))
+    settings = found.estimate.frame.settings
+    search = replace(search, rules=with_contradictions(search.rules, search.asked, falls, settings.contradicted))
+    open_ = [h for h in search.asked if h.label in search.rules.likelier and h.label not in refuted]
+    more = search.forward(found, open_, settings.most, sudden=False)
+    if more is found:
+        return search, found, refuted
+    kept, refuted_now = _standing(search, more)
+    return search, kept, (*refuted, *refuted_now)
 
 
 def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:

@@ -1,9 +1,9 @@
 """Coefficients that a proven fault of an instrument contradicts: they explain less of the flight once it is undone.
 
-Kinematics prove a fault without aerodynamics. Where the declared terms of a coefficient hold all that there is, undoing
-the fault cannot take much off their likelihood: the probability that what is wrong is likelier than what is right by
-Delta in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). So much likelier it is that the
-coefficient lacks something, and that its terms bent to the fault in place of it.
+Kinematics prove a fault without aerodynamics. Where the terms of a coefficient hold all that there is, undoing the
+fault cannot take much off their likelihood: the probability that what is wrong is likelier than what is right by Delta
+in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). So much likelier it is that the coefficient
+lacks something more, and that its terms bent to the fault in place of it.
 """
 
 from __future__ import annotations
@@ -17,18 +17,24 @@ import numpy as np
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.coefficient import TOUCHED
 from aerosid.equation_error.regression.design import log_likelihoods
-from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.prices import Label, Rules
 
 
-def falls_of(declared: Estimate, corrected: Estimate) -> dict[str, float]:
-    """What each coefficient's equations lose in ln L by the faults of a second estimate; those that lose any.
+def falls_of(corrected: Estimate, faults: int) -> dict[str, float]:
+    """What each coefficient's equations lose in ln L by undoing the instruments' faults; those that lose any.
 
     Parameters
     ----------
-    declared, corrected : Estimate
-        Of the coefficient equations of one structure on the same recordings, without the faults and with them.
+    corrected : Estimate
+        Of the coefficient equations.
+    faults : int
+        How many of its effects, the first, are those faults.
     """
+    if not faults:
+        return {}
+    recorded = replace(corrected.point, effects=corrected.point.effects[faults:])
+    declared = estimate(corrected.frame, recorded, corrected.solution.weights)
     before, after = by_coefficient(declared), by_coefficient(corrected)
     return {name: before[name] - after[name] for name in before if before[name] > after[name]}
 
@@ -48,7 +54,7 @@ def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mappin
     Parameters
     ----------
     falls : mapping of coefficient to float
-        What each loses in ln L by the proven faults.
+        What each loses in ln L by undoing the proven faults.
     most : float
         Probability that any of one coefficient's terms is missing, at most.
     """

@@ -214,8 +214,8 @@ def likeliest_kinds(
         # The same faults are asked for each channel that is late.
         name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in begun.effects)
         if name not in timed:
-            timing = joint_timing(selected.estimate, begun, timed_at(declared, begun), told)
-            timed[name] = timing, timed_at(declared, timing).log_likelihood - timing.penalty
+            timing = joint_timing(selected.estimate, begun, _at(declared, begun), told)
+            timed[name] = timing, _at(declared, timing).log_likelihood - timing.penalty
         timing, likelihood = timed[name]
         return _Lateness(hypothesis, gain, behind, selected, timing, likelihood - behind)
 
@@ -242,7 +242,7 @@ def likeliest_kinds(
     return proved, tuple(row for row in others if row.instead_of.label in names)
 
 
-def timed_at(declared: Estimate, timing: JointTiming) -> Estimate:
+def _at(declared: Estimate, timing: JointTiming) -> Estimate:
     """The declared structure's coefficients with the faults held at some numbers."""
     return estimate(declared.frame, held_at(declared.point, timing.effects), declared.solution.weights)
 
