@@ -2,8 +2,8 @@
 
 Kinematics prove a fault without aerodynamics. Where the terms of a coefficient hold all that there is, undoing the
 fault cannot take much off their likelihood: the probability that what is wrong is likelier than what is right by Delta
-in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). So much likelier it is that the coefficient
-lacks something more, and that its terms bent to the fault in place of it.
+in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). By so much it is likelier that the
+coefficient lacks something more, and that its terms bent to the fault in place of it.
 """
 
 from __future__ import annotations
