@@ -19,12 +19,7 @@ from aerosid.equation_error.regression.input_interpolation import likelier_input
 from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
-from aerosid.equation_error.selection.coefficient_search import (
-    CoefficientSearch,
-    asked_where_contradicted,
-    predicted_better,
-    searched,
-)
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.confirmation import is_replicated
 from aerosid.equation_error.selection.deletion import Selected, left_out
 from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
@@ -44,7 +39,9 @@ from aerosid.equation_error.selection.model_averaging import averaged
 from aerosid.equation_error.selection.nearly_proven import NearlyProven, nearly_proven, with_unseen
 from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
+from aerosid.equation_error.selection.search_rounds import asked_where_contradicted, searched
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
+from aerosid.equation_error.selection.standing import predicted_better
 from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of

@@ -1,4 +1,4 @@
-"""Structure selection in the coefficient equations, confirmed by every recording."""
+"""Growth of a structure in the coefficient equations, beside what happens suddenly and beside flow separation."""
 
 from __future__ import annotations
 
@@ -7,30 +7,15 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from aerosid.compiled.cores import NumberSeenByCopies, both, mapped
-from aerosid.effects.aerodynamic_terms import is_symmetric
+from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
-from aerosid.equation_error.regression.design import compares_all
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.regression.moderated_test import chance_of
 from aerosid.equation_error.selection.alternatives import replaced
-from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
-from aerosid.equation_error.selection.candidates import told_apart
-from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
-from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, paid, struck_out
-from aerosid.equation_error.selection.evidence import distances, weakest
+from aerosid.equation_error.selection.deletion import Selected, paid
 from aerosid.equation_error.selection.level_shifts import (
     as_hypothesis,
-    comes_again,
     level_shifts,
-    shift_columns,
     shifts_of,
-    sudden_elsewhere,
     with_shifts,
     without_shifts,
 )
@@ -38,22 +23,11 @@ from aerosid.equation_error.selection.prices import Label, Rules
 from aerosid.equation_error.selection.starts import may_separate, of_controls
 from aerosid.equation_error.selection.stepwise import Admitted, forward_steps, with_separation
 from aerosid.equation_error.selection.votes import (
-    Jumps,
-    Predicted,
-    beside_gusts,
-    refused,
-    share_lost,
     shares_of,
-    unconfirmed,
 )
-
-Array = NDArray[np.float64]
 
 _Found = TypeVar("_Found")
 _Other = TypeVar("_Other")
-
-Labels = tuple[tuple[str, str, str], ...]
-"""Names of hypotheses."""
 
 
 @dataclass(frozen=True)
@@ -171,59 +145,7 @@ class CoefficientSearch:
         return paid(selected, self.rules) - shifts
 
 
-def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
-    """What the coefficients lack and every recording can bear; what left may have stood in another's place.
-
-    Of the structures that stand after one round and another the likeliest counts, prices paid.
-    """
-    refuted: Labels = ()
-    gone_before: Labels = ()
-    most = begun.estimate.frame.settings.most
-    found = _beside_level_shifts(search, begun)
-    best: Selected | None = None
-    met: set[frozenset[Label]] = set()
-    for _ in range(begun.estimate.frame.settings.rounds + 1):
-        met.add(frozenset(each.hypothesis.label for each in found.chosen))
-        kept, refused_now = _standing(search, found)
-        stand = {each.hypothesis.label for each in kept.chosen}
-        gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
-        refuted, gone_before = (*refuted, *refused_now), (*gone_before, *gone)
-        # What was refused since stands no more in what stood before.
-        held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
-        best = max(best, kept, key=search.paid) if best is not None and held else kept
-        open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
-        found = search.replaced(kept, open_)
-        if gone:
-            found = search.forward(found, open_, most, struck_out=gone_before)
-        names = frozenset(each.hypothesis.label for each in found.chosen)
-        if names == stand or names in met:  # what stood of it then would stand of it again
-            break
-    assert best is not None
-    return best, refuted
-
-
-def asked_where_contradicted(
-    search: CoefficientSearch, found: Selected, refuted: Labels, faults: int
-) -> tuple[CoefficientSearch, Selected, Labels]:
-    """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
-
-    Asked once a structure is found: what it explains contradicts no more. `faults`: how many of its effects are those.
-    """
-    falls = falls_of(found.estimate, faults)
-    if not falls:
-        return search, found, refuted
-    search.told("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in falls.items()))
-    settings = found.estimate.frame.settings
-    search = replace(search, rules=with_contradictions(search.rules, search.asked, falls, settings.contradicted))
-    open_ = [h for h in search.asked if h.label in search.rules.likelier and h.label not in refuted]
-    more = search.forward(found, open_, settings.most, sudden=False)
-    if more is found:
-        return search, found, refuted
-    kept, refuted_now = _standing(search, more)
-    return search, kept, (*refuted, *refuted_now)
-
-
-def _beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
+def beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
     """What the coefficients lack beside what happens suddenly on unseen recordings.
 
     The first structure was chosen where a sudden change of an unseen recording was noise, and may stand in its place:
@@ -322,99 +244,3 @@ def _grown(
         if len(found.chosen) >= enough.value:
             break
     return found, grown
-
-
-def _standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, Labels]:
-    """What stays significant on the fitted recordings, and lowers no coefficient of an unseen one."""
-    refuted: list[tuple[str, str, str]] = []
-    while True:
-        point = selected.estimate.point
-        completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
-        fitted = Selected(completed, selected.chosen)
-        replicated = functools.partial(is_replicated, selected, fitted)
-        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected, fitted)
-        if gone is None:
-            gone = _refused_one(search, selected, fitted)
-            if gone is None:
-                return selected, tuple(refuted)
-            refuted.append(gone.hypothesis.label)
-        search.told(f"  does not stand: {gone.hypothesis.label}")
-        selected = left_out(selected, gone)
-
-
-def _of_few_blocks(search: CoefficientSearch, selected: Selected, fitted: Selected) -> Chosen | None:
-    """The chosen one that the noise of the few blocks that show it makes most easily, where it does so too easily.
-
-    What is sudden is one event by its nature, and was looked for at every instant; a fault that kinematics show as well
-    has another witness; and what an unseen recording needs by itself is no chance of a few blocks.
-    """
-    found, worst = selected.estimate, None
-    # Shown on longitudinal flights; with sideslip false alarms are a third as likely by their price already.
-    if not compares_all(found.design) or "v" in found.point.model.axes.integrated:
-        return None
-    for each in selected.chosen:
-        hypothesis = each.hypothesis
-        if any(is_sudden(active) for active in hypothesis.effects) or told_apart(hypothesis) in search.rules.support:
-            continue
-        chance = min(
-            (chance_of(found.design, found.solution, place, away) for place, away in distances(found, hypothesis)),
-            default=0.0,
-        )
-        excess = chance / search.rules.chance(hypothesis)
-        if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, fitted, each):
-            worst = excess, each
-    return worst[1] if worst is not None else None
-
-
-def _refused_one(search: CoefficientSearch, selected: Selected, fitted: Selected) -> Chosen | None:
-    """The chosen one of least gain with which an unseen coefficient, or an unseen block, is predicted worse."""
-    if not selected.chosen:
-        return None
-    completed = fitted.estimate
-    settings = completed.frame.settings
-    predicted, doubt = _jury(selected, completed)
-    known = shifts_of(selected.estimate)
-    steps = shift_columns(selected.estimate)
-    after = predicted(completed, steps)
-    further = functools.cache(lambda: sudden_elsewhere(selected.estimate, search.coefficients, search.rules))
-
-    def is_refused(each: Chosen) -> bool:
-        bare = struck_out(fitted, each)
-        before = predicted(bare, steps)
-        if refused(before, after, doubt, settings.least_rise):
-            if comes_again((*known, *(found.point.effects[-1] for found in further())), each.hypothesis):
-                return False
-            # An unseen recording in which something happens suddenly refuses nothing by that.
-            every = shift_columns(selected.estimate, further())
-            beside = predicted(bare, every), predicted(completed, every)
-            if not further() or refused(*beside, doubt, settings.least_rise):
-                return True
-        sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
-        return any(unconfirmed(before, after, coefficient) for coefficient in sideways)
-
-    asked = sorted(selected.chosen, key=lambda each: each.gain)
-    answers = mapped(is_refused, asked, until=lambda answer: answer)
-    return asked[len(answers) - 1] if answers[-1] else None
-
-
-def _jury(selected: Selected, completed: Estimate) -> tuple[Callable[[Estimate, Jumps], Predicted], float]:
-    """What an estimate leaves of unseen recordings, or of blocks of the fitted ones where all are; and the doubt."""
-    settings, whole = completed.frame.settings, selected.estimate.frame
-    if all(recording.fitted for recording in whole.recordings):
-        blocks = blocks_of(completed)
-        doubt = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
-        return lambda found, _jumps: over_blocks(found, blocks), doubt
-    return lambda found, jumps: beside_gusts(whole, found, jumps), settings.doubt
-
-
-def predicted_better(selected: Selected, fitted: Selected) -> dict[tuple[str, str, str], bool]:
-    """Whether the unseen recordings' coefficients are together predicted better with each chosen one; by its label.
-
-    `fitted`: the structure on the fitted recordings. Empty where nothing is unseen.
-    """
-    predicted, _ = _jury(selected, fitted.estimate)
-    steps = shift_columns(selected.estimate)
-    after = predicted(fitted.estimate, steps)
-    asked = selected.chosen if after else ()
-    better = mapped(lambda each: share_lost(predicted(struck_out(fitted, each), steps), after) < 0.0, asked)
-    return {each.hypothesis.label: answer for each, answer in zip(asked, better, strict=True)}

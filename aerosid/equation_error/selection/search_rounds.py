@@ -1,0 +1,63 @@
+"""Structure selection in the coefficient equations, in rounds of growth and of what every recording can bear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, beside_level_shifts
+from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
+from aerosid.equation_error.selection.deletion import Selected
+from aerosid.equation_error.selection.prices import Label
+from aerosid.equation_error.selection.standing import Labels, standing
+
+
+def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
+    """What the coefficients lack and every recording can bear; what left may have stood in another's place.
+
+    Of the structures that stand after one round and another the likeliest counts, prices paid.
+    """
+    refuted: Labels = ()
+    gone_before: Labels = ()
+    most = begun.estimate.frame.settings.most
+    found = beside_level_shifts(search, begun)
+    best: Selected | None = None
+    met: set[frozenset[Label]] = set()
+    for _ in range(begun.estimate.frame.settings.rounds + 1):
+        met.add(frozenset(each.hypothesis.label for each in found.chosen))
+        kept, refused_now = standing(search, found)
+        stand = {each.hypothesis.label for each in kept.chosen}
+        gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
+        refuted, gone_before = (*refuted, *refused_now), (*gone_before, *gone)
+        # What was refused since stands no more in what stood before.
+        held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
+        best = max(best, kept, key=search.paid) if best is not None and held else kept
+        open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
+        found = search.replaced(kept, open_)
+        if gone:
+            found = search.forward(found, open_, most, struck_out=gone_before)
+        names = frozenset(each.hypothesis.label for each in found.chosen)
+        if names == stand or names in met:  # what stood of it then would stand of it again
+            break
+    assert best is not None
+    return best, refuted
+
+
+def asked_where_contradicted(
+    search: CoefficientSearch, found: Selected, refuted: Labels, faults: int
+) -> tuple[CoefficientSearch, Selected, Labels]:
+    """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
+
+    Asked once a structure is found: what it explains contradicts no more. `faults`: how many of its effects are those.
+    """
+    falls = falls_of(found.estimate, faults)
+    if not falls:
+        return search, found, refuted
+    search.told("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in falls.items()))
+    settings = found.estimate.frame.settings
+    search = replace(search, rules=with_contradictions(search.rules, search.asked, falls, settings.contradicted))
+    open_ = [h for h in search.asked if h.label in search.rules.likelier and h.label not in refuted]
+    more = search.forward(found, open_, settings.most, sudden=False)
+    if more is found:
+        return search, found, refuted
+    kept, refuted_now = standing(search, more)
+    return search, kept, (*refuted, *refuted_now)
