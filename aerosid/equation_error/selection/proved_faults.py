@@ -41,7 +41,7 @@ from aerosid.equation_error.selection.pairs import with_pair
 from aerosid.equation_error.selection.prices import Rules, rules_for
 from aerosid.equation_error.selection.redundancy import at_one_distance
 from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
-from aerosid.equation_error.selection.stepwise import forward_steps, recordings_agree
+from aerosid.equation_error.selection.stepwise import forward_steps, names_of, recordings_agree
 from aerosid.equation_error.selection.time_origin import with_late_channels
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -214,8 +214,12 @@ def _searched(
     )
     passed = list(steps(begun))
     found = passed[-1]
+    met = {names_of(found)}
     while (paired := with_pair(found, rules, sensors, admitted, told)) is not None:
         *_, found = steps(paired)
+        if names_of(found) in met:  # a pair that pays and does not stand would come again and again
+            break
+        met.add(names_of(found))
     if outside(found):
         return found, passed
     found = replaced(found, sensors, rules, admitted)

@@ -72,7 +72,7 @@ def forward_steps(
     refused: set[tuple[str, str, str]] = set()
     met: dict[frozenset[tuple[object, ...]], Selected] = {}
     while True:
-        names = frozenset((*identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
+        names = names_of(selected)
         if names in met:
             yield max([*met.values()][[*met].index(names) :], key=lambda each: paid(each, rules))
             return
@@ -87,6 +87,11 @@ def forward_steps(
         drop_columns(selected.instead, BESIDE)
         chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
         selected = backward(Selected(found, chosen), rules, keep=[hypothesis], told=told)
+
+
+def names_of(selected: Selected) -> frozenset[tuple[object, ...]]:
+    """What tells a structure from others: its hypotheses, and when they act."""
+    return frozenset((*identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
 
 
 def _best(
