@@ -225,7 +225,8 @@ def _structure(
         if gain is not None and gain < search.rules.price(each.hypothesis):
             told(f"  both kinds of equations together gain {gain:.1f} by {each.hypothesis.label}")
             return _structure(faults, left_out(proved, each), coefficients, told)
-    search, kept, refuted = asked_where_contradicted(search, outcome.kept, outcome.refuted, len(outcome.timing.effects))
+    undeclared = slice(len(start.effects), len(outcome.timing.effects))
+    search, kept, refuted = asked_where_contradicted(search, outcome.kept, outcome.refuted, undeclared)
     return _Structure(proved, late, search, replace(outcome, kept=kept, refuted=refuted))
 
 

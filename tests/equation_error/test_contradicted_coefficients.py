@@ -54,11 +54,12 @@ def test_a_delay_that_is_there_costs_complete_coefficients_nothing_and_one_that_
     effects = late.selected.estimate.point.effects
     assert [active.effect.where for active in effects] == ["alpha"]
     assert not clean.selected.chosen
-    assert falls_of(undone(clean, ()), 0) == {}
-    assert sum(falls_of(undone(late, effects), 1).values()) < 3.0  # e^-3: one flight in twenty
+    assert falls_of(undone(clean, ()), slice(0, 0)) == {}
+    assert falls_of(undone(clean, effects), slice(1, 1)) == {}  # declared
+    assert sum(falls_of(undone(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in twenty
     wrong = undone(clean, effects)
     assert sum(by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
-    assert falls_of(wrong, 1)["C_Z"] > 20.0
+    assert falls_of(wrong, slice(0, 1))["C_Z"] > 20.0
 
 
 TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alpha^2"), ("C_Z", "delta_e^2")]

@@ -21,19 +21,20 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.prices import Label, Rules
 
 
-def falls_of(corrected: Estimate, faults: int) -> dict[str, float]:
+def falls_of(corrected: Estimate, faults: slice) -> dict[str, float]:
     """What each coefficient's equations lose in ln L by undoing the instruments' faults; those that lose any.
 
     Parameters
     ----------
     corrected : Estimate
         Of the coefficient equations.
-    faults : int
-        How many of its effects, the first, are those faults.
+    faults : slice
+        Those of its effects that are such faults and not declared.
     """
-    if not faults:
+    effects = corrected.point.effects
+    if not effects[faults]:
         return {}
-    recorded = replace(corrected.point, effects=corrected.point.effects[faults:])
+    recorded = replace(corrected.point, effects=(*effects[: faults.start], *effects[faults.stop :]))
     declared = estimate(corrected.frame, recorded, corrected.solution.weights)
     before, after = by_coefficient(declared), by_coefficient(corrected)
     return {name: before[name] - after[name] for name in before if before[name] > after[name]}

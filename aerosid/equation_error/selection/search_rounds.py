@@ -43,11 +43,11 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
 
 
 def asked_where_contradicted(
-    search: CoefficientSearch, found: Selected, refuted: Labels, faults: int
+    search: CoefficientSearch, found: Selected, refuted: Labels, faults: slice
 ) -> tuple[CoefficientSearch, Selected, Labels]:
     """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
 
-    Asked once a structure is found: what it explains contradicts no more. `faults`: how many of its effects are those.
+    Asked once a structure is found: what it explains contradicts no more. `faults`: those of its effects.
     """
     falls = falls_of(found.estimate, faults)
     if not falls:
