@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, beside_level_shifts
 from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
-from aerosid.equation_error.selection.deletion import Selected
+from aerosid.equation_error.selection.deletion import Selected, left_out
 from aerosid.equation_error.selection.prices import Label
-from aerosid.equation_error.selection.standing import Labels, standing
+from aerosid.equation_error.selection.standing import Labels, on_fitted, predicted_better, standing
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
@@ -47,7 +47,8 @@ def asked_where_contradicted(
 ) -> tuple[CoefficientSearch, Selected, Labels]:
     """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
 
-    Asked once a structure is found: what it explains contradicts no more. `faults`: those of its effects.
+    Asked once a structure is found: what it explains contradicts no more. At such odds a term has to predict better,
+    too, what it is not fitted to. `faults`: those of its effects.
     """
     falls = falls_of(found.estimate, faults)
     if not falls:
@@ -60,4 +61,13 @@ def asked_where_contradicted(
     if more is found:
         return search, found, refuted
     kept, refuted_now = standing(search, more)
+    known = {each.hypothesis.label for each in found.chosen}
+    better = predicted_better(kept, on_fitted(search, kept))
+    for each in kept.chosen:
+        label = each.hypothesis.label
+        if label not in known and not better.get(label, False):
+            search.told(f"  predicts nothing better: {label}")
+            kept = left_out(kept, each)
+    if {each.hypothesis.label for each in kept.chosen} <= known:
+        return search, found, refuted
     return search, kept, (*refuted, *refuted_now)

@@ -39,11 +39,9 @@ def standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, L
     """What stays significant on the fitted recordings, and lowers no coefficient of an unseen one."""
     refuted: list[tuple[str, str, str]] = []
     while True:
-        point = selected.estimate.point
-        completed = estimate(search.fitted, point, weights_on(selected.estimate, search.fitted, point), steps=4)
-        fitted = Selected(completed, selected.chosen)
+        fitted = on_fitted(search, selected)
         replicated = functools.partial(is_replicated, selected, fitted)
-        gone = weakest(completed, selected.chosen, replicated) or _of_few_blocks(search, selected, fitted)
+        gone = weakest(fitted.estimate, selected.chosen, replicated) or _of_few_blocks(search, selected, fitted)
         if gone is None:
             gone = _refused_one(search, selected, fitted)
             if gone is None:
@@ -51,6 +49,13 @@ def standing(search: CoefficientSearch, selected: Selected) -> tuple[Selected, L
             refuted.append(gone.hypothesis.label)
         search.told(f"  does not stand: {gone.hypothesis.label}")
         selected = left_out(selected, gone)
+
+
+def on_fitted(search: CoefficientSearch, selected: Selected) -> Selected:
+    """The structure as the fitted recordings alone show it."""
+    point = selected.estimate.point
+    weights = weights_on(selected.estimate, search.fitted, point)
+    return Selected(estimate(search.fitted, point, weights, steps=4), selected.chosen)
 
 
 def _of_few_blocks(search: CoefficientSearch, selected: Selected, fitted: Selected) -> Chosen | None:
