@@ -28,6 +28,8 @@ def contest(
     allowance: Sequence[float],
     level: float | None = None,
     margin: float = 0.0,
+    *,
+    near: bool = True,
 ) -> list[Refinement]:
     """Estimates from several starting points; those that cannot become the best are abandoned early.
 
@@ -41,6 +43,8 @@ def contest(
         -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
     margin : float
         By how much more than that a contestant may have at the end and still be of interest.
+    near : bool
+        Whether a start whose likelihood is known is near its end: it may be given up one step earlier.
 
     Returns
     -------
@@ -57,13 +61,13 @@ def contest(
         alone = list(zip(starts, allowance, strict=True))
 
         def followed(one: tuple[Start, float]) -> SentFit:
-            return SentFit.of(contest([one[0]], manoeuvres, settings, [one[1]], level, margin)[0])
+            return SentFit.of(contest([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0])
 
         fits = mapped(followed, alone, CONTEST.dealt_out)
         return [fit.refinement(start.model, start.free, start.effects) for fit, start in zip(fits, starts, strict=True)]
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
 
-    def begun(n: int) -> tuple[_Sent, float]:
+    def first(n: int) -> tuple[_Sent, float]:
         point = first_point(likelihoods[n], starts[n], settings)
         return _Sent.of(point), likelihoods[n].held_to_data
 
@@ -71,7 +75,7 @@ def contest(
         better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
         return None if better is None else (_Sent.of(better[0]), *better[1:])
 
-    begins = mapped(begun, range(len(starts)), CONTEST.dealt_out)
+    begins = mapped(first, range(len(starts)), CONTEST.dealt_out)
     for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
         likelihood.held_to_data = held
     points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
@@ -84,7 +88,7 @@ def contest(
                 points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
         paths = [n for n in paths if not converged[n]]
         # One that began where another estimate's linearisation led is near its end after a single step.
-        judged = [n for n in paths if turn > 0 or starts[n].point is not None]
+        judged = [n for n in paths if turn > 0 or (near and starts[n].point is not None)]
         if not judged:
             continue
         reached = level
@@ -98,6 +102,32 @@ def contest(
         refinement_at(likelihood, start.model, start.free, point, rest)
         for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
     ]
+
+
+class Begun(NamedTuple):
+    """A start with its likelihood, and the -2 ln L `promised` at the end of a full Gauss-Newton step from there."""
+
+    start: Start
+    promised: float
+
+
+def begun(starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings) -> list[Begun]:
+    """Several starts with their likelihoods, dealt out to the cores.
+
+    One that runs away in open loop keeps none: its way into the data is found anew.
+    """
+
+    def first(start: Start) -> tuple[_Sent | None, float]:
+        likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
+        point = first_point(likelihood, start, settings)
+        promised = point.cost - promised_fall(likelihood, point)
+        return (_Sent.of(point) if likelihood.held_to_data == 0.0 else None), promised
+
+    found = []
+    for start, (sent, promised) in zip(starts, mapped(first, starts, CONTEST.dealt_out), strict=True):
+        point = None if sent is None else sent.point(start.effects)
+        found.append(Begun(replace(start, point=point), promised))
+    return found
 
 
 class _Sent(NamedTuple):

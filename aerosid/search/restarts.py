@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.contest import contest
+from aerosid.estimation.contest import begun, contest
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
@@ -68,7 +68,8 @@ def profiled(
     """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
 
     A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
-    lag near the true one does the likelihood lead there.
+    lag near the true one does the likelihood lead there. At each value the linearisation at the numbers that all begin
+    with says how likely it will be; the most promising few are followed.
     """
     settings = search.settings.trials
     starts, owners = [], []
@@ -85,11 +86,18 @@ def profiled(
             owners.append(tried)
     if not starts:
         return []
-    fits = contest(starts, search.manoeuvres, TRIAL, [search.fare(start) for start in starts], level)
+    begins = begun(starts, search.manoeuvres, TRIAL)
+    owned = {h.key: [n for n, tried in enumerate(owners) if tried.name == (h.kind, h.where)] for h in hypotheses}
+    promising = {
+        key: sorted(own, key=lambda n: (begins[n].promised, n))[: settings.profile_followed] for key, own in owned.items()
+    }
+    followed = sorted(n for own in promising.values() for n in own)
+    chosen = [begins[n].start for n in followed]
+    ends = contest(chosen, search.manoeuvres, TRIAL, [search.fare(start) for start in chosen], level, near=False)
+    fits = dict(zip(followed, ends, strict=True))
     found = []
-    for hypothesis in hypotheses:
-        own = [n for n, tried in enumerate(owners) if tried.name == (hypothesis.kind, hypothesis.where)]
-        n = min(own, key=lambda place: fits[place].cost)
+    for own in promising.values():
+        n = min(sorted(own), key=lambda place: fits[place].cost)
         effects = (*untouched.effects, owners[n])
         found.append(Start(fits[n].model, untouched.free, effects, fits[n].states, fits[n].variance))
     return found

@@ -32,6 +32,10 @@ class TrialSettings:
     profile : int
         Values of an effect of a control at which all else is estimated, so that neighbours differ by less than twice.
         Chosen; the cost is linear in it.
+    profile_followed : int
+        How many of those values are followed: those where the first linearisation promises most. The likeliest of all
+        was the first of them wherever it came to more than the best trial and to one end only, on 60 flights of
+        `benchmarks/detection.py`'s aircraft with gross effects, seed 921; two more stand for its neighbours.
     profile_reach : float
         Times the largest trial value, 1, up to which they go. Found on the simulated hard flights of `tests/planted`,
         with a surface seconds behind its record.
@@ -48,6 +52,7 @@ class TrialSettings:
     gross: float = 3.0
     restart_share: float = 0.1
     profile: int = 10
+    profile_followed: int = 3
     profile_reach: float = 3.0
     calm_left: float = 0.5
     jump_spacing: float = 3.0
