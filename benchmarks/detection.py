@@ -1,6 +1,6 @@
-"""How often what was planted is named: single effects, two at once, and kinds that the catalogue does not hold.
+"""How often what was planted is named: single effects, two at once, gross ones, and kinds outside the catalogue.
 
-    python benchmarks/detection.py --flights 40 --plant one|two|withheld --seed 0
+    python benchmarks/detection.py --flights 40 --plant one|two|gross|withheld --seed 0
 
 The aircraft and manoeuvres of benchmarks/false_alarms.py, white noise of one to two times good sensors', declared
 derivatives off by up to 10 %. A planted effect is large enough to be seen: several times the noise in some channel.
@@ -86,6 +86,24 @@ def in_catalogue(generator: np.random.Generator) -> Plant:
     )[int(generator.integers(12))]()
 
 
+def gross(generator: np.random.Generator) -> list[Plant]:
+    """An effect several times as large as `in_catalogue` draws it; at times a usual one beside it."""
+    sign, size = float(generator.choice([-1.0, 1.0])), float(generator.uniform(0.7, 1.5))
+    late = float(generator.uniform(0.2, 1.5))
+    large = (
+        lambda: Plant("control_lag", "delta_e", control=lambda t, x: lagged(t, x, late)),
+        lambda: Plant("control_delay", "delta_e", control=lambda t, x: np.interp(t - late, t, x)),
+        lambda: Plant("control_rate_limit", "delta_e", control=lambda t, x: rate_limited(t, x, 0.08 / late)),
+        lambda: Plant("aero_term", "C_m", "alpha^2", terms=(("C_m", "alpha^2", -3.0 * size),)),
+        lambda: Plant("aero_term", "C_m", "alpha*delta_e", terms=(("C_m", "alpha*delta_e", 6.0 * sign * size),)),
+        lambda: Plant("aero_term", "C_X", "alpha^2", terms=(("C_X", "alpha^2", 6.0 * size),)),
+        lambda: Plant(
+            "step_change", "C_m", driven=("C_m", lambda t: 0.05 * sign * size * (t > generator_time(t, size)))
+        ),
+    )[int(generator.integers(7))]()
+    return [large, in_catalogue(generator)] if generator.random() < 0.3 else [large]
+
+
 def told_apart(plant: Plant) -> tuple[str, str, str]:
     """What two plants must differ in to be two."""
     return plant.kind, plant.where, plant.term
@@ -166,7 +184,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--flights", type=int, default=40)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--plant", choices=("one", "two", "withheld"), default="one")
+    parser.add_argument("--plant", choices=("one", "two", "gross", "withheld"), default="one")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     begun = clock.perf_counter()
@@ -180,6 +198,8 @@ def main() -> None:
         manoeuvres = ("doublet", "3-2-1-1") if n // len(BODIES) % 2 else ("3-2-1-1", "doublet")
         if arguments.plant == "withheld":
             plants = [withheld(n, generator)]
+        elif arguments.plant == "gross":
+            plants = gross(generator)
         else:
             plants = [in_catalogue(generator)]
             while arguments.plant == "two" and len(plants) < 2:

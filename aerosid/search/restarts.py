@@ -89,7 +89,8 @@ def profiled(
     begins = begun(starts, search.manoeuvres, TRIAL)
     owned = {h.key: [n for n, tried in enumerate(owners) if tried.name == (h.kind, h.where)] for h in hypotheses}
     promising = {
-        key: sorted(own, key=lambda n: (begins[n].promised, n))[: settings.profile_followed] for key, own in owned.items()
+        key: sorted(own, key=lambda n: (begins[n].promised, n))[: settings.profile_followed]
+        for key, own in owned.items()
     }
     followed = sorted(n for own in promising.values() for n in own)
     chosen = [begins[n].start for n in followed]

@@ -33,9 +33,8 @@ class TrialSettings:
         Values of an effect of a control at which all else is estimated, so that neighbours differ by less than twice.
         Chosen; the cost is linear in it.
     profile_followed : int
-        How many of those values are followed: those where the first linearisation promises most. The likeliest of all
-        was the first of them wherever it came to more than the best trial and to one end only, on 60 flights of
-        `benchmarks/detection.py`'s aircraft with gross effects, seed 921; two more stand for its neighbours.
+        How many of those values are followed: those where the first linearisation promises most. On 40 flights of
+        `benchmarks/detection.py --plant gross`, seed 921, the same is named with the same numbers as where all are.
     profile_reach : float
         Times the largest trial value, 1, up to which they go. Found on the simulated hard flights of `tests/planted`,
         with a surface seconds behind its record.

@@ -1,5 +1,7 @@
 """Restarts where what is missing is gross: a control's effect is profiled, a term far behind is not asked again."""
 
+from dataclasses import replace
+
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -7,8 +9,10 @@ from equations_decided import questioned
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.estimation.contest import begun
 from aerosid.estimation.fit_settings import TRIAL
-from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.maximum_likelihood import Start, refine
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.restarts import profiled, worth_restarting
 from aerosid.search.settings import AttributionSettings
@@ -16,7 +20,8 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import shortlisted, tried
 
 
-def test_a_surface_far_behind_its_record_begins_near_where_it_is() -> None:
+@pytest.mark.parametrize("followed", [AttributionSettings().trials.profile_followed, 10])
+def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) -> None:
     late = {"delta_a": lambda time, given: np.interp(time - 0.4, time, given)}
     log = commuter.Lateral(seed=31, surfaces=late, duration=12.0).log()
     aircraft = commuter.aircraft(commuter.SIDE)
@@ -25,10 +30,36 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is() -> None:
     declared = refine(model, [manoeuvre], free, settings=TRIAL)
     offered: tuple[Hypothesis, ...] = effect_hypotheses(model, [manoeuvre])
     delays = [each for each in offered if each.label == ("control_delay", "delta_a", "")]
-    search = StructureSearch((manoeuvre,), tuple(delays), (), declared, AttributionSettings(), model)
+    usual = AttributionSettings()
+    settings = replace(usual, trials=replace(usual.trials, profile_followed=followed))
+    search = StructureSearch((manoeuvre,), tuple(delays), (), declared, settings, model)
     (start,) = profiled(search, declared, delays, np.inf)
     (active,) = start.effects
     assert active.values[0] == pytest.approx(0.4, rel=0.5)
+
+
+def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -> None:
+    model, manoeuvre = Problem().prepared(Problem().fly())
+    free = tuple(model.entries)
+    (known,) = begun([Start(model, free)], [manoeuvre], TRIAL)
+    assert known.start.point is not None
+    point = known.start.point
+    likelihood = Likelihood(model, (manoeuvre,), free)
+    at = likelihood.starting_variance()
+    plain = likelihood.evaluate(model.values, (manoeuvre.first_state,), (), at)
+    assert plain is not None
+    assert point.cost == plain.cost
+    variance = point.likeliest_variance(likelihood.variance_floor)
+    ratio = point.variance / variance
+    normal = np.einsum("i,ijk->jk", ratio, point.normals)
+    step = np.linalg.lstsq(normal, ratio @ point.gradients, rcond=1e-12)[0]
+    left = [
+        squares - 2.0 * g @ step + step @ n @ step
+        for squares, g, n in zip(point.squares, point.gradients, point.normals, strict=True)
+    ]
+    shown = point.counts > 0.0
+    promised = np.sum(point.counts[shown] * np.log(np.array(left)[shown] / point.counts[shown])) + point.counts.sum()
+    assert known.promised - point.cost == pytest.approx(promised - point.squares.sum(), rel=1e-6)
 
 
 def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither() -> None:
