@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN, STATES, integrate_path, see
 from aerosid.compatibility.recording import Recording, first_states
 from aerosid.effects import ActiveEffect, OutputEffect
-from aerosid.equation_error.equations.kinematic import Rates, lever_accelerations
+from aerosid.equation_error.equations.angular_rates import Rates, lever_accelerations
 from aerosid.equation_error.equations.sensors import with_ends_held
 
 Array = NDArray[np.float64]

@@ -12,6 +12,10 @@ def _drifts() -> Mapping[str, float]:
     return {"theta": 1e-4, "phi": 2e-4, "psi": 2e-4, "alpha": 3e-4, "beta": 3e-4, "V": 0.01, "h": 0.5}
 
 
+def _path_errors() -> Mapping[str, float]:
+    return {"alpha": 0.02, "phi": 0.02}
+
+
 def _least_noise() -> Mapping[str, float]:
     return {"a_z": 0.02, "theta": 3e-4}
 
@@ -80,6 +84,9 @@ class EquationErrorSettings:
     drifts : mapping of str to float
         Standard deviation of the drift of each kinematic equation from recording to recording, unit/s: rates of gyros
         (0.006 deg/s), of the wind and of vertical air.
+    path_errors : mapping of str to float
+        Where no vane shows sideslip, standard deviations of the zero of the angle of attack, rad, and of the scale of
+        the bank angle, 1, that its path may suffer from: of usual vanes and attitude systems, not found on any data.
     asymmetry : mapping of str to float
         Standard deviation, 1, of the constants of side force, rolling and yawing moment: aircraft are nearly symmetric
         and trimmed. About what a degree of sideslip or a third of a degree of aileron makes.
@@ -219,6 +226,7 @@ class EquationErrorSettings:
     blend_compared: float = 0.1
     wind_memory: float = 10.0
     drifts: Mapping[str, float] = field(default_factory=_drifts)
+    path_errors: Mapping[str, float] = field(default_factory=_path_errors)
     asymmetry: Mapping[str, float] = field(default_factory=_asymmetry)
     separation_range: float = 0.05
     factor_odds: float = 0.3

@@ -142,6 +142,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
     # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
     shares = {(row.log, row.coefficient): row for row in completed.shares}
+    measured = {(row.log, row.coefficient) for row in coefficients}
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
@@ -159,7 +160,10 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
-        coefficients=tuple(shares.get((row.log, row.coefficient), row) for row in coefficients),
+        coefficients=(
+            *(shares.get((row.log, row.coefficient), row) for row in coefficients),
+            *(row for key, row in shares.items() if key not in measured),
+        ),
         errors=tuple(errors),
         simulated=tuple(simulated),
         screening=(),

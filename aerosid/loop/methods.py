@@ -82,6 +82,12 @@ class Question:
         needed = set(equations_of(self.aircraft.axes).needed)
         return all(needed <= set(each.outputs) for each in (*self.manoeuvres, *self.others))
 
+    @property
+    def shows_air(self) -> bool:
+        """Whether vanes show the air of every flight: beside a path that is its own sideslip nothing shows gusts."""
+        flights = (*self.manoeuvres, *self.others)
+        return "v" not in self.aircraft.axes.integrated or all("beta" in each.outputs for each in flights)
+
     def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
         """The settings of the structure search, which has more to ask where kinematics do not judge instruments or air.
 
@@ -148,7 +154,7 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
         return by_likelihood(question, settings, progress)
     ratio = faults.noise_ratio
     if ratio <= settings.equation_error.closed:
-        return by_likelihood(question, settings, progress, closed=True)
+        return by_likelihood(question, settings, progress, closed=question.shows_air)
     found = _by_equations(faults, question, settings, progress)
     said = (
         f"Kinematics leave {_times(ratio)} what white noise of the size that successive samples show would: the air "
@@ -207,7 +213,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
     notes += tuple(
         told_of_support(row, together[row.hypothesis.label])
         for row in decision.findings
-        if row.hypothesis.label in together
+        if row.hypothesis.label in together and not together[row.hypothesis.label].is_silent
     )
     notes += tuple(told_of_nearly_proven(row) for row in decision.nearly)
     if decision.damping is not None:

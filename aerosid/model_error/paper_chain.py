@@ -226,6 +226,8 @@ def _rate_power(part: Fed) -> NDArray[np.float64]:
     power = np.zeros(len(coupled_of(part.axes)))
     for i in range(len(moving_of(part.axes))):
         present = np.isfinite(measured[:, i])
+        if not present.any():
+            raise EstimationError(f"{part.axes.integrated[i]} was not measured: the model error d(t) has no start.")
         # Over a quarter of a second the noise no longer dominates the difference.
         stride = max(1, round(0.25 / interval))
         values, time = measured[present, i], part.flight.time[present]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.equations.angular_rates import Rates
 from aerosid.equation_error.equations.channels import MEASURED_BY
-from aerosid.equation_error.equations.kinematic import Motion, Rates
+from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.estimation.effects_in_flight import acting_model

@@ -17,7 +17,7 @@ class EquationSet(NamedTuple):
     rates : tuple of str
         Angular rates that moments act on: their power tells the band of the motion.
     needed : tuple of str
-        Channels without which there is no path to compare vanes and the airspeed with.
+        Channels without which there is no path of the aircraft. Its sideslip needs no vane.
     """
 
     kinematic: tuple[str, ...]
@@ -27,11 +27,11 @@ class EquationSet(NamedTuple):
 
 EQUATION_SETS = {
     LONGITUDINAL.name: EquationSet(("theta", "alpha", "V", "h"), ("q",), ("V", "alpha", "q", "a_x", "a_z")),
-    LATERAL.name: EquationSet(("phi", "psi", "beta"), ("p", "r"), ("beta", "p", "r", "phi", "a_y")),
+    LATERAL.name: EquationSet(("phi", "psi", "beta"), ("p", "r"), ("p", "r", "phi", "a_y")),
     SIX.name: EquationSet(
         ("theta", "phi", "psi", "alpha", "V", "beta", "h"),
         ("p", "q", "r"),
-        ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z"),
+        ("V", "alpha", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z"),
     ),
 }
 """The equations of each case that the engine handles, by the name of the case."""
@@ -48,7 +48,10 @@ MEASURED_BY = {"C_X": "a_x", "C_Y": "a_y", "C_Z": "a_z", "C_l": "p", "C_m": "q",
 SIDEWAYS = EQUATION_SETS[LATERAL.name].kinematic
 """Those of them out of the plane of symmetry."""
 
-VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(LATERAL.coefficients, "beta")
+ASIDE = LATERAL.coefficients
+"""The coefficients out of the plane of symmetry."""
+
+VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(ASIDE, "beta")
 """The vane that sees the gusts which each coefficient answers."""
 
 

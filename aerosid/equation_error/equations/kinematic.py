@@ -9,7 +9,7 @@
 with u' = a_x - g sin theta - q w + r v, v' = a_y + g cos theta sin phi - r u + p w and
 w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System Identification, eqs. 10.3-10.6), I the
 running integral, and a constant for each path and recording. Of these each case has what it integrates; the motion that
-it does not integrate is taken as measured.
+it does not integrate is taken as measured. Sideslip that no vane shows is that of the path (`sideslip_path`).
 """
 
 from __future__ import annotations
@@ -22,13 +22,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
+from aerosid.equation_error.equations.angular_rates import Rates, forces_at_centre, rates_of
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
+from aerosid.equation_error.equations.sideslip_path import (
+    Sideways,
+    about_a_line,
+    beta_at_centre,
+    of_mean_wind,
+    path_errors,
+)
 from aerosid.equation_error.equations.smoothing import blended, without_gusts
 from aerosid.equation_error.equations.term_series import Course
-from aerosid.equation_error.equations.turning_axes import ARMED, levers
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -43,27 +50,13 @@ KEPT_ADDED = 4
 
 
 @dataclass(frozen=True)
-class Rates:
-    """Angular rates and their derivatives, (N,), rad/s and rad/s^2.
-
-    The derivatives of rates that the case does not integrate are taken as zero.
-    """
-
-    p: Array
-    q: Array
-    r: Array
-    p_dot: Array
-    q_dot: Array
-    r_dot: Array
-
-
-@dataclass(frozen=True)
 class Motion:
     """The motion that the sensors, corrected for their faults, show; all (N,), SI.
 
     `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
     holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
     gusts and its noise. `recording`: whose motion it is. `sine`, `cosine`: of alpha.
+    `astray`, (N, K): what may be wrong with a sideslip that no vane shows, rad, each of one standard deviation.
     """
 
     V: Array
@@ -80,6 +73,12 @@ class Motion:
     recording: Recording
     sine: Array
     cosine: Array
+    astray: Array
+
+    @cached_property
+    def astray_in_band(self) -> Array:
+        """What usual errors of other sensors make of a sideslip that no vane shows, rad, (n, K), in the band."""
+        return self.recording.band(self.astray)
 
     @cached_property
     def course(self) -> Course:
@@ -132,34 +131,6 @@ class Motion:
         return added
 
 
-def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
-    """The rates, as measured and corrected, with their derivatives."""
-    known: dict[str, Array] = {}
-    for name in ("p", "q", "r"):
-        if name in true:
-            known[name] = true[name]
-            known[f"{name}_dot"] = recording.derivative_of(name, true[name])
-        else:
-            known[name] = recording.measured_input(name)
-            known[f"{name}_dot"] = np.zeros_like(known[name])
-    return Rates(**known)
-
-
-def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
-    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
-    x, y, z = map(float, place)
-    return np.asarray(levers(ARMED.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
-
-
-def accelerometer_offsets(recording: Recording, effects: Sequence[ActiveEffect], rates: Rates) -> dict[str, Array]:
-    """What the accelerometers of a recording read beyond ones at the centre of gravity, (N,) each."""
-    return {
-        name: lever_accelerations(name, position(recording, effects, name).tolist(), rates)
-        for name in ARMED
-        if name in recording.channels
-    }
-
-
 def reconstruct(
     recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], settings: EquationErrorSettings
 ) -> Motion:
@@ -175,48 +146,45 @@ def reconstruct(
     interval, drift = recording.interval, settings.wind_memory / recording.interval
     integrated = recording.manoeuvre.axes.integrated
     rates = rates_of(recording, true)
-    p, q, r = rates.p, rates.q, rates.r
+    q = rates.q
 
     def held(name: str) -> Array:
         return true[name] if name in true else recording.measured_input(name)
 
     phi = held("phi")
-    speed = _speed_at_centre(recording, effects, held("V"), rates)
-    alpha_vane = _alpha_at_centre(recording, effects, held("alpha"), speed, rates)
-    beta_vane = _beta_at_centre(recording, effects, held("beta"), speed, rates)
+    speed, alpha_vane, beta_vane = _flow_at_centre(recording, effects, (held("V"), held("alpha"), held("beta")), rates)
     bank = recording.sine_and_cosine("phi", phi)
     theta, pitch, path = _attitude(recording, rates, true, (phi, *bank), alpha_vane)
-    offsets = accelerometer_offsets(recording, effects, rates)
-    forces = {name: true[name] - offset for name, offset in offsets.items() if name in true}
+    forces = forces_at_centre(recording, effects, true, rates)
     alpha, beta, alpha_dot = alpha_vane, beta_vane, np.zeros_like(q)
     aside = recording.sine_and_cosine("beta", beta)
     plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
     turned_aside = "v" in integrated and "a_y" in forces
+    seen_aside = turned_aside and "beta" in true
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
+    sideways = Sideways(side, rates, interval, seen=seen_aside)
+    if turned_aside and not seen_aside:
+        beta_vane = sideways.path((u, w), v, speed)
+        aside = recording.sine_and_cosine("beta", beta_vane)
+        plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     if along_path:
-        if turned_aside:
-            # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
-            swept = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
-            v = speed * np.sin(without_gusts(beta_vane[None], swept[None], drift)[0])
-        ahead = forces["a_x"] - GRAVITY * pitch[0] + r * v
-        below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - p * v
-        (path["alpha"], path_speed), alpha_dot = inertial_path((alpha, plane), q, (ahead, below), interval, drift)
-        if turned_aside:
-            bent = running_integral(-(u * p + w * r) / plane**2, interval)
-            path["alpha"] += _of_mean_wind(alpha - path["alpha"], bent, speed * np.sin(beta_vane - swept))
-        path["V"] = path_speed / aside[1]
-        paths = np.stack([path["alpha"], path["V"]])
-        alpha, speed = blended(np.stack([alpha, speed]), paths, settings.blend / interval)
-        v = speed * aside[0]
+        flow = (alpha, beta_vane, speed, aside[1])
+        found, alpha_dot = _path_in_plane(sideways, forces, (pitch, bank), flow, (plane, u, w, v), drift)
+        path |= found
+        alpha, speed = blended(np.stack([alpha, speed]), np.stack([*found.values()]), settings.blend / interval)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
         forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
     turn = np.sin(alpha), np.cos(alpha)
     if turned_aside:
         _, u, w, v = _velocities(speed, turn, aside)
-        path["beta"] = _sideslip_path(side, rates, (u, w), (beta_vane, aside[0]), speed, interval)
-        beta = blended(beta, path["beta"], settings.blend_aside / interval)
+        swept = sideways.path((u, w), v, speed)
+        if seen_aside:
+            path["beta"] = swept
+            beta = blended(beta, swept, settings.blend_aside / interval)
+        else:
+            beta = beta_vane = swept
         aside = recording.sine_and_cosine("beta", beta)
         _, u, w, v = _velocities(speed, turn, aside)
     h = true.get("h", np.zeros_like(q))
@@ -228,7 +196,47 @@ def reconstruct(
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
-    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn)
+    astray = np.zeros((q.size, 0))
+    if turned_aside and not seen_aside:
+        astray = path_errors(rates, (phi, theta), speed, interval, settings.path_errors)
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn, astray)
+
+
+def _path_in_plane(
+    sideways: Sideways,
+    forces: Mapping[str, Array],
+    attitude: tuple[tuple[Array, Array], tuple[Array, Array]],
+    flow: tuple[Array, Array, Array, Array],
+    velocities: tuple[Array, Array, Array, Array],
+    drift: float,
+) -> tuple[dict[str, Array], Array]:
+    """Angle of attack, rad, and airspeed, m/s, of the path in the plane of symmetry, and the angle's rate, (N,) each.
+
+    Parameters
+    ----------
+    attitude : tuple of tuple of ndarray
+        Sine and cosine of the pitch angle, and of the bank angle.
+    flow : tuple of ndarray, shape (N,)
+        Angle of attack, sideslip and airspeed as measured, and the cosine of sideslip.
+    velocities : tuple of ndarray, shape (N,)
+        Speed in the plane, and u, w, v of these.
+    drift : float
+        Samples over which the wind drifts.
+    """
+    (pitch, bank), (alpha, beta, speed, aside), (plane, u, w, v) = attitude, flow, velocities
+    rates, interval = sideways.rates, sideways.interval
+    swept = beta
+    if sideways.seen:
+        # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
+        swept = sideways.path((u, w), v, speed)
+        v = speed * np.sin(without_gusts(beta[None], swept[None], drift)[0])
+    ahead = forces["a_x"] - GRAVITY * pitch[0] + rates.r * v
+    below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - rates.p * v
+    (path, path_speed), alpha_dot = inertial_path((alpha, plane), rates.q, (ahead, below), interval, drift)
+    if sideways.seen:
+        bent = running_integral(-(u * rates.p + w * rates.r) / plane**2, interval)
+        path = path + of_mean_wind(alpha - path, bent, speed * np.sin(beta - swept))
+    return {"alpha": path, "V": path_speed / aside}, alpha_dot
 
 
 def with_height(motion: Motion, h: Array) -> Motion:
@@ -250,43 +258,6 @@ def _velocities(
     """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each, the angles by sine and cosine."""
     plane = speed * beta[1]
     return plane, plane * alpha[1], plane * alpha[0], speed * beta[0]
-
-
-def _sideslip_path(
-    side: Array, rates: Rates, plane: tuple[Array, Array], vane: tuple[Array, Array], speed: Array, interval: float
-) -> Array:
-    """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`; `side` holds gravity.
-
-    `vane`: the measured angle and its sine.
-    """
-    u, w = plane
-    path = running_integral(side - rates.r * u + rates.p * w, interval)
-    # Beyond a right angle there is no sideslip that a faulty sensor could have read.
-    return np.arcsin(np.clip(aligned(path, speed * vane[1]) / speed, -WIDEST, WIDEST))
-
-
-def _of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
-    """How far the mean of the gusts from the side bends the path in the plane, rad, (N,).
-
-    A record tells the sideslip of the aircraft but for the mean of the gusts over it, which rolling turns into the
-    plane, as the bank angle goes. Least squares with the deviation of the mean of a first-order autoregression.
-
-    Parameters
-    ----------
-    left : ndarray, shape (N,)
-        What the vane shows beyond the path, rad.
-    bent : ndarray, shape (N,)
-        The path's bend for one m/s, rad.
-    wind : ndarray, shape (N,)
-        What the vane of sideslip shows beyond its path, m/s.
-    """
-    time = np.linspace(-1.0, 1.0, left.size)
-    left, bent = (values - np.polyval(np.polyfit(time, values, 1), time) for values in (left, bent))
-    wind = wind - wind.mean()
-    kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
-    mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size
-    noise = float(np.var(left))
-    return np.asarray(float(left @ bent) / (float(bent @ bent) + noise / max(mean, 1e-300)) * bent)
 
 
 def _forces_of(
@@ -329,10 +300,6 @@ def _attitude(
     return theta, pitch, path
 
 
-WIDEST = 0.99
-"""Numerical: sine of the largest sideslip that a path may have, 1."""
-
-
 def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:
     """What the sensors of the integrated channels would read of the path, (N,) each."""
     found = {}
@@ -358,13 +325,17 @@ def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[s
     if "psi" not in recording.channels:
         return ()
     path = reconstruct(recording, (), recording.channels, settings).path["psi"]
-    measured, left = (_about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
+    measured, left = (about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
     return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 
 
-def _about_a_line(values: Array) -> Array:
-    centred = np.arange(values.size) - 0.5 * (values.size - 1)
-    return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
+def _flow_at_centre(
+    recording: Recording, effects: Sequence[ActiveEffect], read: tuple[Array, Array, Array], rates: Rates
+) -> tuple[Array, Array, Array]:
+    """Airspeed, angle of attack and sideslip of the centre of gravity from those of their sensors."""
+    speed = _speed_at_centre(recording, effects, read[0], rates)
+    alpha = _alpha_at_centre(recording, effects, read[1], speed, rates)
+    return speed, alpha, beta_at_centre(recording, effects, read[2], speed, rates)
 
 
 def _speed_at_centre(recording: Recording, effects: Sequence[ActiveEffect], speed: Array, rates: Rates) -> Array:
@@ -385,15 +356,3 @@ def _alpha_at_centre(
         return alpha
     p, q = rates.p, rates.q
     return np.asarray(alpha + (q * x - p * y) / speed * np.cos(alpha) + q * z / speed * np.sin(alpha))
-
-
-def _beta_at_centre(
-    recording: Recording, effects: Sequence[ActiveEffect], beta: Array, speed: Array, rates: Rates
-) -> Array:
-    """Sideslip at the centre of gravity from that of the vane."""
-    if "beta" not in recording.channels:
-        return beta
-    x, _, z = position(recording, effects, "beta")
-    if not (x or z):
-        return beta
-    return np.asarray(beta - (x * rates.r - z * rates.p) / speed)

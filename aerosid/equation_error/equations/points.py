@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
+from aerosid.equation_error.equations.channels import ASIDE, COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
 from aerosid.equation_error.equations.height_wander import height_wander
 from aerosid.equation_error.equations.instruments import instruments_of
@@ -22,6 +22,7 @@ from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
 from aerosid.flight_model.axes import ACCELERATIONS
+from aerosid.flight_model.terms import parse_term
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,9 @@ many."""
 KEPT_PATHS = 512
 """Numerical: points of which the kinematic equations of each recording are kept, in the band and so small; a search
 asks some again with one fault more and one less."""
+
+SIDESLIP = parse_term("beta")
+"""What a sideslip that no vane shows is wrong by acts through this derivative."""
 
 HEIGHT = "h"
 """Integrated twice from the accelerometers."""
@@ -88,9 +92,11 @@ class Segment:
     instruments : ndarray, shape (n, K), optional
         The space in which the equation is compared; None for all of it.
     wander : ndarray, shape (n, K), optional
-        Slow errors of its integrated path, each of unit standard deviation.
+        Slow errors of an integrated path in it, each of unit standard deviation.
     gust : ndarray, shape (n,), optional
         What the vane of its plane shows beyond the flow angle of the terms; None where it shows nothing more.
+    drifts : bool
+        Whether a line in time is left out of what it is compared with: a flow angle that no vane shows has one.
     """
 
     recording: int
@@ -102,6 +108,7 @@ class Segment:
     instruments: Array | None = None
     gust: Array | None = None
     wander: Array | None = None
+    drifts: bool = False
 
 
 class Equations:
@@ -137,8 +144,7 @@ class Equations:
                 segments.extend(self._path(n, recording, point.effects))
             if self._coefficient and self._fitted[n]:
                 motion = self._motion(n, recording, point.effects)
-                rows = recording.time[recording.band.rows(recording.time.size)]
-                segments.extend(_coefficients(n, point, recording, motion, rows - 0.5 * (rows[0] + rows[-1])))
+                segments.extend(self._coefficients(n, point, recording, motion))
         return segments
 
     def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
@@ -154,8 +160,34 @@ class Equations:
             for place, name in enumerate(equations.names):
                 if share := values.get(("gust", name), 0.0):
                     left[:, place] -= share * _gust(name, recording, point.effects, motion)
-            parts.extend(recording.band(left).T)
+            banded = recording.band(left)
+            time, wander = _time_in_band(recording), _sideslip_errors(recording, point.model, motion)
+            for place, name in enumerate(equations.names):
+                if name in wander:
+                    banded[:, place] -= values.get(("drift", name, n), 0.0) * time
+                    for k, astray in enumerate(wander[name].T):
+                        banded[:, place] -= values.get(("wander", name, n, k), 0.0) * astray
+            parts.extend(banded.T)
         return np.concatenate(parts)
+
+    def _coefficients(self, n: int, point: Point, recording: Recording, motion: Motion) -> list[Segment]:
+        """The coefficient equations of one recording in the band, with the columns of the free terms."""
+        equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
+        touching, columns = equations.columns(point.free)
+        banded = recording.band(columns)
+        time, wander = _time_in_band(recording), _sideslip_errors(recording, point.model, motion)
+        segments, place = [], 0
+        for name, entries in touching.items():
+            target, *slopes = banded[:, place : place + 1 + len(entries)].T
+            gust = None
+            if motion.gusts[VANE_OF[name]].any():
+                gust = recording.band(_gust(name, recording, point.effects, motion))
+            own = dict(zip(entries, slopes, strict=True))
+            segments.append(
+                Segment(n, name, target, own, time, 0.0, gust=gust, wander=wander.get(name), drifts=name in wander)
+            )
+            place += 1 + len(entries)
+        return segments
 
     def _wander(self, n: int, recording: Recording, time: Array) -> Array:
         """Slow errors of a recording's height, made once."""
@@ -186,7 +218,7 @@ class Equations:
         def made() -> list[Segment]:
             motion = self._motion(n, recording, effects)
             rows = recording.time[recording.band.rows(recording.time.size)]
-            time = rows - 0.5 * (rows[0] + rows[-1])
+            time = _time_in_band(recording)
             predicted = predicted_records(recording, effects, motion)
             names = [name for name in predicted if name not in self._left_out[n]]
             if not names:
@@ -229,20 +261,20 @@ def value_of(entry: Entry, recording: int) -> Unknown:
     return ("one", entry, recording) if entry[1] == CONSTANT else ("term", entry)
 
 
-def _coefficients(n: int, point: Point, recording: Recording, motion: Motion, time: Array) -> list[Segment]:
-    """The coefficient equations of one recording in the band, with the columns of the free terms."""
-    equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
-    touching, columns = equations.columns(point.free)
-    banded = recording.band(columns)
-    segments, place = [], 0
-    for name, entries in touching.items():
-        target, *slopes = banded[:, place : place + 1 + len(entries)].T
-        gust = (
-            recording.band(_gust(name, recording, point.effects, motion)) if motion.gusts[VANE_OF[name]].any() else None
-        )
-        segments.append(Segment(n, name, target, dict(zip(entries, slopes, strict=True)), time, 0.0, gust=gust))
-        place += 1 + len(entries)
-    return segments
+def _time_in_band(recording: Recording) -> Array:
+    """Instants of the samples in the band from the middle of the record, s, (n,)."""
+    rows = recording.time[recording.band.rows(recording.time.size)]
+    return np.asarray(rows - 0.5 * (rows[0] + rows[-1]))
+
+
+def _sideslip_errors(recording: Recording, model: AerodynamicModel, motion: Motion) -> dict[str, Array]:
+    """What usual errors of a sideslip that no vane shows do to each coefficient, in the band, (n, K) each."""
+    if recording.sideslip_measured:
+        return {}
+    slopes = {name: (name, SIDESLIP) for name in ASIDE}
+    return {
+        name: (model.value(at) if at in model.entries else 0.0) * motion.astray_in_band for name, at in slopes.items()
+    }
 
 
 def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> Array:

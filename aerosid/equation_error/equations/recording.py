@@ -158,6 +158,11 @@ class Recording:
         return known[name] if name in known else np.zeros(self.time.size)
 
     @property
+    def sideslip_measured(self) -> bool:
+        """Whether the sideslip of the case has a sensor: else it is that of the lateral accelerometer's path."""
+        return "v" not in self.manoeuvre.axes.integrated or "beta" in self.channels
+
+    @property
     def name(self) -> str:
         """The log's name."""
         return self.manoeuvre.name

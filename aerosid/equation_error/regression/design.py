@@ -155,12 +155,15 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
                 mode: Unknown = ("wander", each.equation, each.recording, n)
                 put(mode, s, values)
                 precision[mode] = 1.0
+        if each.drifts:
+            put(("drift", each.equation, each.recording), s, each.time)
         if each.gust is not None:
             put(("gust", each.equation), s, each.gust)
         for entry, values in each.columns.items():
             which = value_of(entry, each.recording)
             put(which, s, values)
-            if entry[1] == CONSTANT and entry[0] in settings.asymmetry:
+            # The mean of a sideslip that no vane shows is in the constants, however symmetric the aircraft.
+            if entry[1] == CONSTANT and entry[0] in settings.asymmetry and not each.drifts:
                 precision[which] = 1.0 / settings.asymmetry[entry[0]]
     columns = np.zeros((int(bounds[-1]), len(place)))
     for p, s, values in parts:

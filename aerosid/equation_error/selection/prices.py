@@ -30,7 +30,7 @@ factors."""
 
 @dataclass(frozen=True)
 class Support:
-    """What other, independent equations show of a hypothesis.
+    """What other, independent equations show of a hypothesis; infinite variances where they say nothing.
 
     Attributes
     ----------
@@ -58,8 +58,15 @@ class Support:
         return self._distance(values) <= deviations**2
 
     def _distance(self, values: Sequence[float]) -> float:
+        if self.is_silent:
+            return 0.0
         apart = np.array(values) - np.array(self.values)
         return float(apart @ np.linalg.solve(self.covariance, apart))
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether those equations say nothing of it."""
+        return not np.isfinite(self.covariance).all()
 
 
 @dataclass(frozen=True)

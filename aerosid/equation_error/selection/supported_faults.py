@@ -5,7 +5,8 @@ kinematic equation leaves, and a large part of what the coefficients leave. Coef
 lift that follows late looks the same to them. Where the kinematics show the fault too, with the same numbers, the
 likelihoods of both are one product (independent measurements; Klein & Morelli, Aircraft System Identification,
 eq. 5.31). A bias of airspeed alone is asked for where kinematics say nothing of it, and has to agree with them: it
-bends every coefficient by one number, for which terms would need one each.
+bends every coefficient by one number, for which terms would need one each. The place of the lateral accelerometer is
+asked of the coefficients alone where no vane shows sideslip: there its path is the accelerometer's own.
 """
 
 from __future__ import annotations
@@ -68,7 +69,20 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
 
     fits = mapped(fitted, list(best.values()))
     seen = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
-    return _fewest_axes(seen, support)
+    return _fewest_axes(seen, support) | _unseen_places(proved, open_)
+
+
+def _unseen_places(proved: Selected, open_: Sequence[Hypothesis]) -> dict[Name, Support]:
+    """Places of the lateral accelerometer where no vane shows sideslip: kinematics can say nothing of them."""
+    compared = {channel for _, channel in proved.estimate.design.segments}
+    found = {}
+    for hypothesis in open_:
+        if hypothesis.where != MEASURED_BY[FORCE_ASIDE] or VANE_OF[FORCE_ASIDE] in compared:
+            continue
+        values = hypothesis.effects[0].values
+        nothing = np.diag(np.full(len(values), np.inf))
+        found[told_apart(hypothesis)] = Support(values, nothing, 0.0, 0.0)
+    return found
 
 
 def bends_all(hypothesis: Hypothesis) -> bool:

@@ -67,7 +67,7 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps
     rows_of = [found.design.unknowns.index(unknown) for unknown in known]
     terms = [design.unknowns.index(unknown) for unknown in known]
     covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
-    free = ("one",) if gusts else ("one", "gust")
+    free = ("one", "drift", "wander") if gusts else ("one", "drift", "wander", "gust")
     own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
     result = {}
     for s, (recording, equation) in enumerate(design.segments):
