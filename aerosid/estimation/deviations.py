@@ -34,6 +34,8 @@ class Deviations:
         Corrected deviations of the effects' numbers.
     effects_white : ndarray, shape (K,)
         As if the residuals were white.
+    beside_effects : ndarray, shape (F, F), optional
+        Covariance of the free entries were the effects' numbers known; None where these are estimated anew.
     """
 
     corrected: NDArray[np.float64]
@@ -43,10 +45,12 @@ class Deviations:
     correlation_max: NDArray[np.float64]
     effects: NDArray[np.float64]
     effects_white: NDArray[np.float64]
+    beside_effects: NDArray[np.float64] | None = None
 
     def of_entries(self, places: Sequence[int]) -> Deviations:
         """Those of some of the free entries, and of all effects."""
         chosen = list(places)
+        beside = self.beside_effects
         return replace(
             self,
             corrected=self.corrected[chosen],
@@ -54,6 +58,7 @@ class Deviations:
             published=self.published[chosen],
             covariance=self.covariance[np.ix_(chosen, chosen)],
             correlation_max=self.correlation_max[chosen],
+            beside_effects=None if beside is None else beside[np.ix_(chosen, chosen)],
         )
 
 

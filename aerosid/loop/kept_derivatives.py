@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from scipy.special import chdtrc, ndtr
+
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import Entry
@@ -67,12 +70,13 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     A table that mixes declared numbers into a joint estimate is no model that was ever compared with the flight: what
     is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
 
-    Where a declared value would bring a named number within the deviations that it must keep from none, the flight
-    contradicts that value together with the number: the derivative stays as estimated, and is told as not shown.
+    Where a declared value would bring a named number within the deviations that it must keep from none, or lies as many
+    of the estimate's own away once the numbers of the named effects are known, the flight contradicts that value
+    together with the number: the derivative stays as estimated, and is told as not shown.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     kept: dict[Entry, float] = {}
-    contradicted: list[Entry] = []
+    contradicted = [*_beyond_named_effects(found, declared, search, excited=excited)]
     while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
         estimated = {entry: found.completed.model.value(entry) for entry in hidden}
         try:
@@ -85,6 +89,30 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
             continue
         kept, found = kept | estimated, restricted
     return Completion(found, kept, contradicted=tuple(contradicted))
+
+
+def _beyond_named_effects(
+    found: Attribution, declared: Mapping[Entry, float], search: StructureSearch, *, excited: bool
+) -> tuple[Entry, ...]:
+    """What is not shown of coefficients whose declared values the named effects' numbers contradict.
+
+    Those of one coefficient together, by chi-square at the odds of the deviations that a named number must keep.
+    """
+    beside = found.completed_deviations.beside_effects
+    if beside is None:
+        return ()
+    hidden = _not_shown(found, declared, excited=excited)
+    model, free = found.completed.model, found.completed.free
+    contradicted: list[Entry] = []
+    for coefficient in dict.fromkeys(entry[0] for entry in hidden):
+        own = [entry for entry in hidden if entry[0] == coefficient]
+        places = [free.index(entry) for entry in own]
+        away = np.array([declared[entry] - model.value(entry) for entry in own])
+        distance = float(away @ np.linalg.pinv(beside[np.ix_(places, places)], rcond=1e-12, hermitian=True) @ away)
+        odds = 2.0 * ndtr(-search.settings.final_deviations)
+        if chdtrc(len(own), distance) < odds:
+            contradicted += own
+    return tuple(contradicted)
 
 
 def _no_longer_standing(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:

@@ -156,6 +156,9 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
         if not isinstance(active.effect, PositionEffect)
         for k in range(len(active.values))
     ]
+    known = [p for p, unknown in enumerate(unknowns) if unknown[0] == "effect"]
+    answers = rows @ found.solution.covariance[:, known]
+    inverse = np.linalg.pinv(found.solution.covariance[np.ix_(known, known)], rcond=1e-12, hermitian=True)
     return Deviations(
         corrected=corrected,
         white=white,
@@ -164,6 +167,7 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
         correlation_max=np.max(correlation, axis=1, initial=0.0),
         effects=np.sqrt(np.diag(covariance)[numbers]),
         effects_white=np.sqrt(np.diag(found.solution.covariance)[numbers]),
+        beside_effects=rows @ found.solution.covariance @ rows.T - answers @ inverse @ answers.T,
     )
 
 

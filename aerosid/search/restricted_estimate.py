@@ -57,14 +57,15 @@ def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], se
 
 
 def _restricted_regression(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The regression of the others, and its simulation with initial states of its own."""
+    """The regression of the others, and its simulation with initial states of its own; effects keep their numbers."""
     completed, uncertainty = found.completed, found.completed_deviations
+    covariance = uncertainty.covariance if uncertainty.beside_effects is None else uncertainty.beside_effects
     fixed = [n for n, entry in enumerate(completed.free) if entry in values]
     rest = [n for n, entry in enumerate(completed.free) if entry not in values]
     places = completed.model.indices(completed.free)
     numbers = completed.model.values.copy()
     numbers[places] = restricted_least_squares(
-        completed.model.values[places], uncertainty.covariance, fixed, [values[completed.free[n]] for n in fixed]
+        completed.model.values[places], covariance, fixed, [values[completed.free[n]] for n in fixed]
     )
     model = completed.model.with_values(numbers)
     free = tuple(completed.free[n] for n in rest)

@@ -85,6 +85,14 @@ def test_by_default_the_twin_otter_has_a_late_vane_a_pitot_tube_below_and_a_bent
     assert shares["C_m"].r2_after > shares["C_m"].r2_before
 
 
+def test_a_declared_derivative_that_a_named_term_contradicts_does_not_spoil_the_flight_it_is_completed_on() -> None:
+    """C_X alpha is not shown beside alpha^2; the declared one with the flight's alpha^2 made a_x worse than before."""
+    (row,) = [row for row in of_the_twin_otter().errors if (row.role, row.channel) == ("identification", "a_x")]
+    assert row.before is not None
+    assert row.after is not None
+    assert row.after < 0.8 * row.before
+
+
 def test_by_default_the_twin_otter_s_drag_is_predicted() -> None:
     result = of_the_twin_otter()
     shares = {row.coefficient: row for row in result.coefficients if row.log == "totter_lon_020213f1_017"}

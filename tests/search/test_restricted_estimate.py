@@ -1,0 +1,41 @@
+"""What is held beside named effects: the covariance of derivatives were the effects' numbers known."""
+
+from dataclasses import replace
+
+import lateral_flights as commuter
+import numpy as np
+import pytest
+from equations_decided import decided, questioned
+
+from aerosid.effects import frozen
+from aerosid.equation_error.regression.design import solve
+from aerosid.logs.flight_log import FlightLog
+from aerosid.search.equation_error_attribution import attribute_by_equations
+
+SIDE_TERM = ("C_Y", "beta")
+"""Without a vane of sideslip its derivative and the place of the lateral accelerometer are known together."""
+
+
+def flown(seed: int, *, mirrored: bool = False) -> FlightLog:
+    log = commuter.Lateral(seed=seed, size=1.3, positions={"a_y": (2.5, 0.0, 0.0)}).log(mirrored=mirrored)
+    return replace(log, name=f"flight {seed}", channels={k: v for k, v in log.channels.items() if k != "beta"})
+
+
+def test_known_effects_leave_the_covariance_of_a_regression_in_which_they_are_held() -> None:
+    aircraft = commuter.aircraft(commuter.SIDE, 0.93)
+    log = flown(9301)
+    found = decided(aircraft, [log], [flown(9302, mirrored=True)])
+    uncertainty = attribute_by_equations(found, [questioned(aircraft, log)[1]]).completed_deviations
+    point, frame = found.completed.point, found.completed.frame
+    held = frame.design(replace(point, effects=tuple(frozen(active) for active in point.effects)))
+    covariance = solve(held, found.completed.solution.weights).covariance
+    own = [
+        held.unknowns.index(("term" if e[1].factors else "one", e, *(() if e[1].factors else (0,)))) for e in point.free
+    ]
+    expected = covariance[np.ix_(own, own)]
+    size = np.sqrt(np.diag(expected))
+    assert uncertainty.beside_effects is not None
+    # Its columns are those of the last step but one.
+    assert uncertainty.beside_effects / np.outer(size, size) == pytest.approx(expected / np.outer(size, size), abs=0.01)
+    place = [(e[0], str(e[1])) for e in point.free].index(SIDE_TERM)
+    assert uncertainty.corrected[place] > 3.0 * np.sqrt(uncertainty.beside_effects[place, place])
