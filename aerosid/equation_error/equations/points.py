@@ -18,10 +18,12 @@ from aerosid.equation_error.equations.instruments import instruments_of
 from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed, with_height
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, corrected
+from aerosid.equation_error.equations.slow_noise import integral_modes
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry
 from aerosid.flight_model.axes import ACCELERATIONS
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.terms import parse_term
 
 Array = NDArray[np.float64]
@@ -133,6 +135,7 @@ class Equations:
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
         self._left_out = [unfollowed(recording, settings) for recording in recordings]
         self._wandering: dict[int, Array] = {}
+        self._drifting: dict[int, Array] = {}
         self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]
         self._paths: list[dict[_Sensors, list[Segment]]] = [{} for _ in recordings]
 
@@ -161,7 +164,7 @@ class Equations:
                 if share := values.get(("gust", name), 0.0):
                     left[:, place] -= share * _gust(name, recording, point.effects, motion)
             banded = recording.band(left)
-            time, wander = _time_in_band(recording), _sideslip_errors(recording, point.model, motion)
+            time, wander = _time_in_band(recording), self._sideslip_errors(n, recording, point.model, motion)
             for place, name in enumerate(equations.names):
                 if name in wander:
                     banded[:, place] -= values.get(("drift", name, n), 0.0) * time
@@ -175,7 +178,7 @@ class Equations:
         equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
         touching, columns = equations.columns(point.free)
         banded = recording.band(columns)
-        time, wander = _time_in_band(recording), _sideslip_errors(recording, point.model, motion)
+        time, wander = _time_in_band(recording), self._sideslip_errors(n, recording, point.model, motion)
         segments, place = [], 0
         for name, entries in touching.items():
             target, *slopes = banded[:, place : place + 1 + len(entries)].T
@@ -188,6 +191,21 @@ class Equations:
             )
             place += 1 + len(entries)
         return segments
+
+    def _sideslip_errors(
+        self, n: int, recording: Recording, model: AerodynamicModel, motion: Motion
+    ) -> dict[str, Array]:
+        """What usual errors of a sideslip that no vane shows do to each coefficient, in the band, (n, K) each."""
+        if recording.sideslip_measured:
+            return {}
+        if n not in self._drifting:
+            speed = float(np.mean(motion.V))
+            shares = {"a_y": 1.0 / speed, "r": 1.0, "phi": GRAVITY / speed}
+            self._drifting[n] = integral_modes(recording, _time_in_band(recording), shares, self._settings)
+        errors = np.column_stack([motion.astray_in_band, self._drifting[n]])
+        entries = [(name, SIDESLIP) for name in ASIDE]
+        slopes = {at[0]: model.value(at) if at in model.entries else 0.0 for at in entries}
+        return {name: slope * errors for name, slope in slopes.items()}
 
     def _wander(self, n: int, recording: Recording, time: Array) -> Array:
         """Slow errors of a recording's height, made once."""
@@ -265,16 +283,6 @@ def _time_in_band(recording: Recording) -> Array:
     """Instants of the samples in the band from the middle of the record, s, (n,)."""
     rows = recording.time[recording.band.rows(recording.time.size)]
     return np.asarray(rows - 0.5 * (rows[0] + rows[-1]))
-
-
-def _sideslip_errors(recording: Recording, model: AerodynamicModel, motion: Motion) -> dict[str, Array]:
-    """What usual errors of a sideslip that no vane shows do to each coefficient, in the band, (n, K) each."""
-    if recording.sideslip_measured:
-        return {}
-    slopes = {name: (name, SIDESLIP) for name in ASIDE}
-    return {
-        name: (model.value(at) if at in model.entries else 0.0) * motion.astray_in_band for name, at in slopes.items()
-    }
 
 
 def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> Array:

@@ -90,7 +90,7 @@ def over_blocks(found: Estimate, blocks: Sequence[Block]) -> Predicted:
     bread = np.diag(solution.covariance)
     scale = np.sqrt(np.diag(corrected_covariance(design, solution)) / np.maximum(bread, 1e-300))
     information = solution.slopes.T @ solution.slopes + np.diag(design.precisions**2)
-    free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "drift", "wander", "gust")]
+    free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "drift", "gust")]
     kept = [p for p in range(len(design.unknowns)) if p not in set(free)]
     result: dict[tuple[int, str], LeftOver] = {}
     for number, block in enumerate(blocks):

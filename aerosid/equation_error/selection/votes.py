@@ -67,8 +67,9 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps
     rows_of = [found.design.unknowns.index(unknown) for unknown in known]
     terms = [design.unknowns.index(unknown) for unknown in known]
     covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
-    free = ("one", "drift", "wander") if gusts else ("one", "drift", "wander", "gust")
+    free = ("one", "drift") if gusts else ("one", "drift", "gust")
     own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
+    wander = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "wander"]
     result = {}
     for s, (recording, equation) in enumerate(design.segments):
         if equation not in COEFFICIENT:
@@ -79,6 +80,7 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps
         if (recording, equation) in jumps:
             constant = np.column_stack([constant, jumps[recording, equation]])
         left, slopes = beside_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
+        left, slopes = beside_wander(left, slopes, design.columns[rows][:, wander])
         uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
         result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
     return result
@@ -89,6 +91,16 @@ def beside_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Arr
     own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
     basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
     return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
+
+
+def beside_wander(left: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
+    """A residual (n,) and columns (n, K) beside modes (n, M) of one standard deviation each, no larger than usual."""
+    modes = modes[:, np.any(modes != 0.0, axis=0)]
+    if not modes.size:
+        return left, slopes
+    usual = modes.T @ modes + max(float(np.var(left)), 1e-300) * np.eye(modes.shape[1])
+    taken = np.linalg.solve(usual, modes.T)
+    return left - modes @ (taken @ left), slopes - modes @ (taken @ slopes)
 
 
 def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
