@@ -36,6 +36,7 @@ from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
+from aerosid.loop.unseen_sideslip import told_of_missing_chain
 from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
 from aerosid.model_error.paper_chain import Chain
 from aerosid.search.attribution import Attribution
@@ -290,7 +291,7 @@ def _notes(
     others = identified.validation
     return (
         *_read(identified.manoeuvres, (*others, *identified.hold_out)),
-        *(_BROKEN_DOWN if pictures is None and settings.paper_chain else ()),
+        *(told_of_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
         *identified.notes,
         *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),
         *told_of_refuted(found.refuted, by_blocks=not others),
@@ -303,9 +304,6 @@ def _notes(
         *unlinearised,
         *told_of_not_shown(rows),
     )
-
-
-_BROKEN_DOWN = ("The model-error recursion broke down: derivatives of recursive least squares are missing.",)
 
 
 def _read(manoeuvres: Sequence[Manoeuvre], others: Sequence[Manoeuvre]) -> tuple[str, ...]:

@@ -29,14 +29,26 @@ def told_of_unseen_sideslip(
     model : AerodynamicModel
         As estimated.
     """
-    lacking = [each.name for each in manoeuvres if "v" in each.axes.integrated and "beta" not in each.outputs]
+    lacking = without_sideslip(manoeuvres)
     modelled = [entry in model.entries for entry in (WEATHERCOCK, SIDE)]
     if not lacking or not all(modelled) or aircraft.span is None or aircraft.I_zz is None:
         return ()
     each_metre = aircraft.mass * aircraft.span * model.value(WEATHERCOCK) / aircraft.I_zz
     said = (
-        f"{', '.join(lacking)}: beta was not recorded and is simulated. C_Y beta then depends on where the lateral "
+        f"{', '.join(lacking)}: beta was not recorded. C_Y beta then depends on where the lateral "
         f"accelerometer sits: by {number(-each_metre)} for each metre that it is further ahead of the centre of "
         "gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map where it is known."
     )
     return (said,)
+
+
+def told_of_missing_chain(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """Why there is no model error d(t), and so no derivative of recursive least squares."""
+    if lacking := without_sideslip(manoeuvres):
+        return (f"The model error d(t) was not estimated: beta was not recorded on {', '.join(lacking)}.",)
+    return ("The model-error recursion broke down: derivatives of recursive least squares are missing.",)
+
+
+def without_sideslip(manoeuvres: Sequence[Manoeuvre]) -> list[str]:
+    """The logs whose sideslip is integrated and not measured."""
+    return [each.name for each in manoeuvres if "v" in each.axes.integrated and "beta" not in each.outputs]
