@@ -121,6 +121,10 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
     return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
+CONTRADICTED = "these records contradict the declared"
+"""Display: why a declared value is not kept."""
+
+
 def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
     """One sentence for each derivative that the record cannot show, with what hides it."""
     sentences = []
@@ -133,6 +137,10 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         estimate = row.value if row.estimate is None else row.estimate
         holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
+        if row.estimate is None and row.declared is not None and row.declared != row.value:
+            holds = (
+                f"; the completed aircraft has it, since beside what is named {CONTRADICTED} {plain(row.declared, 4)}"
+            )
         sentences.append(
             f"These records cannot show {derivative_name(row.coefficient, row.term)}: the estimate {number(estimate)} "
             f"has {error}{why}. Do not read it as measured{holds}."

@@ -70,9 +70,10 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     A table that mixes declared numbers into a joint estimate is no model that was ever compared with the flight: what
     is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
 
-    Where a declared value would bring a named number within the deviations that it must keep from none, or lies as many
-    of the estimate's own away once the numbers of the named effects are known, the flight contradicts that value
-    together with the number: the derivative stays as estimated, and is told as not shown.
+    Where a declared value would bring a named number within the deviations that it must keep from none, the flight
+    contradicts that value together with the number: the derivative stays as estimated, and is told as not shown. So it
+    does where a regression's declared values lie as many of the deviations away that its own structure, with the
+    numbers of the named effects, gives them: what stands as an alternative widens the bounds, and is not in the model.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     kept: dict[Entry, float] = {}
@@ -94,7 +95,7 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
 def _beyond_named_effects(
     found: Attribution, declared: Mapping[Entry, float], search: StructureSearch, *, excited: bool
 ) -> tuple[Entry, ...]:
-    """What is not shown of coefficients whose declared values the named effects' numbers contradict.
+    """What is not shown of coefficients whose declared values the records contradict beside the named effects.
 
     Those of one coefficient together, by chi-square at the odds of the deviations that a named number must keep.
     """
