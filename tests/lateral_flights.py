@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,6 +109,11 @@ def aircraft(terms: Terms, factor: float = 1.0) -> Aircraft:
         lines.append(f"[derivatives.{coefficient}]")
         lines += [f'"{t}" = {{ value = {factor * value} }}' for (c, t), value in terms.items() if c == coefficient]
     return aircraft_from_text("\n".join(lines) + "\n", "commuter.toml", "0" * 64)
+
+
+def without_vane(log: FlightLog) -> FlightLog:
+    """The same of a recorder that has no vane of sideslip."""
+    return replace(log, channels={name: values for name, values in log.channels.items() if name != "beta"})
 
 
 def inputs_flown(time: Array, size: float = 1.0, *, mirrored: bool = False) -> dict[str, Array]:

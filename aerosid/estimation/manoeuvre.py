@@ -70,6 +70,11 @@ class Manoeuvre:
         return self.flight.measured[:, self.row(output)]
 
     @property
+    def sideslip_measured(self) -> bool:
+        """Whether sideslip, where the case integrates it, has a sensor."""
+        return "v" not in self.axes.integrated or "beta" in self.outputs
+
+    @property
     def extra_columns(self) -> tuple[str, ...]:
         """The input columns past the leading ones, E of them."""
         return self.columns[len(input_columns_of(self.axes)) :]

@@ -136,11 +136,12 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
         if row.correlation_max is not None and row.correlation_max > JUDGEMENT.correlated:
             why = f"; its correlation with another estimate is {row.correlation_max:.3f}"
         estimate = row.value if row.estimate is None else row.estimate
-        holds = "" if row.estimate is None else f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
-        if row.estimate is None and row.declared is not None and row.declared != row.value:
-            holds = (
-                f"; the completed aircraft has it, since beside what is named {CONTRADICTED} {plain(row.declared, 4)}"
-            )
+        holds = ""
+        if row.estimate is not None:
+            holds = f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
+        elif row.declared is not None and row.declared != row.value:
+            contradicted = f"{CONTRADICTED} {plain(row.declared, 4)}"
+            holds = f"; the completed aircraft has it, since beside what is named {contradicted}"
         sentences.append(
             f"These records cannot show {derivative_name(row.coefficient, row.term)}: the estimate {number(estimate)} "
             f"has {error}{why}. Do not read it as measured{holds}."

@@ -104,13 +104,13 @@ def _beyond_named_effects(
         return ()
     hidden = _not_shown(found, declared, excited=excited)
     model, free = found.completed.model, found.completed.free
+    odds = 2.0 * ndtr(-search.settings.final_deviations)
     contradicted: list[Entry] = []
     for coefficient in dict.fromkeys(entry[0] for entry in hidden):
         own = [entry for entry in hidden if entry[0] == coefficient]
         places = [free.index(entry) for entry in own]
         away = np.array([declared[entry] - model.value(entry) for entry in own])
         distance = float(away @ np.linalg.pinv(beside[np.ix_(places, places)], rcond=1e-12, hermitian=True) @ away)
-        odds = 2.0 * ndtr(-search.settings.final_deviations)
         if chdtrc(len(own), distance) < odds:
             contradicted += own
     return tuple(contradicted)

@@ -85,8 +85,7 @@ class Question:
     @property
     def shows_air(self) -> bool:
         """Whether vanes show the air of every flight: beside a path that is its own sideslip nothing shows gusts."""
-        flights = (*self.manoeuvres, *self.others)
-        return "v" not in self.aircraft.axes.integrated or all("beta" in each.outputs for each in flights)
+        return all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
 
     def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
         """The settings of the structure search, which has more to ask where kinematics do not judge instruments or air.

@@ -51,4 +51,4 @@ def told_of_missing_chain(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
 
 def without_sideslip(manoeuvres: Sequence[Manoeuvre]) -> list[str]:
     """The logs whose sideslip is integrated and not measured."""
-    return [each.name for each in manoeuvres if "v" in each.axes.integrated and "beta" not in each.outputs]
+    return [each.name for each in manoeuvres if not each.sideslip_measured]

@@ -1,7 +1,5 @@
 """Sideslip that no vane shows: the path of the lateral accelerometer, on flights of the suite's own rigid body."""
 
-from dataclasses import replace
-
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -34,14 +32,10 @@ def flown(seed: int, *, mirrored: bool = False, ahead: float = 0.0, noise: float
     return flight.log(mirrored=mirrored, name=f"flight {seed}")
 
 
-def without_vane(log: FlightLog) -> FlightLog:
-    return replace(log, channels={name: values for name, values in log.channels.items() if name != "beta"})
-
-
 @pytest.mark.parametrize("aircraft", [LATERAL, SIX], ids=["lateral", "six"])
 def test_the_path_is_the_true_sideslip_but_for_a_line_in_time(aircraft: Aircraft) -> None:
     log = flown(SEEDS, noise=0.0)
-    (recording,) = read_recordings([questioned(aircraft, without_vane(log))[1]], [], SETTINGS)
+    (recording,) = read_recordings([questioned(aircraft, commuter.without_vane(log))[1]], [], SETTINGS)
     motion = reconstruct(recording, (), recording.channels, SETTINGS)
     away = motion.beta - log.channels["beta"]
     away = away - np.polyval(np.polyfit(recording.time, away, 1), recording.time)
@@ -56,7 +50,7 @@ def test_derivatives_lie_within_their_deviations_and_nothing_is_named_where_noth
     """Ten flights of 13 derivatives: more than 15 of 130 beyond two deviations have a chance of 1 in 1000 at 5 %."""
     beyond, count = 0, 0
     for seed in range(SEEDS + 100, SEEDS + 120, 2):
-        logs = [without_vane(flown(seed + n, mirrored=n == 1)) for n in range(2)]
+        logs = [commuter.without_vane(flown(seed + n, mirrored=n == 1)) for n in range(2)]
         found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
         kinds = {(row.hypothesis.kind, row.hypothesis.where) for row in found.findings}
         assert kinds <= {("sensor_bias", name) for name in ZEROS}
@@ -73,7 +67,7 @@ def test_derivatives_lie_within_their_deviations_and_nothing_is_named_where_noth
 
 def test_an_accelerometer_ahead_of_its_place_is_found_by_the_coefficients() -> None:
     """Kinematics cannot show it: its path is the only sideslip there is."""
-    logs = [without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
+    logs = [commuter.without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
     found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
     (row,) = [row for row in found.findings if row.hypothesis.kind == "sensor_position"]
     assert row.hypothesis.where == "a_y"
@@ -82,7 +76,7 @@ def test_an_accelerometer_ahead_of_its_place_is_found_by_the_coefficients() -> N
 
 
 def test_the_whole_loop_tells_the_shares_of_coefficients_by_the_equations() -> None:
-    logs = [without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
+    logs = [commuter.without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
     result = close_loop(
         logs[:1], commuter.aircraft(commuter.SIDE, 0.93), logs[1:], settings=LoopSettings(method="equations")
     )

@@ -1,7 +1,5 @@
 """What is said where no vane shows sideslip, against the accelerometer's equation itself."""
 
-from dataclasses import replace
-
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -19,7 +17,7 @@ def test_nothing_is_said_where_a_vane_shows_it() -> None:
 
 def test_the_number_is_what_a_metre_does_to_the_regression_of_the_accelerometer_on_sideslip() -> None:
     log = commuter.Lateral(noise=0.0).log()
-    blind = replace(log, channels={name: values for name, values in log.channels.items() if name != "beta"})
+    blind = commuter.without_vane(log)
     model, manoeuvre = questioned(AIRCRAFT, blind)
     (said,) = told_of_unseen_sideslip(AIRCRAFT, model, [manoeuvre])
     number = float(said.split("sits: by ")[1].split(" for")[0].replace("\u2212", "-"))

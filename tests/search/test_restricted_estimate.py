@@ -8,6 +8,7 @@ import pytest
 from equations_decided import decided, questioned
 
 from aerosid.effects import frozen
+from aerosid.equation_error.equations.points import value_of
 from aerosid.equation_error.regression.design import solve
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.equation_error_attribution import attribute_by_equations
@@ -17,8 +18,8 @@ SIDE_TERM = ("C_Y", "beta")
 
 
 def flown(seed: int, *, mirrored: bool = False) -> FlightLog:
-    log = commuter.Lateral(seed=seed, size=1.3, positions={"a_y": (2.5, 0.0, 0.0)}).log(mirrored=mirrored)
-    return replace(log, name=f"flight {seed}", channels={k: v for k, v in log.channels.items() if k != "beta"})
+    flight = commuter.Lateral(seed=seed, size=1.3, positions={"a_y": (2.5, 0.0, 0.0)})
+    return commuter.without_vane(flight.log(mirrored=mirrored, name=f"flight {seed}"))
 
 
 def test_known_effects_leave_the_covariance_of_a_regression_in_which_they_are_held() -> None:
@@ -29,9 +30,7 @@ def test_known_effects_leave_the_covariance_of_a_regression_in_which_they_are_he
     point, frame = found.completed.point, found.completed.frame
     held = frame.design(replace(point, effects=tuple(frozen(active) for active in point.effects)))
     covariance = solve(held, found.completed.solution.weights).covariance
-    own = [
-        held.unknowns.index(("term" if e[1].factors else "one", e, *(() if e[1].factors else (0,)))) for e in point.free
-    ]
+    own = [held.unknowns.index(value_of(entry, 0)) for entry in point.free]
     expected = covariance[np.ix_(own, own)]
     size = np.sqrt(np.diag(expected))
     assert uncertainty.beside_effects is not None

@@ -2,8 +2,8 @@
 
 Noise of density S_a [m^2/s^3] in the vertical acceleration is integrated twice, noise of density S_theta [rad^2 s] in
 the attitude once, at the airspeed: the path of the height goes astray by an integrated random walk and a random walk
-(`slow_noise`). A few poles of an autoregression do not
-hold it beside the height's own noise, and what moves slowly would be told as a fault of the airspeed or the height.
+(`slow_noise`). A few poles of an autoregression do not hold it beside the height's own noise, and what moves slowly
+would be told as a fault of the airspeed or the height.
 
 The path's flow angle is that of the vane on average; after a mean gust w the climb is off by w V(t)/mean(V), which is a
 line only while the airspeed is constant.

@@ -164,12 +164,11 @@ class Equations:
                 if share := values.get(("gust", name), 0.0):
                     left[:, place] -= share * _gust(name, recording, point.effects, motion)
             banded = recording.band(left)
-            time, wander = _time_in_band(recording), self._sideslip_errors(n, recording, point.model, motion)
-            for place, name in enumerate(equations.names):
-                if name in wander:
-                    banded[:, place] -= values.get(("drift", name, n), 0.0) * time
-                    for k, astray in enumerate(wander[name].T):
-                        banded[:, place] -= values.get(("wander", name, n, k), 0.0) * astray
+            for name, wander in self._sideslip_errors(n, recording, point.model, motion).items():
+                place = equations.names.index(name)
+                banded[:, place] -= values.get(("drift", name, n), 0.0) * recording.from_middle
+                for k, astray in enumerate(wander.T):
+                    banded[:, place] -= values.get(("wander", name, n, k), 0.0) * astray
             parts.extend(banded.T)
         return np.concatenate(parts)
 
@@ -178,7 +177,7 @@ class Equations:
         equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
         touching, columns = equations.columns(point.free)
         banded = recording.band(columns)
-        time, wander = _time_in_band(recording), self._sideslip_errors(n, recording, point.model, motion)
+        wander = self._sideslip_errors(n, recording, point.model, motion)
         segments, place = [], 0
         for name, entries in touching.items():
             target, *slopes = banded[:, place : place + 1 + len(entries)].T
@@ -186,9 +185,10 @@ class Equations:
             if motion.gusts[VANE_OF[name]].any():
                 gust = recording.band(_gust(name, recording, point.effects, motion))
             own = dict(zip(entries, slopes, strict=True))
-            segments.append(
-                Segment(n, name, target, own, time, 0.0, gust=gust, wander=wander.get(name), drifts=name in wander)
-            )
+            segment = Segment(n, name, target, own, recording.from_middle, 0.0, gust=gust)
+            if name in wander:
+                segment = replace(segment, wander=wander[name], drifts=True)
+            segments.append(segment)
             place += 1 + len(entries)
         return segments
 
@@ -196,21 +196,19 @@ class Equations:
         self, n: int, recording: Recording, model: AerodynamicModel, motion: Motion
     ) -> dict[str, Array]:
         """What usual errors of a sideslip that no vane shows do to each coefficient, in the band, (n, K) each."""
-        if recording.sideslip_measured:
+        if recording.manoeuvre.sideslip_measured:
             return {}
         if n not in self._drifting:
             speed = float(np.mean(motion.V))
             shares = {"a_y": 1.0 / speed, "r": 1.0, "phi": GRAVITY / speed}
-            self._drifting[n] = integral_modes(recording, _time_in_band(recording), shares, self._settings)
+            self._drifting[n] = integral_modes(recording, recording.time_in_band, shares, self._settings)
         errors = np.column_stack([motion.astray_in_band, self._drifting[n]])
-        entries = [(name, SIDESLIP) for name in ASIDE]
-        slopes = {at[0]: model.value(at) if at in model.entries else 0.0 for at in entries}
-        return {name: slope * errors for name, slope in slopes.items()}
+        return {name: model.value((name, SIDESLIP)) * errors for name in ASIDE}
 
-    def _wander(self, n: int, recording: Recording, time: Array) -> Array:
+    def _wander(self, n: int, recording: Recording) -> Array:
         """Slow errors of a recording's height, made once."""
         if n not in self._wandering:
-            self._wandering[n] = height_wander(recording, time, self._settings)
+            self._wandering[n] = height_wander(recording, recording.time_in_band, self._settings)
         return self._wandering[n]
 
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> Motion:
@@ -235,8 +233,6 @@ class Equations:
 
         def made() -> list[Segment]:
             motion = self._motion(n, recording, effects)
-            rows = recording.time[recording.band.rows(recording.time.size)]
-            time = _time_in_band(recording)
             predicted = predicted_records(recording, effects, motion)
             names = [name for name in predicted if name not in self._left_out[n]]
             if not names:
@@ -244,9 +240,11 @@ class Equations:
             targets = recording.band(np.column_stack([recording.channels[name] - predicted[name] for name in names]))
             segments = []
             for name, target in zip(names, np.ascontiguousarray(targets.T), strict=True):
-                wander = self._wander(n, recording, rows) if name == HEIGHT else None
+                wander = self._wander(n, recording) if name == HEIGHT else None
                 floor = _floor(recording, name)
-                segments.append(Segment(n, name, target, {}, time, floor, self._instruments[n], wander=wander))
+                segments.append(
+                    Segment(n, name, target, {}, recording.from_middle, floor, self._instruments[n], wander=wander)
+                )
             return segments
 
         return _kept(self._paths[n], _sensors(effects), KEPT_PATHS, made)
@@ -277,12 +275,6 @@ def _kept(known: dict[_Sensors, _Made], key: _Sensors, most: int, made: Callable
 def value_of(entry: Entry, recording: int) -> Unknown:
     """The unknown that is a term's value on a recording: constants are each recording's own."""
     return ("one", entry, recording) if entry[1] == CONSTANT else ("term", entry)
-
-
-def _time_in_band(recording: Recording) -> Array:
-    """Instants of the samples in the band from the middle of the record, s, (n,)."""
-    rows = recording.time[recording.band.rows(recording.time.size)]
-    return np.asarray(rows - 0.5 * (rows[0] + rows[-1]))
 
 
 def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> Array:

@@ -158,11 +158,6 @@ class Recording:
         return known[name] if name in known else np.zeros(self.time.size)
 
     @property
-    def sideslip_measured(self) -> bool:
-        """Whether the sideslip of the case has a sensor: else it is that of the lateral accelerometer's path."""
-        return "v" not in self.manoeuvre.axes.integrated or "beta" in self.channels
-
-    @property
     def name(self) -> str:
         """The log's name."""
         return self.manoeuvre.name
@@ -171,6 +166,17 @@ class Recording:
     def time(self) -> Array:
         """Instants, s, (N,)."""
         return self.manoeuvre.flight.time
+
+    @cached_property
+    def time_in_band(self) -> Array:
+        """Instants of the samples in the band, s, (n,)."""
+        return self.time[self.band.rows(self.time.size)]
+
+    @cached_property
+    def from_middle(self) -> Array:
+        """Those from the middle of the record, s, (n,)."""
+        at = self.time_in_band
+        return np.asarray(at - 0.5 * (at[0] + at[-1]))
 
     def position(self, channel: str) -> Array:
         """Declared position of a sensor from the centre of gravity, m, (3,)."""

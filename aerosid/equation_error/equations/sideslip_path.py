@@ -62,10 +62,10 @@ class Sideways:
         return np.arcsin(np.clip(path / speed, -WIDEST, WIDEST))
 
 
-def about_a_line(path: Array) -> Array:
+def about_a_line(values: Array) -> Array:
     """A series without its mean and its trend, (N,)."""
-    centred = np.arange(path.size) - 0.5 * (path.size - 1)
-    return np.asarray(path - path.mean() - centred * float(centred @ path) / float(centred @ centred))
+    centred = np.arange(values.size) - 0.5 * (values.size - 1)
+    return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
 
 
 def path_errors(
@@ -103,8 +103,7 @@ def of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
     wind : ndarray, shape (N,)
         What the vane of sideslip shows beyond its path, m/s.
     """
-    time = np.linspace(-1.0, 1.0, left.size)
-    left, bent = (values - np.polyval(np.polyfit(time, values, 1), time) for values in (left, bent))
+    left, bent = about_a_line(left), about_a_line(bent)
     wind = wind - wind.mean()
     kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
     mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size

@@ -160,7 +160,7 @@ def prove_faults(
         Of the aircraft, m: how far from the centre of gravity a sensor can sit; by default a multiple of its chord.
     """
     recordings = read_recordings(identification, validation, settings)
-    if any(recording.band.rows(recording.time.size).size < settings.fewest for recording in recordings):
+    if any(recording.time_in_band.size < settings.fewest for recording in recordings):
         return None
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     told_already = {told_apart(hypothesis) for hypothesis in hypotheses}

@@ -91,7 +91,7 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
     samples = rows.stop - rows.start
     if samples < 4 * EDGE:
         return None
-    at = recording.time[recording.band.rows(recording.time.size)]
+    at = recording.time_in_band
     step = float(at[1] - at[0])
     weights, solution = base.solution.weights, base.solution
     gain = jump_gains(

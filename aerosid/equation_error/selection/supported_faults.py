@@ -74,14 +74,14 @@ def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Na
 
 def _unseen_places(proved: Selected, open_: Sequence[Hypothesis]) -> dict[Name, Support]:
     """Places of the lateral accelerometer where no vane shows sideslip: kinematics can say nothing of them."""
-    compared = {channel for _, channel in proved.estimate.design.segments}
+    if VANE_OF[FORCE_ASIDE] in {channel for _, channel in proved.estimate.design.segments}:
+        return {}
     found = {}
     for hypothesis in open_:
-        if hypothesis.where != MEASURED_BY[FORCE_ASIDE] or VANE_OF[FORCE_ASIDE] in compared:
-            continue
-        values = hypothesis.effects[0].values
-        nothing = np.diag(np.full(len(values), np.inf))
-        found[told_apart(hypothesis)] = Support(values, nothing, 0.0, 0.0)
+        if hypothesis.where == MEASURED_BY[FORCE_ASIDE]:
+            values = hypothesis.effects[0].values
+            nothing = np.diag(np.full(len(values), np.inf))
+            found[told_apart(hypothesis)] = Support(values, nothing, 0.0, 0.0)
     return found
 
 
