@@ -1,5 +1,7 @@
 """Sideslip that no vane shows: the path of the lateral accelerometer, on flights of the suite's own rigid body."""
 
+from dataclasses import replace
+
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -7,8 +9,13 @@ from equations_decided import decided, questioned
 from scipy.stats import binom
 
 from aerosid.aircraft import Aircraft
+from aerosid.effects.family import at_null
+from aerosid.effects.sensor import sensor_bias
+from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
+from aerosid.equation_error.equations.points import Equations, Point
 from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
@@ -43,6 +50,31 @@ def test_the_path_is_the_true_sideslip_but_for_a_line_in_time(aircraft: Aircraft
     assert np.max(np.abs(away)) < 0.01 * np.ptp(log.channels["beta"])
     assert "beta" not in predicted_records(recording, (), motion)
     assert not motion.gusts["beta"].any()
+
+
+def equations_and_point() -> tuple[Equations, Point]:
+    model, manoeuvre = questioned(SIX, commuter.without_vane(flown(SEEDS)))
+    recordings = read_recordings([manoeuvre], [], SETTINGS)
+    return Equations(recordings, SETTINGS, COEFFICIENT), Point(model, tuple(model.entries), ())
+
+
+def test_residuals_need_no_columns_where_paths_drift() -> None:
+    equations, point = equations_and_point()
+    design = design_of(equations.at(point), SETTINGS)
+    values = np.random.default_rng(3).standard_normal(len(design.unknowns))
+    assert {("drift", "C_n", 0), ("wander", "C_n", 0, 0)} <= set(design.unknowns)
+    left = equations.left(point, dict(zip(design.unknowns, values, strict=True)))
+    np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())
+
+
+def test_what_noise_makes_of_a_path_does_not_depend_on_what_was_asked_before() -> None:
+    """Copies of a search on several cores ask in other orders."""
+    slow = replace(at_null(sensor_bias("V", "m/s", 0.1)), values=(5.0,))
+    (plain, point), (other, _) = equations_and_point(), equations_and_point()
+    other.at(point.with_effects([slow]))
+    for one, two in zip(plain.at(point), other.at(point), strict=True):
+        assert one.equation == two.equation
+        assert (one.wander is None and two.wander is None) or np.array_equal(one.wander, two.wander)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -199,7 +199,7 @@ class Equations:
         if recording.manoeuvre.sideslip_measured:
             return {}
         if n not in self._drifting:
-            speed = float(np.mean(motion.V))
+            speed = recording.manoeuvre.mean_airspeed
             shares = {"a_y": 1.0 / speed, "r": 1.0, "phi": GRAVITY / speed}
             self._drifting[n] = integral_modes(recording, recording.time_in_band, shares, self._settings)
         errors = np.column_stack([motion.astray_in_band, self._drifting[n]])
