@@ -78,10 +78,6 @@ class CoefficientSearch:
         struck_out: Collection[Label] = (),
     ) -> Iterator[Selected]:
         """The structures that forward selection goes through."""
-
-        def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-            return hypothesis.label not in struck_out and self.admitted(found, hypothesis)
-
         return forward_steps(
             begun,
             self.rules,
@@ -89,7 +85,7 @@ class CoefficientSearch:
             kinematic=False,
             coefficients=self.coefficients if sudden else (),
             most=most,
-            admitted=admitted,
+            admitted=self._admitted_but(struck_out),
             told=self.told,
         )
 
@@ -113,15 +109,29 @@ class CoefficientSearch:
             self.told(text)
         return first, second
 
-    def replaced(self, found: Selected, asked: Sequence[Hypothesis]) -> Selected:
-        """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay."""
+    def replaced(
+        self, found: Selected, asked: Sequence[Hypothesis], struck_out: Collection[Label] = ()
+    ) -> Selected:
+        """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay.
+
+        By nothing that is struck out.
+        """
         most = found.estimate.frame.settings.most
         for _ in range(found.estimate.frame.settings.rounds):
-            changed = replaced(found, asked, self.rules, self.admitted)
+            changed = replaced(found, asked, self.rules, self._admitted_but(struck_out))
             if changed is found:
                 break
-            found = self.forward(changed, asked, most)
+            self.told(f"  exchanged for {', '.join(' '.join(each.hypothesis.label) for each in changed.chosen)}")
+            found = self.forward(changed, asked, most, struck_out=struck_out)
         return found
+
+    def _admitted_but(self, struck_out: Collection[Label]) -> Admitted:
+        """Whether an estimate may stand by these rules, its last hypothesis not struck out."""
+
+        def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
+            return hypothesis.label not in struck_out and self.admitted(found, hypothesis)
+
+        return admitted
 
     def refuses(self, before: Estimate, after: Estimate) -> bool:
         """Whether an unseen recording's coefficient is predicted worse by one estimate than by another before it.

@@ -14,7 +14,8 @@ from aerosid.equation_error.selection.standing import Labels, on_fitted, predict
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
     """What the coefficients lack and every recording can bear; what left may have stood in another's place.
 
-    Of the structures that stand after one round and another the likeliest counts, prices paid.
+    What left comes in again neither beside the others nor for one of them. Of the structures that stand after one round
+    and another the likeliest counts, prices paid.
     """
     refuted: Labels = ()
     gone_before: Labels = ()
@@ -22,7 +23,8 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
     found = beside_level_shifts(search, begun)
     best: Selected | None = None
     met: set[frozenset[Label]] = set()
-    for _ in range(begun.estimate.frame.settings.rounds + 1):
+    last = begun.estimate.frame.settings.rounds
+    for round_ in range(last + 1):
         met.add(frozenset(each.hypothesis.label for each in found.chosen))
         kept, refused_now = standing(search, found)
         stand = {each.hypothesis.label for each in kept.chosen}
@@ -31,8 +33,10 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
         # What was refused since stands no more in what stood before.
         held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
         best = max(best, kept, key=search.paid) if best is not None and held else kept
+        if round_ == last:
+            break
         open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
-        found = search.replaced(kept, open_)
+        found = search.replaced(kept, open_, struck_out=gone_before)
         if gone:
             found = search.forward(found, open_, most, struck_out=gone_before)
         names = frozenset(each.hypothesis.label for each in found.chosen)
