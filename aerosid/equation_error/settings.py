@@ -316,6 +316,9 @@ class TrialSettings:
         Share of the chosen one's gain, 1, by which it may lie further behind: a first order errs by so much. Of 863
         rivals on recordings of seven aircraft and halves none came back that, after its own numbers were set, promised
         to stay so far beyond the margin.
+    losing_share : float
+        The same share, 1, where only what is likelier than the chosen one is of interest, of what is no fault proved by
+        kinematics: of 33 that won on three long stretches of the Citation's flight each promised to win by .02 of it.
     asked_in_pairs, pairs : int
         Faults that are asked in pairs where none pays alone, the likeliest by themselves, and pairs that are estimated.
     repeated : float
@@ -326,6 +329,7 @@ class TrialSettings:
     asked: float = 0.3
     hopeless: float = 2.0
     hopeless_share: float = 0.3
+    losing_share: float = 0.1
     asked_in_pairs: int = 6
     pairs: int = 2
     repeated: float = 0.7

@@ -16,6 +16,7 @@ from aerosid.equation_error.regression.design import Solution, compares_all
 from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
 from aerosid.equation_error.selection.candidates import (
+    Candidate,
     candidates_kept,
     identity,
     implausibility,
@@ -92,7 +93,7 @@ def replaced(
     """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
     for _ in range(rounds):
         better = functools.partial(_better, selected, asked=asked, rules=rules, admitted=admitted)
-        found = _of_each(selected, asked, better, until=lambda row: row is not None)
+        found = _of_each(selected, asked, better, to_win=True, until=lambda row: row is not None)
         row = found[-1] if found else None
         if row is None:
             return selected
@@ -107,11 +108,13 @@ def _of_each(
     selected: Selected,
     asked: Sequence[Hypothesis],
     told: Callable[[Chosen], _Told],
+    *,
+    to_win: bool = False,
     until: Callable[[_Told], bool] = lambda _told: False,
 ) -> list[_Told]:
     """What is told of each chosen one in turn, up to the first that ends it, by what could stand in its place.
 
-    What was found on the way is kept.
+    What was found on the way is kept. `to_win`: whether only what could be likelier is asked.
     """
 
     def with_found(each: Chosen) -> tuple[_Told, dict[object, list[Any]]]:
@@ -119,7 +122,7 @@ def _of_each(
         said = told(each)
         return said, {key: made for key, made in selected.instead.items() if made is not before.get(key)}
 
-    is_known = all(_key(each, asked) in selected.instead for each in selected.chosen)
+    is_known = all(_known(selected, each, asked, to_win=to_win) is not None for each in selected.chosen)
     with on_cores(1 if is_known else allowed()):
         answers = mapped(
             with_found, selected.chosen, common=[selected.estimate.frame], until=lambda answer: until(answer[0])
@@ -133,83 +136,95 @@ def _better(
     selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
-    cost = rules.cost(each.hypothesis, selected.estimate.point)
+    cost, clearly = rules.cost(each.hypothesis, selected.estimate.point), selected.estimate.frame.settings.clearly
+
+    def farthest(hypothesis: Hypothesis) -> float:
+        return cost - rules.least_cost(hypothesis) - clearly
+
     rows = [
         (cost - rules.cost(row.hypothesis, row.estimate.point) - row.behind, row)
-        for row in in_place_of(selected, each, asked)
+        for row in in_place_of(selected, each, asked, farthest)
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
-        settings = row.estimate.frame.settings
-        distinct = rules.is_distinct(row.hypothesis, row.own, row.gain, settings)
-        if better > settings.clearly and distinct and admitted(row.estimate, row.hypothesis):
+        distinct = rules.is_distinct(row.hypothesis, row.own, row.gain, row.estimate.frame.settings)
+        if better > clearly and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
 
 
-def in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
-    """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew."""
-    key = _key(each, asked)
-    if key not in selected.instead:
-        selected.instead[key] = _in_place_of(selected, each, asked)
-    return selected.instead[key]
+def in_place_of(
+    selected: Selected,
+    each: Chosen,
+    asked: Sequence[Hypothesis],
+    farthest: Callable[[Hypothesis], float] | None = None,
+) -> list[Alternative]:
+    """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew.
+
+    `farthest`: how far behind the chosen one, in ln L, a hypothesis is of interest; by default the alternatives'
+    margin. What promises to stay further behind is not estimated.
+    """
+    to_win = farthest is not None
+    known = _known(selected, each, asked, to_win=to_win)
+    if known is None:
+        known = _in_place_of(selected, each, asked, farthest)
+        selected.instead[_key(each, asked, to_win=to_win)] = known
+    return known
 
 
-def _key(each: Chosen, asked: Sequence[Hypothesis]) -> tuple[object, ...]:
+def _known(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], *, to_win: bool) -> list[Alternative] | None:
+    """The answer that was given before; one to all that could stand there holds what could be likelier."""
+    known = selected.instead.get(_key(each, asked, to_win=False))
+    return known if known is not None or not to_win else selected.instead.get(_key(each, asked, to_win=True))
+
+
+def _key(each: Chosen, asked: Sequence[Hypothesis], *, to_win: bool) -> tuple[object, ...]:
     """Under what the answer is kept: the same hypotheses may be asked again within narrower limits."""
-    return each.hypothesis.label, tuple((h.label, limits_of(h)) for h in asked)
+    return each.hypothesis.label, to_win, tuple((h.label, limits_of(h)) for h in asked)
 
 
-def _in_place_of(selected: Selected, each: Chosen, asked: Sequence[Hypothesis]) -> list[Alternative]:
+def _in_place_of(
+    selected: Selected,
+    each: Chosen,
+    asked: Sequence[Hypothesis],
+    farthest: Callable[[Hypothesis], float] | None,
+) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = struck_out(selected, each)
     rest = [other for other in selected.chosen if other is not each]
     open_ = open_beside(asked, rest, [each.hypothesis.label])
     candidates = candidates_kept(selected.instead, (each.hypothesis.label,), bare, open_)
     scored = scores(bare, candidates)
-    worth = selected.estimate.gain_over(bare)
     alike = settings.alike_instruments if each.kinematic else settings.alike
-    margin = alike + 0.03 * worth
+    vacancy = _Vacancy(each, bare, selected.estimate.gain_over(bare), alike)
     unusual = implausibility(own_effects(selected.estimate.point, each.hypothesis))
     order = likeliest(scored, candidates, settings.shortlist)
 
     def asked_before(n: int) -> tuple[object, ...]:
         return ("tried", each.hypothesis.label, *identity(candidates[n].hypothesis), candidates[n].trial)
 
-    def behind_with(solution: Solution) -> float:
-        return worth - bare.gain_by(solution)
-
-    def is_hopeless(promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # Other ways of being late are as far from their first order as the chosen one is.
-        return behind_with(promised) > most + TRIALS.hopeless_share * worth and not is_told(hypothesis, [each])
-
-    def tried(n: int) -> _Tried | None:
-        trial, hypothesis = to_first_order(bare, candidates[n])
-        if is_hopeless(trial, hypothesis, TRIALS.hopeless * alike):
-            return None
-        begun = joined(bare.point, hypothesis)
-        found = likeliest_numbers(
-            frame, begun, trial.weights, steps=5, may_win=lambda s: not is_hopeless(s, hypothesis, margin)
-        )
-        behind = worth - found.gain_over(bare)
-        if not (behind < margin and within_limits(found, hypothesis)):
-            return None
-        return _Tried(hypothesis, found.estimate, behind)
+    def tried(n: int) -> _Tried | _Unasked | None:
+        return vacancy.tried(candidates[n], farthest)
 
     fresh = [n for n in order if asked_before(n) not in selected.instead]
     for n, fit in zip(fresh, mapped(tried, fresh, common=[frame]), strict=True):
-        selected.instead[asked_before(n)] = [fit]
+        if not isinstance(fit, _Unasked):
+            selected.instead[asked_before(n)] = [fit]
     rows = []
     for n in order:
-        (found,) = selected.instead[asked_before(n)]
+        (found,) = selected.instead.get(asked_before(n), (None,))
         if found is not None:
             hypothesis, estimated = found.hypothesis, found.estimate
-            row = _row(estimated, hypothesis, each.hypothesis, worth - found.behind, found.behind)
+            row = _row(estimated, hypothesis, each.hypothesis, vacancy.worth - found.behind, found.behind)
             # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
             # another way in which the same channel is late says that it is late.
             if row.ratio >= settings.deviations or is_told(hypothesis, [each]):
                 unlikelier = implausibility(own_effects(estimated.point, hypothesis)) - unusual
-                rows.append(replace(row, margin=margin, own=float(scored.own[n]), unlikelier=unlikelier))
+                rows.append(replace(row, margin=vacancy.margin, own=float(scored.own[n]), unlikelier=unlikelier))
     return sorted(rows, key=lambda row: row.behind)
+
+
+class _Unasked(NamedTuple):
+    """What promises to stay behind: where another question is asked it may be of interest."""
 
 
 class _Tried(NamedTuple):
@@ -218,6 +233,55 @@ class _Tried(NamedTuple):
     hypothesis: Hypothesis
     estimate: Estimate
     behind: float
+
+
+@dataclass(frozen=True)
+class _Vacancy:
+    """A structure without one of its hypotheses, for others to stand in its place.
+
+    `left` the one; `bare` the structure without it, and `worth` what that loses in ln L; `alike` the least margin.
+    """
+
+    left: Chosen
+    bare: Estimate
+    worth: float
+    alike: float
+
+    @property
+    def margin(self) -> float:
+        """How far behind in ln L nothing is decided."""
+        return self.alike + 0.03 * self.worth
+
+    def tried(self, candidate: Candidate, farthest: Callable[[Hypothesis], float] | None) -> _Tried | _Unasked | None:
+        """A hypothesis with its numbers estimated; None where it is no alternative, unasked where it may not win."""
+        trial, hypothesis = to_first_order(self.bare, candidate)
+        if self._is_hopeless(trial, hypothesis, TRIALS.hopeless * self.alike):
+            return None
+        if farthest is not None and self._loses(trial, hypothesis, farthest(hypothesis)):
+            return _Unasked()
+        begun = joined(self.bare.point, hypothesis)
+
+        def may_win(promised: Solution) -> bool:
+            return not self._is_hopeless(promised, hypothesis, self.margin)
+
+        found = likeliest_numbers(self.bare.frame, begun, trial.weights, steps=5, may_win=may_win)
+        behind = self.worth - found.gain_over(self.bare)
+        if not (behind < self.margin and within_limits(found, hypothesis)):
+            return None
+        return _Tried(hypothesis, found.estimate, behind)
+
+    def _behind(self, promised: Solution) -> float:
+        return self.worth - self.bare.gain_by(promised)
+
+    def _is_hopeless(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
+        # Other ways of being late are as far from their first order as the chosen one is.
+        far = self._behind(promised) > most + TRIALS.hopeless_share * self.worth
+        return far and not is_told(hypothesis, [self.left])
+
+    def _loses(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
+        # Faults of instruments are further from linear: some that promised to lose won.
+        is_linear = not self.left.kinematic and not is_told(hypothesis, [self.left])
+        return is_linear and self._behind(promised) > most + TRIALS.losing_share * self.worth
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:

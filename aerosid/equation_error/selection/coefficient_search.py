@@ -109,9 +109,7 @@ class CoefficientSearch:
             self.told(text)
         return first, second
 
-    def replaced(
-        self, found: Selected, asked: Sequence[Hypothesis], struck_out: Collection[Label] = ()
-    ) -> Selected:
+    def replaced(self, found: Selected, asked: Sequence[Hypothesis], struck_out: Collection[Label] = ()) -> Selected:
         """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay.
 
         By nothing that is struck out.
@@ -159,20 +157,26 @@ def beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
     """What the coefficients lack beside what happens suddenly on unseen recordings.
 
     The first structure was chosen where a sudden change of an unseen recording was noise, and may stand in its place:
-    the search goes on from it, and begins anew where that is clearly likelier. A shift once found stays, so that
-    nothing is named for explaining it.
+    the search goes on from it, and begins anew where that is clearly likelier; where it is clearly less likely, not
+    again beside the smaller shifts that come later. A shift once found stays, so that nothing is named for explaining
+    it.
     """
     found, frame = _attributed(search, begun), begun.estimate.frame
+    ahead = 0.0
     for _ in range(frame.settings.rounds):
         beside = level_shifts(found.estimate, search.coefficients, search.rules, frame.settings.most, search.told)
         if beside is found.estimate:
             break
         known = Selected(beside, found.chosen)
+        if ahead > frame.settings.clearly:
+            found = _onward(search, known)
+            continue
         found, anew = search.side_by_side(
             functools.partial(_onward, found=known), functools.partial(_anew, begun=begun, beside=known), [frame]
         )
         search.told(f"  beside level shifts {search.paid(found):.1f}, begun anew {search.paid(anew):.1f}")
-        if search.paid(anew) > search.paid(found) + frame.settings.clearly:
+        ahead = search.paid(found) - search.paid(anew)
+        if ahead < -frame.settings.clearly:
             found = anew
     return found
 
