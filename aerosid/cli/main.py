@@ -21,7 +21,7 @@ from aerosid.cli.export import export_command
 from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console, out_folder
-from aerosid.cli.output import headed, loudly, taken_out, tell, written
+from aerosid.cli.output import headed, loudly, read_no_more, taken_out, tell, written
 from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
 from aerosid.cli.study import study_command
@@ -78,8 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _failed("interrupted.", 130, debug)
     except BrokenPipeError:
-        # The reader of the output has gone, as in `aerosid check log | head`: nothing is left to say or flush.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader of a JSON document has gone: nothing is left to say or flush.
+        read_no_more()
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
         if hasattr(error, "format_message"):

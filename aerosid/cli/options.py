@@ -78,12 +78,12 @@ def console() -> Console:
     """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
     from rich.console import Console
 
-    from aerosid.cli.output import mode
+    from aerosid.cli.output import mode, read_no_more
 
     class PipeConsole(Console):
-        """A console that leaves a broken pipe to `main`; rich would end the process with exit code 1."""
+        """A console that goes on where its reader has gone, for the files; rich would end the process."""
 
         def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
+            read_no_more()
 
     return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140, quiet=mode().silent)

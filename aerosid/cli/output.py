@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextvars import ContextVar
@@ -74,6 +75,13 @@ def command_line(words: Iterable[str]) -> str:
         elif word not in ABOUT_THE_CALL and not word.startswith(f"{WHERE_TO}="):
             shown.append(Path(word).name if Path(word).is_absolute() else word)
     return shlex.join(["aerosid", *shown])
+
+
+def read_no_more() -> None:
+    """Let the rest of standard output go nowhere: its reader has gone, as in `aerosid close-loop ... | head`."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def tell(document: Callable[[], Mapping[str, Any] | str]) -> None:

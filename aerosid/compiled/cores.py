@@ -197,14 +197,15 @@ def prepared(
     def work() -> dict[int, Any]:
         asking.close()
         ready()
-        return {0: task(asked.recv())}
+        given = asked.recv()
+        return {0: task(*given)} if given else {}
 
     place, results = _copied(work)
     asked.close()
 
     def hand_over(item: _Item) -> Callable[[], _Result]:
         with contextlib.suppress(OSError):  # the copy has ended: its result will be missing
-            asking.send(item)
+            asking.send((item,))
 
         def result() -> _Result:
             done = {} if results.closed else _received(place, results)
@@ -215,6 +216,9 @@ def prepared(
     try:
         yield hand_over
     finally:
+        # Closing alone would not tell it: copies made since hold this end too, and may wait for this process.
+        with contextlib.suppress(OSError):
+            asking.send(())
         asking.close()
         if not results.closed:
             _received(place, results)

@@ -216,6 +216,22 @@ def test_module_and_reader_that_goes_away() -> None:
     assert "Log formats" in run.stdout
 
 
+def test_a_reader_that_goes_away_costs_no_file(tmp_path: Path) -> None:
+    """Cut off behind the first line the loop wrote nothing, and where it was cut off later it stood still for ever."""
+    flights = README.parent / "flight_data"
+    words = [
+        f'"{sys.executable}" -m aerosid close-loop --aircraft light_transport',
+        f'"{flights / "light_transport_doublet.csv"}"',
+        f'--validate "{flights / "light_transport_3211.csv"}" --out "{tmp_path / "report"}" | head -1',
+    ]
+    run = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", " ".join(words)], capture_output=True, text=True, check=False, timeout=200
+    )
+    assert run.returncode == 0, run.stderr
+    assert len(run.stdout.splitlines()) == 1
+    assert {"result.json", "report.html", "report.pdf"} <= {path.name for path in (tmp_path / "report").iterdir()}
+
+
 @pytest.mark.parametrize(("ran", "searched"), [("pass", True), ("main(['--version'])", False)])
 def test_a_command_ends_without_a_last_search_for_cycles(ran: str, searched: bool) -> None:
     code = (

@@ -258,3 +258,24 @@ def test_a_prepared_copy_that_is_given_nothing_ends_with_the_block() -> None:
     )
     assert done.stdout.splitlines() == ["stopped", "alone"]
     assert done.stderr == ""
+
+
+BESIDE_ANOTHER = """
+from aerosid.compiled.cores import begun, on_cores, prepared
+
+try:
+    with on_cores(2), prepared(print, lambda: None):
+        unread = begun(lambda: bytes(10_000_000))
+        raise BrokenPipeError("nobody reads what is printed")
+except BrokenPipeError as error:
+    print(error)
+"""
+
+
+def test_a_prepared_copy_ends_though_another_that_waits_for_this_process_was_made_since() -> None:
+    """Cut off by a pager, close-loop stood still: the later copy held the end whose closing the first waited for."""
+    done = subprocess.run(
+        [sys.executable, "-c", BESIDE_ANOTHER], text=True, capture_output=True, check=False, timeout=60
+    )
+    assert done.stdout.splitlines() == ["nobody reads what is printed"]
+    assert done.stderr == ""
