@@ -41,7 +41,7 @@ from aerosid.equation_error.selection.prices import Label, Support, own_effects,
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection.search_rounds import asked_where_contradicted, searched
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
-from aerosid.equation_error.selection.standing import predicted_better
+from aerosid.equation_error.selection.standing import predicted_better, standing
 from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of
@@ -123,22 +123,10 @@ def decide(
     sensors = [h for h in asked if of_sensors(h)]
     proved, late, search, outcome = _structure(faults, faults.selected, tuple(coefficients), told)
     fitted, support = search.fitted, search.rules.support
-    kept = outcome.kept
-    while True:
-        point = kept.estimate.point
-        lone = likelier_inputs(estimate(fitted, point, weights_on(kept.estimate, fitted, point)))
-        chosen = (*proved.chosen, *kept.chosen)
-        alone = Selected(lone, kept.chosen)
-        completed, covariance = _with_deviations(outcome.timing, alone, kept)
-        findings = findings_of(completed, covariance, chosen)
-        # What the faults' own uncertainty could have made does not stand either.
-        weak = weakest_of(findings, kept.chosen, settings.deviations)
-        if weak is None:
-            break
-        told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
-        kept = left_out(kept, weak)
+    kept, alone, completed, covariance, refuted = _beside_instruments(proved, search, outcome)
+    lone, chosen = alone.estimate, (*proved.chosen, *kept.chosen)
     together = [each.hypothesis for each in kept.chosen if told_apart(each.hypothesis) in support]
-    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in outcome.refuted]
+    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
     of_proved, of_kept = alternatives_of(proved, sensors), alternatives_of(kept, open_)
     worth = {**worth_of(proved), **worth_of(kept)}
     for hypothesis in together:
@@ -147,7 +135,7 @@ def decide(
     findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, alone))
     late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
     # What another flight refutes stands in nobody's place, and so does what both kinds of equations name together.
-    taken = {*outcome.refuted, *(hypothesis.label for hypothesis in together)}
+    taken = {*refuted, *(hypothesis.label for hypothesis in together)}
     before = estimate(lone.frame, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
     compared = replace(lone.frame, settings=as_measured, all_fitted=True)
@@ -155,7 +143,7 @@ def decide(
     alternatives = (*late, *_unlike(late, of_proved), *of_kept)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     after = shares_of(compared, completed)
-    nearly = _nearly_proven(faults, proved, kept, search, alternatives, outcome.refuted)
+    nearly = _nearly_proven(faults, proved, kept, search, alternatives, refuted)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -168,12 +156,67 @@ def decide(
         gust_share=share_of_gusts(proved.estimate, "beta"),
         measured=on_fitted(proved).estimate,
         asked=len(asked),
-        refuted=outcome.refuted,
+        refuted=refuted,
         damping=shared_damping(lone),
         timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
         supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
         nearly=tuple(with_unseen(row, after, fitted, compared) for row in nearly),
     )
+
+
+class _Standing(NamedTuple):
+    """A structure, the same on the fitted recordings alone, and its estimate and covariance beside the instruments.
+
+    `refuted`: what the unseen recordings refused until then.
+    """
+
+    kept: Selected
+    alone: Selected
+    completed: Estimate
+    covariance: Array
+    refuted: tuple[Label, ...]
+
+
+def _beside_instruments(proved: Selected, search: CoefficientSearch, outcome: _Outcome) -> _Standing:
+    """The structure without what the instruments' own uncertainty could have made.
+
+    What leaves for that may have stood in another's place, as a power of alpha whose bias is known badly: the others
+    are asked again, as they are of what does not stand in the search itself.
+    """
+    settings = search.fitted.settings
+    kept, refuted = outcome.kept, outcome.refuted
+    gone: tuple[Label, ...] = ()
+    for _ in range(settings.rounds):
+        standing_ = _certain(proved, search, outcome.timing, kept, refuted)
+        stand = {each.hypothesis.label for each in standing_.kept.chosen}
+        fell = tuple(each.hypothesis.label for each in kept.chosen if each.hypothesis.label not in stand)
+        if not fell:
+            return standing_
+        gone = (*gone, *fell)
+        open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
+        more = search.forward(standing_.kept, open_, settings.most, struck_out=gone)
+        if more is standing_.kept:
+            return standing_
+        kept, refused = standing(search, more)
+        refuted = (*refuted, *refused)
+    return _certain(proved, search, outcome.timing, kept, refuted)
+
+
+def _certain(
+    proved: Selected, search: CoefficientSearch, timing: JointTiming, kept: Selected, refuted: tuple[Label, ...]
+) -> _Standing:
+    """A structure less what is nearer to none than the deviations that a final value must keep."""
+    while True:
+        point = kept.estimate.point
+        alone = likelier_inputs(estimate(search.fitted, point, weights_on(kept.estimate, search.fitted, point)))
+        fitted = Selected(alone, kept.chosen)
+        completed, covariance = _with_deviations(timing, fitted, kept)
+        findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
+        weak = weakest_of(findings, kept.chosen, search.fitted.settings.deviations)
+        if weak is None:
+            return _Standing(kept, fitted, completed, covariance, refuted)
+        search.told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
+        kept = left_out(kept, weak)
 
 
 def _nearly_proven(

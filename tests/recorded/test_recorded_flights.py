@@ -184,6 +184,19 @@ def test_the_whole_citation_has_a_late_vane_and_not_three_early_sensors(missing:
     assert not [effect for effect in result.effects if effect.kind == "sensor_delay" and effect.value < -0.05]
 
 
+def test_what_the_instruments_doubt_makes_room_for_what_it_stood_for() -> None:
+    """Near the stall, terms of C_X that the vane's bias could have made left, and nothing was asked in their place."""
+    whole = read("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")
+    near_stall, short_period = whole.between(1930.0, 2010.0), whole.between(3625.0, 3670.0)
+    result = close_loop([near_stall], load_aircraft("citation"), [short_period])
+    # Two logs of one name: the first rows are of the fitted one.
+    unseen = {row.coefficient: row for row in result.coefficients}
+    assert set(unseen) == {"C_X", "C_Z", "C_m"}
+    for row in unseen.values():
+        assert row.r2_after > row.r2_before + 0.2
+    assert unseen["C_Z"].r2_after > 0.98
+
+
 def test_two_flights_of_the_twin_otter_agree_within_their_bounds_where_any_fit_lets_them() -> None:
     rows: list[dict[tuple[str, str], DerivativeRow]] = []
     slopes = []
