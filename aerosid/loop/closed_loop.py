@@ -34,7 +34,7 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.roles import ROLES, Role, require_separate
+from aerosid.loop.roles import ROLES, Role, named_apart, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.unseen_sideslip import told_of_missing_chain
 from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
@@ -66,7 +66,7 @@ def close_loop(
     Parameters
     ----------
     identification : sequence of FlightLog
-        Manoeuvres to fit, one joint estimate; at least one.
+        Manoeuvres to fit, one joint estimate; at least one. Logs of one name are told apart by folder, span or number.
     aircraft : Aircraft
         The declared model.
     validation : sequence of FlightLog
@@ -93,6 +93,7 @@ def close_loop(
         Where the flight phase or the aircraft class is unknown, or two logs hold the same samples.
     """
     require_separate(identification, validation, hold_out)
+    identification, validation, hold_out = named_apart(identification, validation, hold_out)
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     signed = replace(provenance, date=provenance.date or today(), settings=unusual_settings(settings))
     identified = identify(identification, aircraft, validation, settings, progress, hold_out=hold_out)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from itertools import combinations
+from dataclasses import replace
+from itertools import combinations, count, islice
+from pathlib import Path
 from typing import Literal, get_args
 
 from aerosid.errors import UsageError
@@ -45,3 +48,28 @@ def require_separate(
             f"{second.path or second.name} ({OPTIONS[second_role]}) holds samples of {first.path or first.name} "
             f"({OPTIONS[first_role]}) from {span[0]:g} to {span[1]:g} s, but {why}; give another flight or span."
         )
+
+
+def named_apart(*parts: Sequence[FlightLog]) -> tuple[tuple[FlightLog, ...], ...]:
+    """The logs, those that share a name told apart: by their folders, by their spans, or else by numbers.
+
+    Recorders number their files anew each day, and a name tells in which flight an effect happens.
+    """
+    given = [log for part in parts for log in part]
+    names = [log.name for log in given]
+    taken = Counter(names)
+    for name in [name for name, often in taken.items() if often > 1]:
+        places = [n for n, log in enumerate(given) if log.name == name]
+        alike = [given[n] for n in places]
+        numbered = (f"{name}_{k}" for k in count(1))
+        ways = (
+            [f"{Path(log.path).parent.name}_{name}" if log.path else name for log in alike],
+            [f"{name}_{log.time[0]:.6g}-{log.time[-1]:.6g}" for log in alike],
+            list(islice((free for free in numbered if free not in taken), len(alike))),
+        )
+        found = next(way for way in ways if len(set(way)) == len(way) and not taken.keys() & set(way))
+        taken.update(found)
+        for n, other in zip(places, found, strict=True):
+            names[n] = other
+    named = iter(replace(log, name=name) if name != log.name else log for log, name in zip(given, names, strict=True))
+    return tuple(tuple(next(named) for _ in part) for part in parts)
