@@ -317,8 +317,8 @@ class TrialSettings:
         rivals on recordings of seven aircraft and halves none came back that, after its own numbers were set, promised
         to stay so far beyond the margin.
     losing_share : float
-        The same share, 1, where only what is likelier than the chosen one is of interest, of what is no fault proved by
-        kinematics: of 33 that won on three long stretches of the Citation's flight each promised to win by .02 of it.
+        The same share, 1, of a term in place of another where only what is likelier than the chosen one is of interest:
+        of 31 that won on three long stretches of the Citation's flight each promised to win by .02 of it.
     asked_in_pairs, pairs : int
         Faults that are asked in pairs where none pays alone, the likeliest by themselves, and pairs that are estimated.
     repeated : float

@@ -148,10 +148,10 @@ def test_what_a_record_cannot_show_is_said() -> None:
 
 def test_a_loop_carries_fit_and_innovations_of_every_channel() -> None:
     first, second = Problem(undeclared=BOTH_SQUARES).fly(1), Problem(undeclared=BOTH_SQUARES, elevator="3211").fly(2)
-    result = close_loop([first], LIGHT, [second], TERMS)
+    result = close_loop([first], LIGHT, [replace(second, name="second")], TERMS)
     assert {(row.log, row.channel, row.variant) for row in result.fit} == {
-        (log.name, channel, variant)
-        for log in (first, second)
+        (name, channel, variant)
+        for name in (first.name, "second")
         for channel in ("V", "alpha", "q", "theta", "a_x", "a_z", "h")
         for variant in ("before", "after")
     }

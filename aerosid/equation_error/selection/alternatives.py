@@ -279,8 +279,8 @@ class _Vacancy:
         return far and not is_told(hypothesis, [self.left])
 
     def _loses(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # Faults of instruments are further from linear: some that promised to lose won.
-        is_linear = not self.left.kinematic and not is_told(hypothesis, [self.left])
+        # What a lag, a limit or a moment brings is far from its first order: some that promised to lose won.
+        is_linear = not hypothesis.effects and not self.left.hypothesis.effects
         return is_linear and self._behind(promised) > most + TRIALS.losing_share * self.worth
 
 
