@@ -318,7 +318,7 @@ class TrialSettings:
         to stay so far beyond the margin.
     losing_share : float
         The same share, 1, of a term in place of another where only what is likelier than the chosen one is of interest:
-        of 31 that won on three long stretches of the Citation's flight each promised to win by .02 of it.
+        of 37 that won on three long stretches of the Citation's flight each promised to win by .02 of it.
     asked_in_pairs, pairs : int
         Faults that are asked in pairs where none pays alone, the likeliest by themselves, and pairs that are estimated.
     repeated : float
