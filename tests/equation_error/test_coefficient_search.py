@@ -67,5 +67,6 @@ def test_what_promises_to_lose_is_left_out_and_asked_when_all_are(
     assert answer(again, 0.0)[0] == every[0]
     far_ahead = Selected(begun.estimate, begun.chosen)
     assert not answer(far_ahead, -1e3)  # nothing promises so much
+    assert answer(far_ahead, 0.0)[0] == every[0]
     assert answer(again) == answer(far_ahead) == every
     assert answer(fresh, -1e3) == every  # known already

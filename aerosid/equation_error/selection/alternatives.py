@@ -36,6 +36,9 @@ from aerosid.equation_error.settings import TRIALS
 
 _Told = TypeVar("_Told")
 
+Farthest = Callable[[Hypothesis], float]
+"""How far behind a chosen one, in ln L, a hypothesis is of interest in its place."""
+
 
 @dataclass(frozen=True)
 class Alternative:
@@ -79,7 +82,11 @@ def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Al
     At a size that is not too unusual: an aircraft whose centre of gravity lay half a chord from where it was weighed
     would not have flown.
     """
-    rows = _of_each(selected, asked, lambda each: in_place_of(selected, each, asked))
+    rows = _of_each(
+        selected,
+        lambda each: in_place_of(selected, each, asked),
+        lambda each: _known(selected, each, asked) is not None,
+    )
     return tuple(row for of_one in rows for row in of_one if row.behind + row.unlikelier < row.margin)
 
 
@@ -93,7 +100,8 @@ def replaced(
     """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
     for _ in range(rounds):
         better = functools.partial(_better, selected, asked=asked, rules=rules, admitted=admitted)
-        found = _of_each(selected, asked, better, to_win=True, until=lambda row: row is not None)
+        is_known = functools.partial(_is_known_to_win, selected, asked=asked, rules=rules)
+        found = _of_each(selected, better, is_known, until=lambda row: row is not None)
         row = found[-1] if found else None
         if row is None:
             return selected
@@ -106,15 +114,13 @@ def replaced(
 
 def _of_each(
     selected: Selected,
-    asked: Sequence[Hypothesis],
     told: Callable[[Chosen], _Told],
-    *,
-    to_win: bool = False,
+    is_known: Callable[[Chosen], bool],
     until: Callable[[_Told], bool] = lambda _told: False,
 ) -> list[_Told]:
     """What is told of each chosen one in turn, up to the first that ends it, by what could stand in its place.
 
-    What was found on the way is kept. `to_win`: whether only what could be likelier is asked.
+    What was found on the way is kept. `is_known`: whether that was asked of one before.
     """
 
     def with_found(each: Chosen) -> tuple[_Told, dict[object, list[Any]]]:
@@ -122,8 +128,7 @@ def _of_each(
         said = told(each)
         return said, {key: made for key, made in selected.instead.items() if made is not before.get(key)}
 
-    is_known = all(_known(selected, each, asked, to_win=to_win) is not None for each in selected.chosen)
-    with on_cores(1 if is_known else allowed()):
+    with on_cores(1 if all(map(is_known, selected.chosen)) else allowed()):
         answers = mapped(
             with_found, selected.chosen, common=[selected.estimate.frame], until=lambda answer: until(answer[0])
         )
@@ -137,13 +142,9 @@ def _better(
 ) -> Alternative | None:
     """The likeliest in place of one that is clearly better and admitted."""
     cost, clearly = rules.cost(each.hypothesis, selected.estimate.point), selected.estimate.frame.settings.clearly
-
-    def farthest(hypothesis: Hypothesis) -> float:
-        return cost - rules.least_cost(hypothesis) - clearly
-
     rows = [
         (cost - rules.cost(row.hypothesis, row.estimate.point) - row.behind, row)
-        for row in in_place_of(selected, each, asked, farthest)
+        for row in in_place_of(selected, each, asked, _farthest_to_win(selected, each, rules))
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
         distinct = rules.is_distinct(row.hypothesis, row.own, row.gain, row.estimate.frame.settings)
@@ -152,41 +153,46 @@ def _better(
     return None
 
 
+def _farthest_to_win(selected: Selected, each: Chosen, rules: Rules) -> Farthest:
+    """How far behind a chosen one others may be and yet clearly better, prices counted."""
+    cost = rules.cost(each.hypothesis, selected.estimate.point) - selected.estimate.frame.settings.clearly
+    return lambda hypothesis: cost - rules.least_cost(hypothesis)
+
+
+def _is_known_to_win(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules) -> bool:
+    return _known(selected, each, asked, _farthest_to_win(selected, each, rules)) is not None
+
+
 def in_place_of(
-    selected: Selected,
-    each: Chosen,
-    asked: Sequence[Hypothesis],
-    farthest: Callable[[Hypothesis], float] | None = None,
+    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None
 ) -> list[Alternative]:
     """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew.
 
-    `farthest`: how far behind the chosen one, in ln L, a hypothesis is of interest; by default the alternatives'
-    margin. What promises to stay further behind is not estimated.
+    `farthest`: by default the alternatives' margin. What promises to stay further behind is not estimated.
     """
-    to_win = farthest is not None
-    known = _known(selected, each, asked, to_win=to_win)
+    known = _known(selected, each, asked, farthest)
     if known is None:
         known = _in_place_of(selected, each, asked, farthest)
-        selected.instead[_key(each, asked, to_win=to_win)] = known
+        selected.instead[_key(each, asked, farthest)] = known
     return known
 
 
-def _known(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], *, to_win: bool) -> list[Alternative] | None:
-    """The answer that was given before; one to all that could stand there holds what could be likelier."""
-    known = selected.instead.get(_key(each, asked, to_win=False))
-    return known if known is not None or not to_win else selected.instead.get(_key(each, asked, to_win=True))
+def _known(
+    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None
+) -> list[Alternative] | None:
+    """The answer that was given before; that without a limit holds all others."""
+    every = selected.instead.get(_key(each, asked))
+    return every if every is not None else selected.instead.get(_key(each, asked, farthest))
 
 
-def _key(each: Chosen, asked: Sequence[Hypothesis], *, to_win: bool) -> tuple[object, ...]:
+def _key(each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None) -> tuple[object, ...]:
     """Under what the answer is kept: the same hypotheses may be asked again within narrower limits."""
-    return each.hypothesis.label, to_win, tuple((h.label, limits_of(h)) for h in asked)
+    limits = ((h.label, limits_of(h), None if farthest is None else farthest(h)) for h in asked)
+    return each.hypothesis.label, tuple(limits)
 
 
 def _in_place_of(
-    selected: Selected,
-    each: Chosen,
-    asked: Sequence[Hypothesis],
-    farthest: Callable[[Hypothesis], float] | None,
+    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None
 ) -> list[Alternative]:
     frame, settings = selected.estimate.frame, selected.estimate.frame.settings
     bare = struck_out(selected, each)
@@ -252,7 +258,7 @@ class _Vacancy:
         """How far behind in ln L nothing is decided."""
         return self.alike + 0.03 * self.worth
 
-    def tried(self, candidate: Candidate, farthest: Callable[[Hypothesis], float] | None) -> _Tried | _Unasked | None:
+    def tried(self, candidate: Candidate, farthest: Farthest | None) -> _Tried | _Unasked | None:
         """A hypothesis with its numbers estimated; None where it is no alternative, unasked where it may not win."""
         trial, hypothesis = to_first_order(self.bare, candidate)
         if self._is_hopeless(trial, hypothesis, TRIALS.hopeless * self.alike):
