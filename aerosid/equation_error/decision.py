@@ -41,7 +41,7 @@ from aerosid.equation_error.selection.prices import Label, Support, own_effects,
 from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
 from aerosid.equation_error.selection.search_rounds import asked_where_contradicted, searched
 from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
-from aerosid.equation_error.selection.standing import predicted_better, standing
+from aerosid.equation_error.selection.standing import Labels, predicted_better, standing
 from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.supported_faults import supported_faults
 from aerosid.equation_error.selection.votes import Share, shares_of
@@ -123,11 +123,10 @@ def decide(
     sensors = [h for h in asked if of_sensors(h)]
     proved, late, search, outcome = _structure(faults, faults.selected, tuple(coefficients), told)
     fitted, support = search.fitted, search.rules.support
-    kept, alone, completed, covariance, refuted = _beside_instruments(proved, search, outcome)
+    (kept, alone, completed, covariance), refuted = _beside_instruments(proved, search, outcome)
     lone, chosen = alone.estimate, (*proved.chosen, *kept.chosen)
     together = [each.hypothesis for each in kept.chosen if told_apart(each.hypothesis) in support]
-    open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
-    of_proved, of_kept = alternatives_of(proved, sensors), alternatives_of(kept, open_)
+    of_proved, of_kept = alternatives_of(proved, sensors), alternatives_of(kept, search.open_but(refuted))
     worth = {**worth_of(proved), **worth_of(kept)}
     for hypothesis in together:
         (active,) = own_effects(kept.estimate.point, hypothesis)
@@ -165,46 +164,38 @@ def decide(
 
 
 class _Standing(NamedTuple):
-    """A structure, the same on the fitted recordings alone, and its estimate and covariance beside the instruments.
-
-    `refuted`: what the unseen recordings refused until then.
-    """
+    """A structure, the same on the fitted recordings alone, and its estimate and covariance beside the instruments."""
 
     kept: Selected
     alone: Selected
     completed: Estimate
     covariance: Array
-    refuted: tuple[Label, ...]
 
 
-def _beside_instruments(proved: Selected, search: CoefficientSearch, outcome: _Outcome) -> _Standing:
-    """The structure without what the instruments' own uncertainty could have made.
+def _beside_instruments(proved: Selected, search: CoefficientSearch, outcome: _Outcome) -> tuple[_Standing, Labels]:
+    """The structure without what the instruments' own uncertainty could have made, and all that was refuted.
 
     What leaves for that may have stood in another's place, as a power of alpha whose bias is known badly: the others
     are asked again, as they are of what does not stand in the search itself.
     """
     settings = search.fitted.settings
     kept, refuted = outcome.kept, outcome.refuted
-    gone: tuple[Label, ...] = ()
+    gone: Labels = ()
     for _ in range(settings.rounds):
-        standing_ = _certain(proved, search, outcome.timing, kept, refuted)
-        stand = {each.hypothesis.label for each in standing_.kept.chosen}
-        fell = tuple(each.hypothesis.label for each in kept.chosen if each.hypothesis.label not in stand)
+        certain = _certain(proved, search, outcome.timing, kept)
+        fell = kept.labels_beyond(certain.kept)
         if not fell:
-            return standing_
+            return certain, refuted
         gone = (*gone, *fell)
-        open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
-        more = search.forward(standing_.kept, open_, settings.most, struck_out=gone)
-        if more is standing_.kept:
-            return standing_
+        more = search.forward(certain.kept, search.open_but(refuted), settings.most, struck_out=gone)
+        if more is certain.kept:
+            return certain, refuted
         kept, refused = standing(search, more)
         refuted = (*refuted, *refused)
-    return _certain(proved, search, outcome.timing, kept, refuted)
+    return _certain(proved, search, outcome.timing, kept), refuted
 
 
-def _certain(
-    proved: Selected, search: CoefficientSearch, timing: JointTiming, kept: Selected, refuted: tuple[Label, ...]
-) -> _Standing:
+def _certain(proved: Selected, search: CoefficientSearch, timing: JointTiming, kept: Selected) -> _Standing:
     """A structure less what is nearer to none than the deviations that a final value must keep."""
     while True:
         point = kept.estimate.point
@@ -214,7 +205,7 @@ def _certain(
         findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
         weak = weakest_of(findings, kept.chosen, search.fitted.settings.deviations)
         if weak is None:
-            return _Standing(kept, fitted, completed, covariance, refuted)
+            return _Standing(kept, fitted, completed, covariance)
         search.told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
         kept = left_out(kept, weak)
 
@@ -229,7 +220,7 @@ def _nearly_proven(
 ) -> tuple[NearlyProven, ...]:
     """What kinematics and coefficients each would name were it all that was asked, and nothing lists yet."""
     listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
-    listed |= {each.hypothesis.label for each in (*proved.chosen, *kept.chosen)}
+    listed |= {*proved.labels, *kept.labels}
     sensors = [h for h in faults.asked if h.label not in listed and of_sensors(h)]
     terms = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
     rows = both(

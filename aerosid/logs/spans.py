@@ -154,7 +154,12 @@ def cut_span(log: FlightLog, span: Span) -> FlightLog:
     cut = log.between(span.start, span.stop)
     first = log.time[0] if span.start is None else span.start
     last = log.time[-1] if span.stop is None else span.stop
-    return replace(cut, name=span.name or f"{log.name}_{first:.6g}-{last:.6g}")
+    return replace(cut, name=span.name or named_by_span(log.name, first, last))
+
+
+def named_by_span(name: str, first: float, last: float) -> str:
+    """The name of a part of a recording, from one time to another, s."""
+    return f"{name}_{first:.6g}-{last:.6g}"
 
 
 def is_segment_file(path: Path) -> bool:

@@ -12,6 +12,7 @@ from typing import Literal, get_args
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.shared_samples import shared_samples
+from aerosid.logs.spans import named_by_span
 
 Role = Literal["identification", "validation", "hold_out"]
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -64,7 +65,7 @@ def named_apart(*parts: Sequence[FlightLog]) -> tuple[tuple[FlightLog, ...], ...
         numbered = (f"{name}_{k}" for k in count(1))
         ways = (
             [f"{Path(log.path).parent.name}_{name}" if log.path else name for log in alike],
-            [f"{name}_{log.time[0]:.6g}-{log.time[-1]:.6g}" for log in alike],
+            [named_by_span(name, log.time[0], log.time[-1]) for log in alike],
             list(islice((free for free in numbered if free not in taken), len(alike))),
         )
         found = next(way for way in ways if len(set(way)) == len(way) and not taken.keys() & set(way))

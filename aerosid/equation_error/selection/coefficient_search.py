@@ -55,6 +55,10 @@ class CoefficientSearch:
     admitted: Admitted
     told: Callable[[str], None]
 
+    def open_but(self, refuted: Collection[Label]) -> list[Hypothesis]:
+        """What is asked, but for what unseen recordings refused."""
+        return [hypothesis for hypothesis in self.asked if hypothesis.label not in refuted]
+
     def forward(
         self,
         begun: Selected,

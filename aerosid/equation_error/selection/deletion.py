@@ -10,7 +10,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, Peak, likeliest_numbers
-from aerosid.equation_error.selection.prices import Rules, own_effects, total_cost
+from aerosid.equation_error.selection.prices import Label, Rules, own_effects, total_cost
 
 STEPS = 4
 """Numerical: Gauss-Newton steps at most of a structure with one effect less."""
@@ -38,6 +38,16 @@ class Selected:
     estimate: Estimate
     chosen: tuple[Chosen, ...]
     instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """What the chosen ones are called, in their order."""
+        return tuple(each.hypothesis.label for each in self.chosen)
+
+    def labels_beyond(self, other: Selected) -> tuple[Label, ...]:
+        """What of it another structure does not have."""
+        known = set(other.labels)
+        return tuple(label for label in self.labels if label not in known)
 
 
 def paid(selected: Selected, rules: Rules) -> float:

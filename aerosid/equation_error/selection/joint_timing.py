@@ -238,7 +238,7 @@ def likeliest_kinds(
     while (weak := weakest(proved.estimate, proved.chosen)) is not None:
         told(f"  does not stand beside the other kind: {weak.hypothesis.label}")
         proved = left_out(proved, weak)
-    names = {each.hypothesis.label for each in proved.chosen}
+    names = set(proved.labels)
     return proved, tuple(row for row in others if row.instead_of.label in names)
 
 

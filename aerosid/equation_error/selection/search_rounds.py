@@ -25,22 +25,21 @@ def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labe
     met: set[frozenset[Label]] = set()
     last = begun.estimate.frame.settings.rounds
     for round_ in range(last + 1):
-        met.add(frozenset(each.hypothesis.label for each in found.chosen))
+        met.add(frozenset(found.labels))
         kept, refused_now = standing(search, found)
-        stand = {each.hypothesis.label for each in kept.chosen}
-        gone = tuple(each.hypothesis.label for each in found.chosen if each.hypothesis.label not in stand)
+        gone = found.labels_beyond(kept)
         refuted, gone_before = (*refuted, *refused_now), (*gone_before, *gone)
         # What was refused since stands no more in what stood before.
-        held = best is not None and not any(each.hypothesis.label in refused_now for each in best.chosen)
+        held = best is not None and not set(best.labels) & set(refused_now)
         best = max(best, kept, key=search.paid) if best is not None and held else kept
         if round_ == last:
             break
-        open_ = [hypothesis for hypothesis in search.asked if hypothesis.label not in refuted]
+        open_ = search.open_but(refuted)
         found = search.replaced(kept, open_, struck_out=gone_before)
         if gone:
             found = search.forward(found, open_, most, struck_out=gone_before)
-        names = frozenset(each.hypothesis.label for each in found.chosen)
-        if names == stand or names in met:  # what stood of it then would stand of it again
+        names = frozenset(found.labels)
+        if names == frozenset(kept.labels) or names in met:  # what stood of it then would stand of it again
             break
     assert best is not None
     return best, refuted
@@ -60,18 +59,18 @@ def asked_where_contradicted(
     search.told("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in falls.items()))
     settings = found.estimate.frame.settings
     search = replace(search, rules=with_contradictions(search.rules, search.asked, falls, settings.contradicted))
-    open_ = [h for h in search.asked if h.label in search.rules.likelier and h.label not in refuted]
+    open_ = [hypothesis for hypothesis in search.open_but(refuted) if hypothesis.label in search.rules.likelier]
     more = search.forward(found, open_, settings.most, sudden=False)
     if more is found:
         return search, found, refuted
     kept, refuted_now = standing(search, more)
-    known = {each.hypothesis.label for each in found.chosen}
+    new = kept.labels_beyond(found)
     better = predicted_better(kept, on_fitted(search, kept))
     for each in kept.chosen:
         label = each.hypothesis.label
-        if label not in known and not better.get(label, False):
+        if label in new and not better.get(label, False):
             search.told(f"  predicts nothing better: {label}")
             kept = left_out(kept, each)
-    if {each.hypothesis.label for each in kept.chosen} <= known:
+    if not kept.labels_beyond(found):
         return search, found, refuted
     return search, kept, (*refuted, *refuted_now)

@@ -110,7 +110,7 @@ def _best(
     candidates = candidates_kept(selected.instead, BESIDE, base, open_)
     if any(kind in COEFFICIENT for kind in frame.kinds):
         sudden = [h for each in (base, uncoloured_) for h in sudden_hypotheses(frame, each, coefficients, recording)]
-        taken = refused | {each.hypothesis.label for each in selected.chosen}
+        taken = refused | set(selected.labels)
         sudden = [hypothesis for hypothesis in sudden if hypothesis.label not in taken]
         candidates += effect_candidates(frame, base, in_either_order(sudden, base.point.effects))
     if not candidates:
