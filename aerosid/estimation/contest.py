@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from aerosid.compiled.cores import mapped
-from aerosid.effects import ActiveEffect, with_numbers
+from aerosid.compiled.threads import mapped_in_threads
+from aerosid.effects import ActiveEffect
 from aerosid.estimation import damped_step
 from aerosid.estimation.damped_search import UNDAMPED, improved
 from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
@@ -18,7 +15,6 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, first_point, refine_on, refinement_at
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 
 def contest(
@@ -58,34 +54,24 @@ def contest(
     hangs on the others, and each is followed to its end at once.
     """
     if level is not None and len(starts) > 1:
-        alone = list(zip(starts, allowance, strict=True))
 
-        def followed(one: tuple[Start, float]) -> SentFit:
-            return SentFit.of(contest([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0])
+        def followed(one: tuple[Start, float]) -> Refinement:
+            return contest([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0]
 
-        fits = mapped(followed, alone, CONTEST.dealt_out)
-        return [fit.refinement(start.model, start.free, start.effects) for fit, start in zip(fits, starts, strict=True)]
+        return mapped_in_threads(followed, list(zip(starts, allowance, strict=True)))
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
-
-    def first(n: int) -> tuple[_Sent, float]:
-        point = first_point(likelihoods[n], starts[n], settings)
-        return _Sent.of(point), likelihoods[n].held_to_data
-
-    def stepped(n: int) -> tuple[_Sent, bool, float] | None:
-        better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
-        return None if better is None else (_Sent.of(better[0]), *better[1:])
-
-    begins = mapped(first, range(len(starts)), CONTEST.dealt_out)
-    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
-        likelihood.held_to_data = held
-    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
+    points = mapped_in_threads(lambda n: first_point(likelihoods[n], starts[n], settings), range(len(starts)))
     converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
     paths = list(range(len(starts)))
+
+    def stepped(n: int) -> tuple[Point, bool, float] | None:
+        return improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
+
     for turn in range(settings.steps):
-        for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
+        for n, better in zip(paths, mapped_in_threads(stepped, paths), strict=True):
             converged[n] = better is None or better[1]
             if better is not None:
-                points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
+                points[n], _, dampings[n] = better
         paths = [n for n in paths if not converged[n]]
         # One that began where another estimate's linearisation led is near its end after a single step.
         judged = [n for n in paths if turn > 0 or (near and starts[n].point is not None)]
@@ -117,54 +103,13 @@ def begun(starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: Re
     One that runs away in open loop keeps none: its way into the data is found anew.
     """
 
-    def first(start: Start) -> tuple[_Sent | None, float]:
+    def first(start: Start) -> Begun:
         likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
         point = first_point(likelihood, start, settings)
-        promised = point.cost - promised_fall(likelihood, point)
-        return (_Sent.of(point) if likelihood.held_to_data == 0.0 else None), promised
+        known = point if likelihood.held_to_data == 0.0 else None
+        return Begun(replace(start, point=known), point.cost - promised_fall(likelihood, point))
 
-    found = []
-    for start, (sent, promised) in zip(starts, mapped(first, starts, CONTEST.dealt_out), strict=True):
-        point = None if sent is None else sent.point(start.effects)
-        found.append(Begun(replace(start, point=point), promised))
-    return found
-
-
-class _Sent(NamedTuple):
-    """A point as it goes from process to process: of its effects their numbers alone."""
-
-    bare: Point
-    numbers: tuple[tuple[float, ...], ...]
-
-    @classmethod
-    def of(cls, point: Point) -> _Sent:
-        return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
-
-    def point(self, effects: Sequence[ActiveEffect]) -> Point:
-        """The point, its numbers those of the `effects` of its structure."""
-        return replace(self.bare, effects=with_numbers(effects, self.numbers))
-
-
-class SentFit(NamedTuple):
-    """An estimate as it goes from process to process: of its effects, which hold functions, their numbers alone."""
-
-    values: NDArray[np.float64]
-    numbers: tuple[tuple[float, ...], ...]
-    rest: dict[str, Any]
-
-    @classmethod
-    def of(cls, fit: Refinement) -> SentFit:
-        """What is to be sent of an estimate."""
-        known = ("states", "variance", "cost", "information", "converged", "held_to_data")
-        rest = {name: getattr(fit, name) for name in known}
-        return cls(fit.model.values, tuple(active.values for active in fit.effects), rest)
-
-    def refinement(
-        self, model: AerodynamicModel, free: tuple[Entry, ...], effects: Sequence[ActiveEffect]
-    ) -> Refinement:
-        """The estimate of the structure that it began with."""
-        own = with_numbers(effects, self.numbers)
-        return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)
+    return mapped_in_threads(first, starts)
 
 
 def refined_on(
@@ -174,12 +119,7 @@ def refined_on(
     begins: Sequence[tuple[ActiveEffect, ...]],
 ) -> list[Refinement]:
     """As `refine_on` from each of several sets of effects, dealt out to the cores."""
-
-    def refined(effects: tuple[ActiveEffect, ...]) -> SentFit:
-        return SentFit.of(refine_on(at, manoeuvres, settings, effects))
-
-    fits = mapped(refined, begins, CONTEST.dealt_out)
-    return [fit.refinement(at.model, at.free, effects) for fit, effects in zip(fits, begins, strict=True)]
+    return mapped_in_threads(lambda effects: refine_on(at, manoeuvres, settings, effects), begins)
 
 
 def promised_fall(likelihood: Likelihood, point: Point) -> float:

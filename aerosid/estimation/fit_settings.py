@@ -125,14 +125,10 @@ class ContestSettings:
         Less gives up fits that would win. Chosen.
     leading_steps : int
         Steps at each factor by which noise is lowered on the way to an estimate: the next one begins anew anyway.
-    dealt_out : float
-        Seconds of work from which on one step of all is dealt out to the cores: a copy of the process takes some .02 s.
-        Changes no number. Chosen.
     """
 
     most_of_promise: float = 3.0
     leading_steps: int = 20
-    dealt_out: float = 0.1
 
 
 CONTEST = ContestSettings()

@@ -9,7 +9,7 @@ import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
-from aerosid.compiled.cores import begun
+from aerosid.compiled.cores import allowed, begun
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
@@ -107,11 +107,18 @@ def close_loop(
     completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
     known = _Judged(identified, identified.found, identified.search, verdict, completion)
     result = _judged(known, settings, progress, signed)
-    # Begun before the second opinion is waited for, which a core would otherwise be idle beside.
+    # Begun before the second opinion is waited for, which a core would otherwise be idle beside; and so is d(t).
     consequences = begun(lambda: _consequences(result, known, requirement, settings))
+    pictures: ModelErrorPictures | None = None
+    waits = identified.asking is not None and allowed() > 1
+    if waits:
+        pictures = _pictures(known, settings, progress)
     result = replace(result, second_opinion=identified.second_opinion)
     judged(result)
-    return _completed(result, known, consequences, settings, progress)
+    if not waits:
+        pictures = _pictures(known, settings, progress)
+    progress("designing the next flight")
+    return _completed(result, known, pictures, consequences(), settings)
 
 
 @dataclass(frozen=True)
@@ -218,33 +225,36 @@ def _consequences(
     return _Consequences(linear, unlinearised, predictions, ahead)
 
 
+def _pictures(known: _Judged, settings: LoopSettings, progress: Progress) -> ModelErrorPictures | None:
+    """The model error d(t) of the declared and the completed structure; None where it is not wanted or breaks down."""
+    if not settings.paper_chain:
+        return None
+    progress("estimating the model error d(t)")
+    identified = known.identified
+    return model_error_pictures(
+        identified.plain,
+        identified.manoeuvres,
+        identified.candidates,
+        known.completion.found,
+        identified.aircraft.coefficients,
+        settings.chain,
+        identified.declared_chain,
+    )
+
+
 def _completed(
     result: ClosedLoop,
     known: _Judged,
-    consequences: Callable[[], _Consequences],
+    pictures: ModelErrorPictures | None,
+    further: _Consequences,
     settings: LoopSettings,
-    progress: Progress,
 ) -> ClosedLoop:
     """The complete result: model error d(t), linear models and the next flight added to the verdict and errors."""
-    identified, completed = known.identified, known.completion.found
-    pictures = None
-    if settings.paper_chain:
-        progress("estimating the model error d(t)")
-        pictures = model_error_pictures(
-            identified.plain,
-            identified.manoeuvres,
-            identified.candidates,
-            completed,
-            result.aircraft.coefficients,
-            settings.chain,
-            identified.declared_chain,
-        )
     rows = known.rows(pictures.chain if pictures else None)
-    progress("designing the next flight")
-    further = consequences()
+    correlations = pictures.correlations if pictures else {}
     return replace(
         result,
-        effects=with_correlations(result.effects, completed, pictures.correlations if pictures else {}),
+        effects=with_correlations(result.effects, known.completion.found, correlations),
         derivatives=rows,
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),

@@ -22,11 +22,11 @@ from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
 from aerosid.effects.record_constant import record_constant
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.estimation.contest import SentFit
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
+from aerosid.estimation.sent_fit import SentFit
 from aerosid.flight_model.aerodynamics import CONSTANT
 from aerosid.search.attribution import Attribution
 from aerosid.search.equation_error_attribution import with_initial_states

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +19,13 @@ from aerosid.compiled.cores import on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_delay
 from aerosid.errors import EstimationError
-from aerosid.estimation.contest import SentFit, contest
+from aerosid.estimation.contest import contest
 from aerosid.estimation.deviations import deviations
-from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
+from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine, whiten
+from aerosid.estimation.sent_fit import SentFit
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
@@ -225,7 +225,7 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
 
 @pytest.mark.parametrize("level", [None, 1e6])
 def test_a_contest_over_two_cores_has_the_bits_of_one(
-    two_flights: tuple[AerodynamicModel, list[Manoeuvre]], monkeypatch: pytest.MonkeyPatch, level: float | None
+    two_flights: tuple[AerodynamicModel, list[Manoeuvre]], level: float | None
 ) -> None:
     model, manoeuvres = two_flights
     late = ActiveEffect(control_delay("delta_e"), (0.02,))
@@ -233,7 +233,6 @@ def test_a_contest_over_two_cores_has_the_bits_of_one(
     starts = [Start(model, model.entries, (late,)), *(Start(disturbed(model), free) for free in fewer)]
     settings = RefinementSettings(cost_tolerance=0.01)
     alone = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
-    monkeypatch.setattr(sys.modules[contest.__module__], "CONTEST", replace(CONTEST, dealt_out=0.0))
     with on_cores(2):
         shared = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
     assert alone[0].effects == shared[0].effects
