@@ -1,4 +1,4 @@
-"""Writes the tables of options in command_line.md from the command line itself.
+"""Generate the tables of options in command_line.md from the command line.
 
 python docs/fill_options.py
 """
@@ -18,7 +18,7 @@ MARK = re.compile(r"<!-- options of ([\w -]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
 def commands() -> dict[str, Any]:
-    """Every verb, and every verb under a verb, by the words that call it."""
+    """Commands and subcommands by the words that call them."""
     found: dict[str, Any] = {}
 
     def walk(command: Any, words: tuple[str, ...]) -> None:
@@ -46,7 +46,7 @@ def _cell(text: str) -> str:
 
 
 def filled(page: str) -> str:
-    """The page with every marked table made anew; KeyError where a mark names no verb."""
+    """The page with every marked table regenerated; KeyError where a mark names no command."""
     known = commands()
     return MARK.sub(
         lambda match: f"<!-- options of {match[1]} -->\n{option_table(known[match[1]])}\n<!-- end -->", page
