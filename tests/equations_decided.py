@@ -13,7 +13,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults, prove_faults
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry

@@ -20,8 +20,8 @@ from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
-from aerosid.equation_error.equations.instruments import CONTROLS
-from aerosid.equation_error.selection.proved_faults import prove_faults
+from aerosid.equation_error.equations.instrumental_variables import CONTROLS
+from aerosid.equation_error.selection.instrument_errors import prove_faults
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel

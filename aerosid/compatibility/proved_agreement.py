@@ -18,12 +18,12 @@ from aerosid.compatibility.agreement import (
 )
 from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import alternatives_of, worth_of
 from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.evidence import findings_of
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults
+from aerosid.equation_error.selection.wald_tests import findings_of
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from aerosid.compiled.cores import both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
+from aerosid.equation_error.selection.backward_elimination import Labels, predicted_better, standing
 from aerosid.equation_error.selection.candidates import of_sensors, told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.confirmation import is_replicated
-from aerosid.equation_error.selection.deletion import Selected, left_out
-from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
-from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
-from aerosid.equation_error.selection.joint_timing import (
+from aerosid.equation_error.selection.cross_validation import Share, shares_of
+from aerosid.equation_error.selection.damping_collinearity import SharedDamping, shared_damping, usual_downwash
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults, on_fitted, with_proved_faults
+from aerosid.equation_error.selection.joint_time_delays import (
     JointTiming,
     TwoWitnesses,
     held_at,
@@ -35,16 +35,16 @@ from aerosid.equation_error.selection.joint_timing import (
     likeliest_kinds,
     where_witnesses_differ,
 )
+from aerosid.equation_error.selection.kinematic_evidence import supported_faults
 from aerosid.equation_error.selection.model_averaging import averaged
-from aerosid.equation_error.selection.nearly_proven import NearlyProven, nearly_proven, with_unseen
-from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
-from aerosid.equation_error.selection.search_rounds import asked_where_contradicted, searched
-from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
-from aerosid.equation_error.selection.standing import Labels, predicted_better, standing
+from aerosid.equation_error.selection.near_significant import NearlyProven, nearly_proven, with_unseen
+from aerosid.equation_error.selection.penalties import Label, Support, own_effects, rules_for
+from aerosid.equation_error.selection.replication import is_replicated
+from aerosid.equation_error.selection.selection_rounds import asked_where_contradicted, searched
 from aerosid.equation_error.selection.stepwise import recordings_agree
-from aerosid.equation_error.selection.supported_faults import supported_faults
-from aerosid.equation_error.selection.votes import Share, shares_of
+from aerosid.equation_error.selection.structure import Selected, left_out
+from aerosid.equation_error.selection.turbulence import Turbulence, share_of_gusts, turbulence_of
+from aerosid.equation_error.selection.wald_tests import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
 
 Array = NDArray[np.float64]
 

@@ -278,7 +278,7 @@ class EquationErrorSettings:
 @dataclass(frozen=True)
 class DeviationSettings:
     """Settings of standard deviations by deleted blocks; chosen, and seen to hold on the simulated regressions of
-    tests/equation_error/test_deviations.py.
+    tests/equation_error/test_standard_errors.py.
 
     Attributes
     ----------

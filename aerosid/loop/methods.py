@@ -14,12 +14,12 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.joint_timing import TwoWitnesses
-from aerosid.equation_error.selection.nearly_proven import NearlyProven
-from aerosid.equation_error.selection.prices import Support
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
-from aerosid.equation_error.selection.shared_damping import USUAL, SharedDamping
+from aerosid.equation_error.selection.damping_collinearity import USUAL, SharedDamping
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults, prove_faults
+from aerosid.equation_error.selection.joint_time_delays import TwoWitnesses
+from aerosid.equation_error.selection.near_significant import NearlyProven
+from aerosid.equation_error.selection.penalties import Support
+from aerosid.equation_error.selection.wald_tests import EvidenceFinding
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine

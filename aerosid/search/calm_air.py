@@ -21,7 +21,7 @@ from aerosid.compiled.cores import begun
 from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
 from aerosid.effects.record_constant import record_constant
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.estimation.contest import SentFit
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of

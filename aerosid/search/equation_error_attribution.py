@@ -19,8 +19,8 @@ from aerosid.effects.sudden import is_sudden, moment
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.gusts import Turbulence
+from aerosid.equation_error.selection.turbulence import Turbulence
+from aerosid.equation_error.selection.wald_tests import EvidenceFinding
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.fit_settings import RefinementSettings

@@ -10,8 +10,8 @@ from equations_decided import decided, proved
 from aerosid.equation_error.regression.estimate import likeliest_numbers
 from aerosid.equation_error.selection.alternatives import in_place_of
 from aerosid.equation_error.selection.candidates import of_sensors, within_reach
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults
+from aerosid.equation_error.selection.structure import Selected
 from aerosid.flight_model.term_grammar import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 

@@ -10,8 +10,8 @@ from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import in_place_of
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.prices import rules_for
+from aerosid.equation_error.selection.penalties import rules_for
+from aerosid.equation_error.selection.structure import Selected
 from aerosid.flight_model.terms import parse_term
 from aerosid.search.hypotheses import term_hypotheses
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown

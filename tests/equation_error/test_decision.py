@@ -19,7 +19,7 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_reach,
 )
-from aerosid.equation_error.selection.votes import beside_gusts
+from aerosid.equation_error.selection.cross_validation import beside_gusts
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log

@@ -7,7 +7,7 @@ from equations_decided import decided, proved
 
 from aerosid.compiled.cores import on_cores
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.deletion import STEPS, each_struck_out, left_out, without
+from aerosid.equation_error.selection.structure import STEPS, each_struck_out, left_out, without
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7500

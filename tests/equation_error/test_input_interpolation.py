@@ -11,9 +11,9 @@ from scipy.signal import butter, lfilter
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
 from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 

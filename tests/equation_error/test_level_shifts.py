@@ -10,7 +10,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import Frame, estimate
 from aerosid.equation_error.selection.level_shifts import level_shifts, shift_columns, shifts_of
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.penalties import Rules
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

@@ -15,7 +15,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.joint_timing import held_at
+from aerosid.equation_error.selection.joint_time_delays import held_at
 from aerosid.equation_error.selection.model_averaging import averaged, probabilities, probability_of
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

@@ -11,9 +11,9 @@ from equations_decided import proved
 
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.deletion import Chosen, Selected, paid
-from aerosid.equation_error.selection.prices import Rules, own_effects, rules_for
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults
+from aerosid.equation_error.selection.penalties import Rules, own_effects, rules_for
+from aerosid.equation_error.selection.structure import Chosen, Selected, paid
 from aerosid.equation_error.selection.time_origin import with_late_channels
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown

@@ -6,9 +6,9 @@ import pytest
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.joint_timing import TwoWitnesses
-from aerosid.equation_error.selection.prices import Support
+from aerosid.equation_error.selection.joint_time_delays import TwoWitnesses
+from aerosid.equation_error.selection.penalties import Support
+from aerosid.equation_error.selection.wald_tests import EvidenceFinding
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.methods import told_of_support, told_of_timing
 from aerosid.loop.result import ClosedLoop

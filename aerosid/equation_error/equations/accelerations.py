@@ -21,6 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.equation_error.equations.inertial_coupling import (
+    Aircraft,
+    add_further_arms,
+    add_levers,
+    add_moments,
+    add_thrust_and_arms,
+    are_others,
+    is_moved,
+)
 from aerosid.equation_error.equations.running_integral import shown_of_linear
 from aerosid.equation_error.equations.term_series import (
     ALPHA_DOT,
@@ -46,15 +55,6 @@ from aerosid.equation_error.equations.term_series import (
     moves_with_inputs,
     shown_terms,
     sum_terms,
-)
-from aerosid.equation_error.equations.turning_axes import (
-    Aircraft,
-    add_further_arms,
-    add_levers,
-    add_moments,
-    add_thrust_and_arms,
-    are_others,
-    is_moved,
 )
 from aerosid.flight_model.axes import COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT

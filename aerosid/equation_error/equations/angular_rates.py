@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.inertial_coupling import ARMED, levers
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import position
-from aerosid.equation_error.equations.turning_axes import ARMED, levers
 
 Array = NDArray[np.float64]
 

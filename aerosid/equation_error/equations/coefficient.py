@@ -25,11 +25,11 @@ from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.accelerations import accelerations, against_measured, stacked
 from aerosid.equation_error.equations.channels import MEASURED_BY
+from aerosid.equation_error.equations.inertial_coupling import ARMED, Aircraft
 from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, bias, faults_of, position
 from aerosid.equation_error.equations.term_series import Body, Terms
-from aerosid.equation_error.equations.turning_axes import ARMED, Aircraft
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry

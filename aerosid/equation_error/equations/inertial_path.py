@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.equation_error.equations.complementary_filter import without_gusts
 from aerosid.equation_error.equations.running_integral import summed_up
-from aerosid.equation_error.equations.smoothing import without_gusts
 
 Array = NDArray[np.float64]
 

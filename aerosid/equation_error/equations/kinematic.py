@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.equation_error.equations.angular_rates import Rates, forces_at_centre, rates_of
+from aerosid.equation_error.equations.complementary_filter import blended, without_gusts
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
@@ -34,7 +35,6 @@ from aerosid.equation_error.equations.sideslip_path import (
     of_mean_wind,
     path_errors,
 )
-from aerosid.equation_error.equations.smoothing import blended, without_gusts
 from aerosid.equation_error.equations.term_series import Course
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of

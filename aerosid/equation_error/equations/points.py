@@ -13,12 +13,12 @@ from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import ASIDE, COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
-from aerosid.equation_error.equations.height_wander import height_wander
-from aerosid.equation_error.equations.instruments import instruments_of
+from aerosid.equation_error.equations.height_random_walk import height_wander
+from aerosid.equation_error.equations.instrumental_variables import instruments_of
+from aerosid.equation_error.equations.integrated_noise import integral_modes
 from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed, with_height
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, corrected
-from aerosid.equation_error.equations.slow_noise import integral_modes
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel, Entry

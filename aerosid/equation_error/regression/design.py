@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from aerosid.equation_error.equations.channels import KINEMATIC, SIDEWAYS
-from aerosid.equation_error.equations.instruments import TRENDS
+from aerosid.equation_error.equations.instrumental_variables import TRENDS
 from aerosid.equation_error.equations.points import HEIGHT, Segment, Unknown, value_of
 from aerosid.equation_error.regression.coloured_regression import (
     Colour,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import digamma, polygamma, stdtr
 
 from aerosid.equation_error.regression.design import Design, Solution
-from aerosid.equation_error.regression.deviations import rows_of_blocks
+from aerosid.equation_error.regression.standard_errors import rows_of_blocks
 from aerosid.equation_error.settings import DEVIATIONS
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from aerosid.compiled.cores import allowed, mapped, on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Solution, compares_all
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
     Candidate,
     candidates_kept,
@@ -27,11 +27,11 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
-from aerosid.equation_error.selection.evidence import null_of
-from aerosid.equation_error.selection.prices import Rules, own_effects
+from aerosid.equation_error.selection.penalties import Rules, own_effects
 from aerosid.equation_error.selection.redundancy import is_told, open_beside
 from aerosid.equation_error.selection.stepwise import Admitted
+from aerosid.equation_error.selection.structure import Chosen, Selected, each_struck_out, struck_out
+from aerosid.equation_error.selection.wald_tests import null_of
 from aerosid.equation_error.settings import TRIALS
 
 _Told = TypeVar("_Told")

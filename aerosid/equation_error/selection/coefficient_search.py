@@ -11,7 +11,9 @@ from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
 from aerosid.equation_error.selection.alternatives import replaced
-from aerosid.equation_error.selection.deletion import Selected, paid
+from aerosid.equation_error.selection.cross_validation import (
+    shares_of,
+)
 from aerosid.equation_error.selection.level_shifts import (
     as_hypothesis,
     level_shifts,
@@ -19,12 +21,10 @@ from aerosid.equation_error.selection.level_shifts import (
     with_shifts,
     without_shifts,
 )
-from aerosid.equation_error.selection.prices import Label, Rules
-from aerosid.equation_error.selection.starts import may_separate, of_controls
+from aerosid.equation_error.selection.penalties import Label, Rules
+from aerosid.equation_error.selection.starting_values import may_separate, of_controls
 from aerosid.equation_error.selection.stepwise import Admitted, forward_steps, with_separation
-from aerosid.equation_error.selection.votes import (
-    shares_of,
-)
+from aerosid.equation_error.selection.structure import Selected, paid
 
 _Found = TypeVar("_Found")
 _Other = TypeVar("_Other")

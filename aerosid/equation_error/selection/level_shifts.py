@@ -20,10 +20,10 @@ from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.starts import sudden_hypotheses
+from aerosid.equation_error.selection.penalties import Rules
+from aerosid.equation_error.selection.starting_values import sudden_hypotheses
 from aerosid.equation_error.selection.stepwise import forward_steps
+from aerosid.equation_error.selection.structure import Selected
 
 Array = NDArray[np.float64]
 

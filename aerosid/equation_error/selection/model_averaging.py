@@ -22,8 +22,8 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.joint_timing import held_at
-from aerosid.equation_error.selection.nearly_proven import NearlyProven
+from aerosid.equation_error.selection.joint_time_delays import held_at
+from aerosid.equation_error.selection.near_significant import NearlyProven
 
 Array = NDArray[np.float64]
 

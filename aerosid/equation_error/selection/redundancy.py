@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.selection.deletion import Chosen
-from aerosid.equation_error.selection.prices import Label
+from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.structure import Chosen
 
 LATE_CONTROL = frozenset({"control_delay", "control_lag"})
 """Kinds that say of a control that it is late."""

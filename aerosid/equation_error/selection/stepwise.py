@@ -14,7 +14,6 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import Weights, compares_all, design_of, solve, uncoloured
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     Frame,
@@ -22,6 +21,7 @@ from aerosid.equation_error.regression.estimate import (
     estimate,
     likeliest_numbers,
 )
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
     BESIDE,
     Candidate,
@@ -36,10 +36,10 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, paid
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.penalties import Rules
 from aerosid.equation_error.selection.redundancy import LATE_CONTROL, open_beside
-from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
+from aerosid.equation_error.selection.starting_values import separation_hypotheses, sudden_hypotheses, within_strengths
+from aerosid.equation_error.selection.structure import Chosen, Selected, each_struck_out, paid
 from aerosid.equation_error.settings import TRIALS
 
 Array = NDArray[np.float64]

@@ -17,10 +17,10 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.deletion import Chosen, Selected, paid, without
-from aerosid.equation_error.selection.joint_timing import LATE
-from aerosid.equation_error.selection.prices import Rules, own_effects
+from aerosid.equation_error.selection.joint_time_delays import LATE
+from aerosid.equation_error.selection.penalties import Rules, own_effects
 from aerosid.equation_error.selection.stepwise import Admitted, backward, forward_steps
+from aerosid.equation_error.selection.structure import Chosen, Selected, paid, without
 
 DELAY = "sensor_delay"
 """The kind whose number may have either sign."""

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.selection.joint_timing import kinematic_timing
+from aerosid.equation_error.selection.joint_time_delays import kinematic_timing
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

@@ -16,12 +16,12 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.equations.instruments import CONTROLS
+from aerosid.equation_error.equations.instrumental_variables import CONTROLS
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.design import design_of, regress
 from aerosid.equation_error.regression.estimate import Estimate, Frame, effect_columns
 from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.jump_gains import jump_gains
+from aerosid.equation_error.selection.step_change_scores import jump_gains
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 
 Array = NDArray[np.float64]
 

@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.selection.contradicted_coefficients import (
+from aerosid.equation_error.selection.instrument_errors import ProvedFaults
+from aerosid.equation_error.selection.joint_time_delays import held_at
+from aerosid.equation_error.selection.penalties import rules_for
+from aerosid.equation_error.selection.prior_odds import (
     by_coefficient,
     falls_of,
     with_contradictions,
 )
-from aerosid.equation_error.selection.joint_timing import held_at
-from aerosid.equation_error.selection.prices import rules_for
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
 from aerosid.flight_model.terms import parse_term
 from aerosid.search.hypotheses import term_hypotheses
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown

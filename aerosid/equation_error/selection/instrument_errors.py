@@ -17,7 +17,6 @@ from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, VA
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.design import whiten
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     Frame,
@@ -26,6 +25,7 @@ from aerosid.equation_error.regression.estimate import (
     linear_values,
     numbers_of,
 )
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import replaced
 from aerosid.equation_error.selection.candidates import (
     bounded,
@@ -34,15 +34,15 @@ from aerosid.equation_error.selection.candidates import (
     told_apart,
     within_reach,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out
-from aerosid.equation_error.selection.evidence import weakest
-from aerosid.equation_error.selection.joint_timing import JointTiming, values_of
-from aerosid.equation_error.selection.pairs import with_pair
-from aerosid.equation_error.selection.prices import Rules, rules_for
+from aerosid.equation_error.selection.instrument_error_choice import CoefficientsBeside, chosen_with_coefficients
+from aerosid.equation_error.selection.joint_time_delays import JointTiming, values_of
+from aerosid.equation_error.selection.pairwise_selection import with_pair
+from aerosid.equation_error.selection.penalties import Rules, rules_for
 from aerosid.equation_error.selection.redundancy import at_one_distance
-from aerosid.equation_error.selection.sensor_choice import CoefficientsBeside, chosen_with_coefficients
 from aerosid.equation_error.selection.stepwise import forward_steps, names_of, recordings_agree
+from aerosid.equation_error.selection.structure import Chosen, Selected, left_out
 from aerosid.equation_error.selection.time_origin import with_late_channels
+from aerosid.equation_error.selection.wald_tests import weakest
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry

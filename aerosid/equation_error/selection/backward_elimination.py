@@ -11,19 +11,10 @@ from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.regression.design import compares_all
 from aerosid.equation_error.regression.estimate import Estimate, estimate, weights_on
 from aerosid.equation_error.regression.moderated_test import chance_of
-from aerosid.equation_error.selection.block_votes import blocks_of, over_blocks
+from aerosid.equation_error.selection.block_cross_validation import blocks_of, over_blocks
 from aerosid.equation_error.selection.candidates import told_apart
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, struck_out
-from aerosid.equation_error.selection.evidence import distances, weakest
-from aerosid.equation_error.selection.level_shifts import (
-    comes_again,
-    shift_columns,
-    shifts_of,
-    sudden_elsewhere,
-)
-from aerosid.equation_error.selection.votes import (
+from aerosid.equation_error.selection.cross_validation import (
     Jumps,
     Predicted,
     beside_gusts,
@@ -31,6 +22,15 @@ from aerosid.equation_error.selection.votes import (
     share_lost,
     unconfirmed,
 )
+from aerosid.equation_error.selection.level_shifts import (
+    comes_again,
+    shift_columns,
+    shifts_of,
+    sudden_elsewhere,
+)
+from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.structure import Chosen, Selected, left_out, struck_out
+from aerosid.equation_error.selection.wald_tests import distances, weakest
 
 Labels = tuple[tuple[str, str, str], ...]
 

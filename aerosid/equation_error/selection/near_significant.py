@@ -27,12 +27,12 @@ from aerosid.equation_error.selection.candidates import (
     scores,
     to_first_order,
 )
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.evidence import null_of
-from aerosid.equation_error.selection.prices import Rules, price_alone
+from aerosid.equation_error.selection.cross_validation import Share, shares_of
+from aerosid.equation_error.selection.penalties import Rules, price_alone
 from aerosid.equation_error.selection.redundancy import open_beside
 from aerosid.equation_error.selection.stepwise import Admitted, may_stand
-from aerosid.equation_error.selection.votes import Share, shares_of
+from aerosid.equation_error.selection.structure import Selected
+from aerosid.equation_error.selection.wald_tests import null_of
 
 
 @dataclass(frozen=True)

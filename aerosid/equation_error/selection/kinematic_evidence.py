@@ -19,8 +19,8 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     joined,
@@ -29,10 +29,10 @@ from aerosid.equation_error.selection.candidates import (
     told_apart,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.joint_timing import LATE
-from aerosid.equation_error.selection.prices import Name, Support
+from aerosid.equation_error.selection.joint_time_delays import LATE
+from aerosid.equation_error.selection.penalties import Name, Support
 from aerosid.equation_error.selection.redundancy import open_beside
+from aerosid.equation_error.selection.structure import Selected
 from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
 FORCE_ASIDE = "C_Y"

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from aerosid.equation_error.equations.instruments import laguerre_functions
+from aerosid.equation_error.equations.instrumental_variables import laguerre_functions
 from aerosid.equation_error.regression.coloured_regression import colour_of
 from aerosid.equation_error.regression.design import Design, Solution, Weights, gain_over, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings

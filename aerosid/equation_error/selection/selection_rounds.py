@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from aerosid.equation_error.selection.backward_elimination import Labels, on_fitted, predicted_better, standing
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, beside_level_shifts
-from aerosid.equation_error.selection.contradicted_coefficients import falls_of, with_contradictions
-from aerosid.equation_error.selection.deletion import Selected, left_out
-from aerosid.equation_error.selection.prices import Label
-from aerosid.equation_error.selection.standing import Labels, on_fitted, predicted_better, standing
+from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.prior_odds import falls_of, with_contradictions
+from aerosid.equation_error.selection.structure import Selected, left_out
 
 
 def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:

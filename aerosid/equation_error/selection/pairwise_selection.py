@@ -28,10 +28,10 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     told_apart,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected
-from aerosid.equation_error.selection.prices import Rules, price_alone, total_cost
+from aerosid.equation_error.selection.penalties import Rules, price_alone, total_cost
 from aerosid.equation_error.selection.redundancy import are_redundant, open_beside
 from aerosid.equation_error.selection.stepwise import Admitted, backward, may_stand
+from aerosid.equation_error.selection.structure import Chosen, Selected
 from aerosid.equation_error.settings import TRIALS
 
 

@@ -9,9 +9,9 @@ import pytest
 from equations_decided import proved
 
 from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.prices import own_effects, rules_for
+from aerosid.equation_error.selection.penalties import own_effects, rules_for
 from aerosid.equation_error.selection.stepwise import forward_steps
+from aerosid.equation_error.selection.structure import Selected
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 

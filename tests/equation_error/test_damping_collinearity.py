@@ -10,8 +10,8 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.selection.candidates import term_candidates
-from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.shared_damping import DAMPING, DOWNWASH, SharedDamping, usual_downwash
+from aerosid.equation_error.selection.damping_collinearity import DAMPING, DOWNWASH, SharedDamping, usual_downwash
+from aerosid.equation_error.selection.penalties import Rules
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
 from aerosid.flight_model.constants import Constants

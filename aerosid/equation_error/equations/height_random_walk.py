@@ -1,12 +1,12 @@
-"""What the noise of accelerometers and attitude leaves in the integrated height: cosine modes with their prior sizes.
+"""Random walk of the integrated height by accelerometer and attitude noise: cosine modes with their prior sizes.
 
 Noise of density S_a [m^2/s^3] in the vertical acceleration is integrated twice, noise of density S_theta [rad^2 s] in
-the attitude once, at the airspeed: the path of the height goes astray by an integrated random walk and a random walk
-(`slow_noise`). A few poles of an autoregression do not hold it beside the height's own noise, and what moves slowly
-would be told as a fault of the airspeed or the height.
+the attitude once, at the airspeed: the error of the height path is an integrated random walk and a random walk
+(`integrated_noise`). An autoregression of a few poles cannot represent it together with the noise of the height sensor,
+and slow motion would be attributed to an error of the airspeed or height sensor.
 
-The path's flow angle is that of the vane on average; after a mean gust w the climb is off by w V(t)/mean(V), which is a
-line only while the airspeed is constant.
+The mean flow angle of the path is that of the vane; after a mean gust w the rate of climb is in error by
+w V(t)/mean(V), which integrates to a straight line only while the airspeed is constant.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.equation_error.equations.integrated_noise import noise_density, slow_modes
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import running_integral
-from aerosid.equation_error.equations.slow_noise import noise_density, slow_modes
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

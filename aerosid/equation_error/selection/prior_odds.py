@@ -18,7 +18,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.coefficient import TOUCHED
 from aerosid.equation_error.regression.design import log_likelihoods
 from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.selection.prices import Label, Rules
+from aerosid.equation_error.selection.penalties import Label, Rules
 
 
 def falls_of(corrected: Estimate, faults: slice) -> dict[str, float]:

@@ -12,7 +12,7 @@ from scipy.linalg import sqrtm
 from scipy.signal import lfilter
 
 from aerosid.equation_error.regression.design import Design, Solution, regress, solve, white_weights
-from aerosid.equation_error.regression.deviations import (
+from aerosid.equation_error.regression.standard_errors import (
     BIAS_REDUCED,
     corrected_covariance,
     covariance_of_scores,

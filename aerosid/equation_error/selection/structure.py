@@ -10,7 +10,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, Peak, likeliest_numbers
-from aerosid.equation_error.selection.prices import Label, Rules, own_effects, total_cost
+from aerosid.equation_error.selection.penalties import Label, Rules, own_effects, total_cost
 
 STEPS = 4
 """Numerical: Gauss-Newton steps at most of a structure with one effect less."""

@@ -5,7 +5,7 @@ import pytest
 from equations_decided import questioned
 from numpy.typing import NDArray
 
-from aerosid.equation_error.equations.height_wander import height_wander
+from aerosid.equation_error.equations.height_random_walk import height_wander
 from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
 from aerosid.equation_error.equations.recording import Recording, read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings

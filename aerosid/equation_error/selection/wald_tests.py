@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Unknown
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.deletion import Chosen
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.structure import Chosen
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from equations_decided import decided
 from numpy.testing import assert_allclose
 
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.block_votes import Block, blocks_of, over_blocks
-from aerosid.equation_error.selection.votes import LeftOver, refused, share_lost
+from aerosid.equation_error.selection.block_cross_validation import Block, blocks_of, over_blocks
+from aerosid.equation_error.selection.cross_validation import LeftOver, refused, share_lost
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 6_000_000

@@ -10,8 +10,8 @@ from scipy.stats import chi2
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.prices import Support
-from aerosid.equation_error.selection.supported_faults import supported_faults
+from aerosid.equation_error.selection.kinematic_evidence import supported_faults
+from aerosid.equation_error.selection.penalties import Support
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown

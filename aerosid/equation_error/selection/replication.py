@@ -6,9 +6,9 @@ recording that shows the same number tells that it was no chance.
 
 from __future__ import annotations
 
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
+from aerosid.equation_error.selection.cross_validation import beside_gusts, largest_fall
 from aerosid.equation_error.selection.level_shifts import shift_columns
-from aerosid.equation_error.selection.votes import beside_gusts, largest_fall
+from aerosid.equation_error.selection.structure import Chosen, Selected, each_struck_out, struck_out
 
 
 def is_replicated(selected: Selected, fitted: Selected, each: Chosen) -> bool:

@@ -18,11 +18,11 @@ from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import whiten
-from aerosid.equation_error.regression.deviations import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.regression.estimate import Estimate, effect_columns, estimate, linear_values, numbers_of
+from aerosid.equation_error.regression.standard_errors import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.selection.alternatives import Alternative, in_place_of
-from aerosid.equation_error.selection.deletion import Chosen, Selected, left_out, struck_out
-from aerosid.equation_error.selection.evidence import weakest
+from aerosid.equation_error.selection.structure import Chosen, Selected, left_out, struck_out
+from aerosid.equation_error.selection.wald_tests import weakest
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from equations_decided import questioned
 
+from aerosid.equation_error.equations.integrated_noise import integral_modes
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.equations.slow_noise import integral_modes
-from aerosid.equation_error.selection.votes import beside_wander
+from aerosid.equation_error.selection.cross_validation import beside_wander
 from aerosid.equation_error.settings import EquationErrorSettings
 
 SETTINGS = EquationErrorSettings()

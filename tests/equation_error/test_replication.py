@@ -9,8 +9,8 @@ from equations_decided import decided, frames_of
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.confirmation import is_needed, is_replicated
-from aerosid.equation_error.selection.deletion import Chosen, Selected
+from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.structure import Chosen, Selected
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 

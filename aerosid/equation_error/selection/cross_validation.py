@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import design_of
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate, Frame
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.signals.fit_statistics import theil
 
 Array = NDArray[np.float64]

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import Design
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.votes import LeftOver, Predicted, beside_constants
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.cross_validation import LeftOver, Predicted, beside_constants
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

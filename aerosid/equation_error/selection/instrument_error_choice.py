@@ -27,9 +27,9 @@ from aerosid.equation_error.selection.candidates import (
     to_first_order,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, struck_out
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.penalties import Rules
 from aerosid.equation_error.selection.redundancy import open_beside
+from aerosid.equation_error.selection.structure import Chosen, Selected, struck_out
 
 
 @dataclass(frozen=True)

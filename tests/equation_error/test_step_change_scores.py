@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.selection.jump_gains import jump_gains
+from aerosid.equation_error.selection.step_change_scores import jump_gains
 
 
 @pytest.mark.parametrize("ramp", [1.0, 3.4, 15.0])
