@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from equations_decided import decided, proved
 
-from aerosid.equation_error.regression.estimate import likeliest_numbers
-from aerosid.equation_error.selection.alternatives import in_place_of
-from aerosid.equation_error.selection.candidates import of_sensors, within_reach
-from aerosid.equation_error.selection.instrument_errors import ProvedFaults
-from aerosid.equation_error.selection.structure import Selected
+from aerosid.equation_error.regression.estimate import maximise_likelihood
+from aerosid.equation_error.selection.alternatives import replacements_of
+from aerosid.equation_error.selection.candidates import is_instrument_error, with_aircraft_limits
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.term_grammar import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
@@ -19,7 +19,7 @@ LATE = 0.02
 """s that the vane is late."""
 
 
-def late_vane() -> ProvedFaults:
+def late_vane() -> InstrumentErrors:
     body = BODIES[0]
     log = flown("one", body, 7001, air=0.0, seconds=24.0)
     late = np.interp(log.time - LATE, log.time, log["alpha"])
@@ -30,14 +30,14 @@ def late_vane() -> ProvedFaults:
 def test_what_is_asked_again_within_other_limits_is_as_if_it_were_asked_first() -> None:
     selected = late_vane().selected
     (each,) = [each for each in selected.chosen if each.hypothesis.where == "alpha"]
-    wide = [h for h in late_vane().asked if of_sensors(h)]
-    narrow = [within_reach(h, 1.5, 1.0) for h in wide]
-    fresh = Selected(selected.estimate, selected.chosen)
-    in_place_of(selected, each, wide)
-    again, first = in_place_of(selected, each, narrow), in_place_of(fresh, each, narrow)
+    wide = [h for h in late_vane().hypotheses if is_instrument_error(h)]
+    narrow = [with_aircraft_limits(h, 1.5, 1.0) for h in wide]
+    fresh = SelectedStructure(selected.estimate, selected.chosen)
+    replacements_of(selected, each, wide)
+    again, first = replacements_of(selected, each, narrow), replacements_of(fresh, each, narrow)
     assert [row.hypothesis.label for row in again] == [row.hypothesis.label for row in first]
-    assert [(row.value, row.behind, row.std_error) for row in again] == [
-        (row.value, row.behind, row.std_error) for row in first
+    assert [(row.value, row.deficit, row.std_error) for row in again] == [
+        (row.value, row.deficit, row.std_error) for row in first
     ]
     assert {row.hypothesis.label for row in first} & {("sensor_lag", "alpha", ""), ("sensor_delay", "alpha", "")}
 
@@ -47,11 +47,11 @@ def test_a_search_that_cannot_win_ends_before_its_first_step() -> None:
     start = replace(found.point, effects=tuple(a.beside(0, 0.5 * a.values[0]) for a in found.point.effects))
     promised: list[float] = []
 
-    def may_win(full: object) -> bool:
+    def is_promising(full: object) -> bool:
         promised.append(full.log_likelihood)  # type: ignore[attr-defined]
         return False
 
-    ended = likeliest_numbers(found.frame, start, found.solution.weights, may_win=may_win)
+    ended = maximise_likelihood(found.problem, start, found.solution.weights, is_promising=is_promising)
     assert len(promised) == 1
     assert ended.point.effects == start.effects
     # What the step promised is about what the whole search reaches, and more than where it ended.

@@ -10,8 +10,8 @@ from equations_decided import decided
 from numpy.testing import assert_allclose
 
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.block_cross_validation import Block, blocks_of, over_blocks
-from aerosid.equation_error.selection.cross_validation import LeftOver, refused, share_lost
+from aerosid.equation_error.selection.block_cross_validation import Block, block_residuals, blocks_of
+from aerosid.equation_error.selection.cross_validation import PredictionResidual, predicts_worse, unexplained_rise
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 6_000_000
@@ -43,7 +43,7 @@ def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
     found = estimated()
     design, blocks = found.design, blocks_of(found)
     assert len(blocks) > 1
-    predicted = over_blocks(found, blocks)
+    predicted = block_residuals(found, blocks)
     assert set(predicted) == {(n, name) for n in range(len(blocks)) for name in ("C_X", "C_Z", "C_m")}
     for (number, equation), each in predicted.items():
         block = blocks[number]
@@ -58,10 +58,10 @@ def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
 
 def test_blocks_are_contiguous_long_enough_and_share_the_motion() -> None:
     found = estimated(seconds=40.0)
-    settings = found.frame.settings
+    settings = found.problem.settings
     blocks = blocks_of(found)
     design = found.design
-    interval = found.frame.recordings[0].interval * found.frame.recordings[0].band.step
+    interval = found.problem.recordings[0].interval * found.problem.recordings[0].band.step
     assert [b.first for b in blocks[1:]] == [b.stop for b in blocks[:-1]]
     assert blocks[0].first == 0
     assert all((b.stop - b.first) * interval >= settings.block_length for b in blocks)
@@ -74,35 +74,35 @@ def test_blocks_are_contiguous_long_enough_and_share_the_motion() -> None:
 
 def test_a_record_too_short_for_two_blocks_has_none_and_of_several_records_each_is_one() -> None:
     found = estimated()
-    short = replace(found.frame.settings, block_length=20.0)
-    assert blocks_of(replace(found, frame=replace(found.frame, settings=short))) == ()
-    assert over_blocks(found, ()) == {}
+    short = replace(found.problem.settings, block_length=20.0)
+    assert blocks_of(replace(found, problem=replace(found.problem, settings=short))) == ()
+    assert block_residuals(found, ()) == {}
     blocks = blocks_of(estimated(flights=3, air=0.0))
     assert [b.recording for b in blocks] == [0, 1, 2]
     assert all(b.first == 0 for b in blocks)
 
 
-def left(seed: int, size: float) -> LeftOver:
+def left(seed: int, size: float) -> PredictionResidual:
     generator = np.random.default_rng(seed)
-    return LeftOver(generator.standard_normal(200), size * generator.standard_normal(200), 0.0)
+    return PredictionResidual(generator.standard_normal(200), size * generator.standard_normal(200), 0.0)
 
 
 def test_a_block_that_is_predicted_worse_refuses_unless_another_coefficient_gains_more() -> None:
     same = {(0, "C_Z"): left(1, 0.1), (1, "C_Z"): left(2, 0.1)}
     worse = same | {(1, "C_Z"): left(3, 0.3)}
-    assert refused(same, worse, 2.0, 0.002)
-    assert not refused(worse, same, 2.0, 0.002)
-    assert not refused(same, same, 2.0, 0.002)
+    assert predicts_worse(same, worse, 2.0, 0.002)
+    assert not predicts_worse(worse, same, 2.0, 0.002)
+    assert not predicts_worse(same, same, 2.0, 0.002)
     gaining = {(1, "C_m"): left(4, 0.9)}, {(1, "C_m"): left(5, 0.1)}
-    assert not refused(same | gaining[0], worse | gaining[1], 2.0, 0.002)
+    assert not predicts_worse(same | gaining[0], worse | gaining[1], 2.0, 0.002)
 
 
 def test_the_unseen_is_predicted_better_where_its_unexplained_shares_fall_together() -> None:
     same = {(0, "C_Z"): left(1, 0.1), (0, "C_m"): left(2, 0.1)}
     better = same | {(0, "C_m"): left(2, 0.05)}
-    assert share_lost(same, same) == 0.0
-    assert share_lost(same, better) == pytest.approx(-0.0075, rel=0.3)
-    assert share_lost(better, same) == pytest.approx(-share_lost(same, better))
+    assert unexplained_rise(same, same) == 0.0
+    assert unexplained_rise(same, better) == pytest.approx(-0.0075, rel=0.3)
+    assert unexplained_rise(better, same) == pytest.approx(-unexplained_rise(same, better))
 
 
 def test_what_the_left_out_block_cannot_bear_is_not_named() -> None:
@@ -124,7 +124,7 @@ def test_one_flight_alone_shows_what_is_planted(n: int) -> None:
     log = flown("one", body, SEEDS + 100 + n, air=0.3, wrong=BENT, seconds=30.0)
     (row,) = decided(aircraft, [log], []).findings
     assert row.hypothesis.label == ("aero_term", "C_m", "alpha^2")
-    assert row.unseen_better is True
+    assert row.improves_prediction is True
     assert abs(row.value + 2.5) < 4.0 * row.std_error
 
 

@@ -196,9 +196,9 @@ def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int)
     both = regress(design.beside(jump[:, None], [("trial", 0)]), settings, base.weights)
     one = regress(alone.beside(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
     gain, gain_alone = both.log_likelihood - base.log_likelihood, one.log_likelihood - base_alone.log_likelihood
-    price = 0.5 * settings.order * np.log(design.target.size)
+    penalty = 0.5 * settings.order * np.log(design.target.size)
     # Burg's colours are the likeliest ones to about one unit of ln L a record.
-    assert gain > gain_alone - price - 2.0
+    assert gain > gain_alone - penalty - 2.0
 
 
 def test_poles_of_long_memory_are_drawn_in_and_no_other() -> None:

@@ -10,8 +10,8 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.selection.candidates import term_candidates
-from aerosid.equation_error.selection.damping_collinearity import DAMPING, DOWNWASH, SharedDamping, usual_downwash
-from aerosid.equation_error.selection.penalties import Rules
+from aerosid.equation_error.selection.damping_collinearity import DAMPING, DOWNWASH, DampingCollinearity, downwash_prior
+from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
 from aerosid.flight_model.constants import Constants
@@ -28,18 +28,18 @@ def test_an_alphadot_in_the_target_moves_the_derivative_of_pitch_rate_by_its_sha
     assert damping is not None
     found = decision.completed
     downwash = ("C_m", DOWNWASH)
-    (candidate,) = term_candidates(found.frame, found, [Hypothesis("aero_term", *map(str, downwash), (downwash,))])
+    (candidate,) = term_candidates(found.problem, found, [Hypothesis("aero_term", *map(str, downwash), (downwash,))])
     lacking = -6.0
     held = replace(found.design, target=found.design.target + lacking * candidate.columns[:, 0])
     moved = solve(held, found.solution.weights).values - solve(found.design, found.solution.weights).values
     place = found.design.unknowns.index(("term", ("C_m", DAMPING)))
-    assert moved[place] == pytest.approx(damping.share * lacking, rel=1e-6)
-    assert damping.own < 0.01
-    assert damping.share > 0.5
+    assert moved[place] == pytest.approx(damping.aliased * lacking, rel=1e-6)
+    assert damping.independent < 0.01
+    assert damping.aliased > 0.5
 
 
 def test_the_own_part_is_what_gives_the_sum_with_an_alphadot_of_the_usual_size() -> None:
-    least, most = SharedDamping(value=-24.0, share=0.8, own=0.002).parts
+    least, most = DampingCollinearity(value=-24.0, aliased=0.8, independent=0.002).parts
     assert least * (1.0 + 0.8 * 0.5) == pytest.approx(-24.0)
     assert most * (1.0 + 0.8 * 0.3) == pytest.approx(-24.0)
 
@@ -52,14 +52,14 @@ def test_an_alphadot_pays_half_the_square_of_its_size_over_half_of_the_declared_
     damped, downwash = ("C_m", DAMPING), ("C_m", DOWNWASH)
     lift, drag = ("C_Z", DOWNWASH), ("C_X", parse_term("alpha"))
     declared = AerodynamicModel((damped, drag), np.array([-24.0, 0.3]), columns, constants)
-    usual = usual_downwash(declared)
+    usual = downwash_prior(declared)
     assert set(usual) == {downwash}
     found = AerodynamicModel((damped, downwash, lift), np.array([-150.0, value, -40.0]), columns, constants)
 
     def excess(entry: tuple[str, object]) -> float:
-        asked = Hypothesis("aero_term", *map(str, entry), entries=(entry,))  # type: ignore[arg-type]
-        rules = Rules({asked.label: 1.0}, 1000, 0.01, usual=usual)
-        return rules.cost(asked, Point(found, (), ())) - rules.price(asked)
+        omitted = Hypothesis("aero_term", *map(str, entry), entries=(entry,))  # type: ignore[arg-type]
+        criterion = SelectionCriterion({omitted.label: 1.0}, 1000, 0.01, prior_sizes=usual)
+        return criterion.penalty_at(omitted, Point(found, (), ())) - criterion.penalty(omitted)
 
     assert excess(downwash) == pytest.approx(unusual, abs=0.01)
     assert excess(lift) == 0.0

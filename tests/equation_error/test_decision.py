@@ -15,11 +15,11 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
+    linearised,
     position_hypotheses,
-    to_first_order,
-    within_reach,
+    with_aircraft_limits,
 )
-from aerosid.equation_error.selection.cross_validation import beside_gusts
+from aerosid.equation_error.selection.cross_validation import validation_residuals
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -66,24 +66,24 @@ def test_what_is_planted_is_named_first_with_its_number(name: str) -> None:
 def test_nothing_is_named_where_nothing_is_wrong() -> None:
     found = decided(*pair(2))
     assert found.findings == ()
-    assert all(after.r2 == pytest.approx(before.r2, abs=1e-6) for before, after in found.shares)
+    assert all(after.r2 == pytest.approx(before.r2, abs=1e-6) for before, after in found.coefficient_fits)
 
 
 def test_gusts_that_the_vane_shows_are_motion_that_a_right_model_answers() -> None:
     """Airspeed 55 m/s, gusts of 1 m/s, which move alpha as much as the elevator does."""
     found = decided(*pair(9, air=1.0))
     assert not found.findings
-    assert len(found.shares) == 6
-    assert all(min(before.r2, after.r2) > 0.95 for before, after in found.shares)
+    assert len(found.coefficient_fits) == 6
+    assert all(min(before.r2, after.r2) > 0.95 for before, after in found.coefficient_fits)
 
 
 def test_an_instrument_s_fault_is_proved_by_kinematics_and_a_term_by_coefficients() -> None:
     wrong = Wrong(delay={"alpha": 0.12}, terms={("C_X", "alpha^2"): 4.0})
     found = decided(*pair(3, wrong))
-    witnesses = {row.hypothesis.where: row.witness for row in found.findings}
+    witnesses = {row.hypothesis.where: row.source for row in found.findings}
     assert witnesses["alpha"] == "kinematics"
     assert witnesses["C_X"] == "coefficients"
-    unseen = [(before.r2, after.r2) for before, after in found.shares if not after.fitted]
+    unseen = [(before.r2, after.r2) for before, after in found.coefficient_fits if not after.fitted]
     assert len(unseen) == 3
     assert all(after >= before - 0.005 for before, after in unseen)
 
@@ -156,8 +156,8 @@ def shift_ratio(seed: int, air: float, body: Body) -> float:
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
     before = declared(aircraft, [flown("one", body, SEEDS + 10 * seed, air=air, seconds=24.0)], [])
     shift = Hypothesis("cg_shift", "x", effects=(at_null(cg_shift("x")),))
-    (candidate,) = effect_candidates(before.frame, before, [shift])
-    solution, _ = to_first_order(before, candidate)
+    (candidate,) = effect_candidates(before.problem, before, [shift])
+    solution, _ = linearised(before, candidate)
     return float(solution.values[-1] / np.sqrt(solution.covariance[-1, -1]))
 
 
@@ -166,9 +166,9 @@ def test_alternatives_lie_within_their_margin_and_gains_are_those_of_the_whole_s
     gains = {row.hypothesis.label: row.gain for row in found.findings}
     assert len(found.alternatives) > 1
     for row in found.alternatives:
-        assert row.behind < row.margin
+        assert row.deficit < row.margin
         # What stands in a finding's place brings what the finding is worth, less what it lacks.
-        assert row.gain + row.behind == pytest.approx(gains[row.instead_of.label])
+        assert row.gain + row.deficit == pytest.approx(gains[row.replaces.label])
         assert row.hypothesis.label not in found.refuted
 
 
@@ -176,7 +176,7 @@ def test_no_sensor_sits_outside_the_aircraft() -> None:
     inside, vane = position_hypotheses(["a_z", "alpha"])[::-1]
     assert (inside.where, vane.where) == ("a_z", "alpha")
     for place, length, farthest in ((inside, 14.0, 7.0), (vane, 14.0, 9.1), (inside, None, 8.0), (vane, None, 10.4)):
-        (active,) = within_reach(place, 2.0, length).effects
+        (active,) = with_aircraft_limits(place, 2.0, length).effects
         assert active.effect.parameters[0].highest == pytest.approx(farthest)
         assert active.effect.parameters[0].lowest == pytest.approx(-farthest)
 
@@ -196,12 +196,12 @@ def test_an_unseen_flight_that_steps_itself_does_not_refuse_a_slow_elevator_by_t
 def test_what_happens_suddenly_in_an_unseen_flight_is_free_there_as_its_constant_is() -> None:
     aircraft, logs, others = pair(9, air=0.3)
     faults = proved(aircraft, logs, others)
-    frame = replace(faults.selected.estimate.frame, kinds=COEFFICIENT, all_fitted=True)
-    found = estimate(frame, faults.start)
-    plain = beside_gusts(frame, found)
+    problem = replace(faults.selected.estimate.problem, kinds=COEFFICIENT, all_fitted=True)
+    found = estimate(problem, faults.start)
+    plain = validation_residuals(problem, found)
     samples = plain[1, "C_m"].left.size
     jump = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
-    freed = beside_gusts(frame, found, {(1, "C_m"): jump[:, None]})
+    freed = validation_residuals(problem, found, {(1, "C_m"): jump[:, None]})
     assert set(freed) == set(plain)
     np.testing.assert_allclose(freed[1, "C_Z"].left, plain[1, "C_Z"].left, atol=1e-12)
     # The projection off the step: nothing is left along it, and what is taken is at right angles to what is left.

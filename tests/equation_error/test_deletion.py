@@ -7,7 +7,7 @@ from equations_decided import decided, proved
 
 from aerosid.compiled.cores import on_cores
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.structure import STEPS, each_struck_out, left_out, without
+from aerosid.equation_error.selection.structure import STEPS, deletions, point_without, structure_without
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7500
@@ -24,12 +24,12 @@ def test_a_structure_without_one_fault_is_that_estimated_by_itself() -> None:
     found = selected.estimate
     assert {each.hypothesis.label for each in selected.chosen} >= {("sensor_bias", "q", "")}
     with on_cores(2):
-        rest = each_struck_out(replace(selected, instead={}), selected.chosen, with_columns=True)
+        rest = deletions(replace(selected, cache={}), selected.chosen, with_columns=True)
     for peak, each in zip(rest, selected.chosen, strict=True):
-        alone = estimate(found.frame, without(found.point, each), found.solution.weights, STEPS)
+        alone = estimate(found.problem, point_without(found.point, each), found.solution.weights, STEPS)
         assert peak.log_likelihood == alone.log_likelihood
         assert peak.estimate.solution.covariance.tobytes() == alone.solution.covariance.tobytes()
-        assert left_out(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
+        assert structure_without(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
 
 
 def test_the_decision_is_that_of_one_core() -> None:

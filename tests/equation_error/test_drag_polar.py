@@ -46,8 +46,8 @@ def test_a_declared_polar_is_regressed_from_values_a_third_off(aircraft: Aircraf
 
 def test_a_polar_that_is_asked_for_is_named_in_the_place_of_powers_of_alpha() -> None:
     logs = [Problem(POLAR, **SHAKEN).fly(seed, f"flight {seed}") for seed in (3, 4)]
-    asked = replace(LIFT_AND_DRAG, candidates={"C_D": (entry("C_D", "C_L^2")[1],)})
-    found = decided(asked, logs[:1], logs[1:])
+    hypotheses = replace(LIFT_AND_DRAG, candidates={"C_D": (entry("C_D", "C_L^2")[1],)})
+    found = decided(hypotheses, logs[:1], logs[1:])
     (first,) = found.findings
     # A hundredth of its column is its own where alpha moves so little: it is named for what it gains.
     assert first.hypothesis.label == ("aero_term", "C_D", "C_L^2")

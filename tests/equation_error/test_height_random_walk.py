@@ -5,7 +5,7 @@ import pytest
 from equations_decided import questioned
 from numpy.typing import NDArray
 
-from aerosid.equation_error.equations.height_random_walk import height_wander
+from aerosid.equation_error.equations.height_random_walk import height_random_walk
 from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
 from aerosid.equation_error.equations.recording import Recording, read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -31,7 +31,7 @@ def test_modes_leave_what_integrated_noise_leaves() -> None:
     recording = recorded(BODIES[2], 8000, 0.0)
     settings = EquationErrorSettings(wander_modes=40)
     manoeuvre, step = recording.manoeuvre, recording.interval
-    modes = about_a_parabola(recording.time, height_wander(recording, recording.time, settings)[:, :-1])
+    modes = about_a_parabola(recording.time, height_random_walk(recording, recording.time, settings)[:, :-1])
     predicted = float(np.sqrt(np.mean(np.sum(modes**2, axis=1))))
     generator = np.random.default_rng(1)
     shown = dict(zip(manoeuvre.axes.outputs, manoeuvre.noise, strict=True))

@@ -11,8 +11,8 @@ from scipy.signal import butter, lfilter
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
@@ -40,8 +40,8 @@ def regressed(log: FlightLog) -> Estimate:
     """The declared structure, its inputs smooth."""
     aircraft, settings = commuter.aircraft(commuter.SIDE), EquationErrorSettings()
     model, manoeuvre = questioned(aircraft, log)
-    frame = Frame(read_recordings([manoeuvre], [], settings), COEFFICIENT, settings)
-    return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
+    problem = RegressionProblem(read_recordings([manoeuvre], [], settings), COEFFICIENT, settings)
+    return estimate(problem, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
 
 
 def furthest_roll_derivative(found: Estimate) -> float:
@@ -60,8 +60,8 @@ def furthest_roll_derivative(found: Estimate) -> float:
 )
 def test_the_likelier_course_is_the_one_that_was_flown(flown: Callable[[], FlightLog], straight: bool) -> None:
     smooth = regressed(flown())
-    chosen = likelier_inputs(smooth)
-    assert [recording.linear_inputs for recording in chosen.frame.recordings] == [straight]
+    chosen = likelier_input_interpolation(smooth)
+    assert [recording.linear_inputs for recording in chosen.problem.recordings] == [straight]
     assert furthest_roll_derivative(chosen) < 3.0
 
 
@@ -69,4 +69,4 @@ def test_controls_taken_for_smooth_pull_the_derivatives_of_roll_away() -> None:
     smooth = regressed(as_simulated())
     pulled = furthest_roll_derivative(smooth)
     assert pulled > 3.0
-    assert pulled > 3.0 * furthest_roll_derivative(likelier_inputs(smooth))
+    assert pulled > 3.0 * furthest_roll_derivative(likelier_input_interpolation(smooth))

@@ -43,7 +43,7 @@ def test_a_place_outside_the_aircraft_gives_way_to_what_looks_the_same() -> None
         agreement = check_kinematics([moved], length=length)
         assert agreement is not None
         assert any(finding.kind == "sensor_position" for finding in agreement.findings) is placed
-    places = [h for h in held.asked if h.kind == "sensor_position"]
+    places = [h for h in held.hypotheses if h.kind == "sensor_position"]
     assert all(h.effects[0].effect.parameters[0].highest <= 1.3 for h in places)
 
 

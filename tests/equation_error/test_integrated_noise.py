@@ -7,7 +7,7 @@ from equations_decided import questioned
 
 from aerosid.equation_error.equations.integrated_noise import integral_modes
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.selection.cross_validation import beside_wander
+from aerosid.equation_error.selection.cross_validation import without_random_walk
 from aerosid.equation_error.settings import EquationErrorSettings
 
 SETTINGS = EquationErrorSettings()
@@ -35,8 +35,8 @@ def test_modes_take_no_more_than_their_size_lets_them() -> None:
     mode = np.cos(np.linspace(0.0, np.pi, 200))[:, None]
     left, slopes = 0.01 * mode[:, 0], np.ones((200, 1))
     for size, most, least in ((1.0, 1e-3, 0.0), (1e-6, 1.0, 1.0 - 1e-3)):
-        rest, kept = beside_wander(left, slopes, size * mode)
+        rest, kept = without_random_walk(left, slopes, size * mode)
         assert least <= float(rest @ rest) / float(left @ left) <= most
         assert kept.shape == slopes.shape
-    same, _ = beside_wander(left, slopes, np.zeros((200, 3)))
+    same, _ = without_random_walk(left, slopes, np.zeros((200, 3)))
     assert np.array_equal(same, left)

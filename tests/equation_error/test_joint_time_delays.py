@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.selection.joint_time_delays import kinematic_timing
+from aerosid.equation_error.selection.joint_time_delays import kinematic_delays
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -26,9 +26,9 @@ def test_forces_say_by_how_much_a_vane_is_late_better_than_gusts_let_kinematics(
     logs = [flown(name, body, SEEDS + n, air=0.6, wrong=Wrong(delay={"alpha": late})) for n, name in enumerate("ab")]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     faults = proved(aircraft, logs[:1], logs[1:])
-    alone = float(np.sqrt(kinematic_timing(faults.selected.estimate).covariance[0, 0]))
+    alone = float(np.sqrt(kinematic_delays(faults.selected.estimate).covariance[0, 0]))
     (row,) = decide(faults, aircraft.coefficients).findings
-    assert (row.hypothesis.kind, row.witness) == ("sensor_delay", "kinematics")
+    assert (row.hypothesis.kind, row.source) == ("sensor_delay", "kinematics")
     assert abs(row.value - late) < 4.0 * row.std_error
     assert row.std_error < 0.5 * alone
 

@@ -9,9 +9,9 @@ from scipy.stats import chi2
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.kinematic_evidence import supported_faults
-from aerosid.equation_error.selection.penalties import Support
+from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
+from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -21,7 +21,7 @@ SEEDS = 7400
 
 
 def test_support_is_a_parabola_about_its_own_number() -> None:
-    support = Support((0.2,), np.array([[0.05**2]]), gain=7.0, credit=7.0)
+    support = KinematicEvidence((0.2,), np.array([[0.05**2]]), gain=7.0, credit=7.0)
     assert support.gain_at((0.2,)) == 7.0
     # One number: the likelihood's fall is half of chi-square.
     fall = 2.0 * (support.gain - support.gain_at((0.2 + 1.96 * 0.05,)))
@@ -39,8 +39,8 @@ def test_a_pitot_bias_that_gusts_hide_from_kinematics_is_named_where_forces_show
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     faults = proved(aircraft, logs[:1], logs[1:])
     assert not faults.selected.chosen
-    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
-    assert ("sensor_bias", "V", "") in supported_faults(faults.selected, sensors)
+    sensors = [hypothesis for hypothesis in faults.hypotheses if is_instrument_error(hypothesis)]
+    assert ("sensor_bias", "V", "") in kinematic_evidence(faults.selected, sensors)
     (row,) = decide(faults, aircraft.coefficients).findings
     assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_bias", "V")
     assert abs(row.value - bias) < 4.0 * row.std_error
@@ -52,9 +52,9 @@ def test_a_pitot_bias_of_which_kinematics_say_nothing_is_asked_of_all_forces(tmp
     logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
     aircraft = load_aircraft(tmp_path / "aircraft.toml")
     faults = proved(aircraft, logs[:1], logs[1:])
-    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
-    shown = supported_faults(faults.selected, sensors)["sensor_bias", "V", ""]
-    assert shown.gain < faults.selected.estimate.frame.settings.support
+    sensors = [hypothesis for hypothesis in faults.hypotheses if is_instrument_error(hypothesis)]
+    shown = kinematic_evidence(faults.selected, sensors)["sensor_bias", "V", ""]
+    assert shown.gain < faults.selected.estimate.problem.settings.support
     (row,) = decide(faults, aircraft.coefficients).findings
     assert row.hypothesis.label == ("sensor_bias", "V", "")
     assert abs(row.value - 1.66) < 3.0 * row.std_error

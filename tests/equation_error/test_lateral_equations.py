@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
-from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct, unfollowed
+from aerosid.equation_error.equations.kinematic import inconsistent_heading, predicted_records, reconstruct
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
@@ -71,7 +71,7 @@ def test_a_heading_that_does_not_follow_the_rates_is_left_out() -> None:
     swinging = replace(log, channels={**log.channels, "psi": 0.1 * np.sin(log.time)})
     for each, expected in ((log, ()), (swinging, ("psi",))):
         (recording,) = read_recordings([questioned(LATERAL, each)[1]], [], SETTINGS)
-        assert unfollowed(recording, SETTINGS) == expected
+        assert inconsistent_heading(recording, SETTINGS) == expected
 
 
 def late(delay: float) -> commuter.Lateral:
@@ -118,7 +118,7 @@ def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed:
     ]
     found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
     assert named(found) == set(), [(r.hypothesis.label, r.value, r.std_errors, r.gain) for r in found.findings]
-    assert found.gust_share > SETTINGS.calm
+    assert found.gust_fraction > SETTINGS.calm
     (air,) = found.turbulence
     assert air.kind == "side_gust"
     assert air.sigma == pytest.approx(0.7, rel=0.5)

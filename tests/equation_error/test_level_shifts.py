@@ -8,9 +8,9 @@ from equations_decided import decided, declared
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.estimate import Frame, estimate
+from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
 from aerosid.equation_error.selection.level_shifts import level_shifts, shift_columns, shifts_of
-from aerosid.equation_error.selection.penalties import Rules
+from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -32,16 +32,20 @@ def test_a_jump_of_an_unseen_flight_is_found_there_and_belongs_to_no_fit() -> No
     aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(5300))
     one, two = (flown(name, SINGLE, 5300 + n, air=0.3, seconds=24.0) for n, name in enumerate(("one", "two")))
     base = declared(aircraft, [one], [jolted(two)])
-    whole = estimate(Frame(base.frame.recordings, COEFFICIENT, base.frame.settings, all_fitted=True), base.point)
-    found = level_shifts(whole, ("C_X", "C_Z", "C_m"), Rules({("step_change", "C_X", ""): 1.0}, 1000, 0.01), 4)
+    whole = estimate(
+        RegressionProblem(base.problem.recordings, COEFFICIENT, base.problem.settings, all_fitted=True), base.point
+    )
+    found = level_shifts(
+        whole, ("C_X", "C_Z", "C_m"), SelectionCriterion({("step_change", "C_X", ""): 1.0}, 1000, 0.01), 4
+    )
     (shift,) = shifts_of(found)
     assert (shift.effect.where, shift.log) == ("C_X", "two")
     force = 0.5 * SINGLE.density * SINGLE.airspeed**2 * SINGLE.wing_area
     assert shift.values[0] == pytest.approx(JUMP * SINGLE.mass / force, rel=0.15)
     assert shift.values[1] == pytest.approx(MOMENT, abs=0.1)
     ((place, equation),) = shift_columns(found)
-    assert (found.frame.recordings[place].name, equation) == ("two", "C_X")
-    alone = estimate(base.frame, found.point)
+    assert (found.problem.recordings[place].name, equation) == ("two", "C_X")
+    alone = estimate(base.problem, found.point)
     assert shifts_of(alone) == ()
     np.testing.assert_allclose(alone.solution.values, base.solution.values, rtol=1e-6, atol=1e-9)
 

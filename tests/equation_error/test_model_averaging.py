@@ -15,8 +15,8 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.joint_time_delays import held_at
-from aerosid.equation_error.selection.model_averaging import averaged, probabilities, probability_of
+from aerosid.equation_error.selection.joint_time_delays import with_errors_held
+from aerosid.equation_error.selection.model_averaging import averaged_covariance, probabilities, probability_of
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 
@@ -35,9 +35,9 @@ def told_as_delay(
     return decided(load_aircraft(folder / "aircraft.toml"), *logs), dict(circumstances.body.terms)
 
 
-def row(found: Estimate, behind: float, chosen: str) -> Alternative:
+def row(found: Estimate, deficit: float, chosen: str) -> Alternative:
     other, named = Hypothesis("aero_term", "C_m", "alpha^2"), Hypothesis("aero_term", "C_m", chosen)
-    return Alternative(other, None, 1.0, 0.1, 9.0, behind, 8.0, named, found)
+    return Alternative(other, None, 1.0, 0.1, 9.0, deficit, 8.0, named, found)
 
 
 def test_probabilities_are_those_of_equal_prior_odds(told_as_delay: tuple[EquationErrorDecision, object]) -> None:
@@ -46,7 +46,7 @@ def test_probabilities_are_those_of_equal_prior_odds(told_as_delay: tuple[Equati
     # One, a half and a quarter share the first; nothing is likelier than what was chosen.
     assert_allclose(probabilities(rows), [2.0 / 7.0, 1.0 / 7.0, 0.5])
     # A size a fourth as likely beforehand counts as one that much further behind.
-    unusual = replace(row(found, 0.0, "alpha^3"), unlikelier=np.log(4.0))
+    unusual = replace(row(found, 0.0, "alpha^3"), prior_deficit=np.log(4.0))
     assert_allclose(probabilities([unusual, *rows[:1]]), [1.0 / 7.0, 2.0 / 7.0])
 
 
@@ -76,8 +76,8 @@ def test_alternatives_add_their_squared_difference_by_their_probability(
     size = len(completed.design.unknowns)
     declared = [unknown for unknown in completed.design.unknowns if unknown[0] == "term"]
     lag = next(each for each in decision.alternatives if each.hypothesis.kind == "sensor_lag")
-    fitted = estimate(completed.frame, completed.point)
-    total = averaged(completed, np.zeros((size, size)), fitted, [lag], declared)
+    fitted = estimate(completed.problem, completed.point)
+    total = averaged_covariance(completed, np.zeros((size, size)), fitted, [lag], declared)
     assert np.linalg.matrix_rank(total, tol=1e-9 * np.trace(total)) == 1
     assert np.linalg.eigvalsh(total).min() > -1e-9 * np.trace(total)
     deviations = np.sqrt(np.diag(completed.solution.covariance))
@@ -85,7 +85,7 @@ def test_alternatives_add_their_squared_difference_by_their_probability(
     assert lag.active is not None
     before = decision.before.point
     point = before.with_effects((*before.effects, lag.active))
-    other = estimate(completed.frame, held_at(point, (lag.active,)))
+    other = estimate(completed.problem, with_errors_held(point, (lag.active,)))
     for unknown in declared:
         place = completed.design.unknowns.index(unknown)
         apart = other.value(unknown) - completed.solution.values[place]
@@ -100,9 +100,9 @@ def test_what_nearly_pays_its_price_is_within_the_bounds(tmp_path: Path) -> None
     logs = [[read_log(tmp_path / f"{name}.csv")] for name in ("identification", "validation")]
     found = decided(load_aircraft(tmp_path / "aircraft.toml"), *logs)
     assert ("sensor_scale", "alpha", "") not in {each.hypothesis.label for each in found.findings}
-    (row, *_) = found.nearly
+    (row, *_) = found.near_significant
     assert row.hypothesis.label == ("sensor_scale", "alpha", "")
-    assert 0.1 < probability_of(row.gain - row.price) < 0.5
+    assert 0.1 < probability_of(row.gain - row.penalty) < 0.5
     for unknown, value, variance in zip(
         found.completed.design.unknowns, found.completed.solution.values, np.diag(found.covariance), strict=False
     ):

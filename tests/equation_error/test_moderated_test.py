@@ -11,7 +11,7 @@ from scipy.stats import binom, chi2
 
 from aerosid.equation_error.regression.coloured_regression import colour_of
 from aerosid.equation_error.regression.design import Design, Solution, Weights, solve
-from aerosid.equation_error.regression.moderated_test import chance_of, usual_freedom
+from aerosid.equation_error.regression.moderated_test import moderated_p_value, usual_freedom
 from aerosid.equation_error.settings import DEVIATIONS
 from benchmarks.turbulent_false_alarms import pair
 
@@ -59,7 +59,7 @@ def false_alarms(noises: list[Array]) -> tuple[int, int]:
     for noise in noises:
         design, solution = solved(noise)
         value = float(solution.values[1])
-        moderated += chance_of(design, solution, 1, value) < LEVEL
+        moderated += moderated_p_value(design, solution, 1, value) < LEVEL
         plain += value**2 > chi2.isf(LEVEL, 1) * float(solution.covariance[1, 1])
     return moderated, plain
 

@@ -24,26 +24,26 @@ def with_lift_of_airspeed(size: float) -> EquationErrorDecision:
 def test_a_term_that_comes_near_its_price_is_told_with_its_number() -> None:
     found = with_lift_of_airspeed(0.1)
     assert not found.findings
-    (row,) = found.nearly
+    (row,) = found.near_significant
     assert row.hypothesis.label == ("aero_term", "C_Z", "V_hat")
     assert abs(row.value - 0.1) < 2.0 * row.std_error
-    assert 0.5 * row.price <= row.gain < row.price
+    assert 0.5 * row.penalty <= row.gain < row.penalty
     # A square of airspeed about its trim is twice the first power: the record cannot tell which.
-    assert ("aero_term", "C_Z", "V_hat^2") in {rival.label for rival in row.rivals}
-    ((standing, with_it),) = row.unseen
-    assert (standing.recording, standing.coefficient) == ("b", "C_Z")
-    assert with_it.r2 > standing.r2
+    assert ("aero_term", "C_Z", "V_hat^2") in {rival.label for rival in row.indistinguishable}
+    ((eliminate_insignificant, with_it),) = row.validation_fits
+    assert (eliminate_insignificant.recording, eliminate_insignificant.coefficient) == ("b", "C_Z")
+    assert with_it.r2 > eliminate_insignificant.r2
     said = told_of_nearly_proven(row)
     assert said.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
     assert "C_Z V_hat^2 would do nearly as well" in said
 
 
 def test_what_is_named_or_absent_is_not_told_as_nearly_proven() -> None:
-    assert with_lift_of_airspeed(0.0).nearly == ()
+    assert with_lift_of_airspeed(0.0).near_significant == ()
     found = with_lift_of_airspeed(0.4)
     assert [row.hypothesis.label for row in found.findings] == [("aero_term", "C_Z", "V_hat")]
     listed = {row.hypothesis.label for row in (*found.findings, *found.alternatives)}
-    assert not listed & {row.hypothesis.label for row in found.nearly}
+    assert not listed & {row.hypothesis.label for row in found.near_significant}
 
 
 def test_a_fault_of_an_instrument_pays_for_all_that_was_asked_of_forces_too() -> None:
@@ -52,11 +52,11 @@ def test_a_fault_of_an_instrument_pays_for_all_that_was_asked_of_forces_too() ->
     wrong = Wrong(scale={"theta": 0.993})
     logs = [flown(name, BODY, 9320 + i, air=0.5, wrong=wrong) for i, name in enumerate("ab")]
     faults = proved(aircraft, logs[:1], logs[1:])
-    (row,) = decide(faults, aircraft.coefficients).nearly
+    (row,) = decide(faults, aircraft.coefficients).near_significant
     assert row.hypothesis.label == ("sensor_scale", "q", "")
     # Even odds cost half of ln N; the rest is the share in a false alarm: one of so many, products of factors less.
-    settings, samples = row.estimate.frame.settings, row.estimate.design.target.size
-    factors = [sum(f.power for _, term in h.entries for f in term.factors) for h in faults.asked]
+    settings, samples = row.estimate.problem.settings, row.estimate.design.target.size
+    factors = [sum(f.power for _, term in h.entries for f in term.factors) for h in faults.hypotheses]
     shares = [settings.factor_odds ** max(n - 1, 0) for n in factors] + [settings.factor_odds] * 2
-    share = np.exp(0.5 * np.log(samples) - row.price) / settings.false_alarm
+    share = np.exp(0.5 * np.log(samples) - row.penalty) / settings.false_alarm
     assert share == pytest.approx(1.0 / sum(shares), rel=0.02)

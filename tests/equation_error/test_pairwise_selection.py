@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from equations_decided import proved
 
-from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.penalties import own_effects, rules_for
-from aerosid.equation_error.selection.stepwise import forward_steps
-from aerosid.equation_error.selection.structure import Selected
+from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.penalties import criterion_for, effects_of
+from aerosid.equation_error.selection.stepwise import forward_selection
+from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -34,7 +34,7 @@ def test_a_scale_of_attitude_and_a_late_gyro_are_found_together(place: int, scal
     found, base = faults.selected, faults.declared
 
     numbers = {
-        each.hypothesis.label[:2]: own_effects(found.estimate.point, each.hypothesis)[0].values[0]
+        each.hypothesis.label[:2]: effects_of(found.estimate.point, each.hypothesis)[0].values[0]
         for each in found.chosen
     }
     # Attitude is the integral of the rate: a scale of one is the inverse scale of the other.
@@ -42,8 +42,8 @@ def test_a_scale_of_attitude_and_a_late_gyro_are_found_together(place: int, scal
     assert ratio == pytest.approx(1.0 / scale, abs=0.003)
     assert numbers == {("sensor_delay", "q"): pytest.approx(LATE, abs=0.002)}
 
-    settings = base.frame.settings
-    rules = rules_for(faults.asked, base.design.target.size, settings.false_alarm, settings.factor_odds)
-    sensors = [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]
-    *_, alone = forward_steps(Selected(base, ()), rules, sensors, kinematic=True, most=settings.most)
+    settings = base.problem.settings
+    criterion = criterion_for(faults.hypotheses, base.design.target.size, settings.false_alarm, settings.factor_odds)
+    sensors = [hypothesis for hypothesis in faults.hypotheses if is_instrument_error(hypothesis)]
+    *_, alone = forward_selection(SelectedStructure(base, ()), criterion, sensors, kinematic=True, most=settings.most)
     assert alone.chosen == ()

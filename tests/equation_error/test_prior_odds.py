@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.selection.instrument_errors import ProvedFaults
-from aerosid.equation_error.selection.joint_time_delays import held_at
-from aerosid.equation_error.selection.penalties import rules_for
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.joint_time_delays import with_errors_held
+from aerosid.equation_error.selection.penalties import criterion_for
 from aerosid.equation_error.selection.prior_odds import (
-    by_coefficient,
-    falls_of,
-    with_contradictions,
+    likelihood_losses,
+    log_likelihood_by_coefficient,
+    with_raised_odds,
 )
 from aerosid.flight_model.terms import parse_term
 from aerosid.search.hypotheses import term_hypotheses
@@ -32,34 +32,34 @@ SEEDS = 5000
 LATE = Wrong(delay={"alpha": 0.12})
 
 
-def faults_of(seed: int, air: float, wrong: Wrong) -> ProvedFaults:
+def errors_of(seed: int, air: float, wrong: Wrong) -> InstrumentErrors:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
     one, two = (flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=wrong) for n, name in enumerate(("one", "two")))
     return proved(aircraft, [one], [two])
 
 
-def undone(faults: ProvedFaults, effects: Sequence[ActiveEffect]) -> Estimate:
+def undone(faults: InstrumentErrors, effects: Sequence[ActiveEffect]) -> Estimate:
     """The declared coefficients of all flights with some faults of instruments undone."""
     found = faults.selected.estimate
-    whole = Frame(found.frame.recordings, COEFFICIENT, found.frame.settings, all_fitted=True)
-    return estimate(whole, held_at(faults.start, effects))
+    whole = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, all_fitted=True)
+    return estimate(whole, with_errors_held(faults.start, effects))
 
 
 @pytest.mark.parametrize(("seed", "air"), [(70, 0.0), (71, 0.6)])
 def test_a_delay_that_is_there_costs_complete_coefficients_nothing_and_one_that_is_not_costs_much(
     seed: int, air: float
 ) -> None:
-    late, clean = faults_of(seed, air, LATE), faults_of(seed, air, NOTHING)
+    late, clean = errors_of(seed, air, LATE), errors_of(seed, air, NOTHING)
     effects = late.selected.estimate.point.effects
     assert [active.effect.where for active in effects] == ["alpha"]
     assert not clean.selected.chosen
-    assert falls_of(undone(clean, ()), slice(0, 0)) == {}
-    assert falls_of(undone(clean, effects), slice(1, 1)) == {}  # declared
-    assert sum(falls_of(undone(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in twenty
+    assert likelihood_losses(undone(clean, ()), slice(0, 0)) == {}
+    assert likelihood_losses(undone(clean, effects), slice(1, 1)) == {}  # declared
+    assert sum(likelihood_losses(undone(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in twenty
     wrong = undone(clean, effects)
-    assert sum(by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
-    assert falls_of(wrong, slice(0, 1))["C_Z"] > 20.0
+    assert sum(log_likelihood_by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
+    assert likelihood_losses(wrong, slice(0, 1))["C_Z"] > 20.0
 
 
 TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alpha^2"), ("C_Z", "delta_e^2")]
@@ -68,16 +68,16 @@ TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alph
 @given(st.dictionaries(st.sampled_from(["C_X", "C_Z", "C_m"]), st.floats(0.0, 1e4), max_size=3))
 def test_odds_rise_by_the_fall_and_are_even_at_most(falls: dict[str, float]) -> None:
     hypotheses = term_hypotheses([(name, parse_term(term)) for name, term in TERMS])
-    before = rules_for(hypotheses, 500, 0.01, 0.25)
-    after = with_contradictions(before, hypotheses, falls, EVEN)
+    before = criterion_for(hypotheses, 500, 0.01, 0.25)
+    after = with_raised_odds(before, hypotheses, falls, EVEN)
     for hypothesis in hypotheses:
         (coefficient,) = {name for name, _ in hypothesis.entries}
         touched = ("C_X", "C_Z") if coefficient == "C_L" else (coefficient,)
-        lowered = before.price(hypothesis) - after.price(hypothesis)
+        lowered = before.penalty(hypothesis) - after.penalty(hypothesis)
         assert -1e-9 <= lowered <= max(falls.get(name, 0.0) for name in touched) + 1e-9
     for name in ("C_X", "C_m"):
         own = [h for h in hypotheses if all(c == name for c, _ in h.entries)]
-        together = sum(after.chance(h) for h in own)
+        together = sum(after.allowed_false_alarm(h) for h in own)
         assert together <= EVEN * (1.0 + 1e-9)
         if falls.get(name, 0.0) > 20.0:
             assert together > 0.1

@@ -10,7 +10,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.replication import is_needed, is_replicated
-from aerosid.equation_error.selection.structure import Chosen, Selected
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
@@ -27,15 +27,15 @@ def test_a_term_is_replicated_where_the_unseen_flight_has_it_too(unseen: Wrong, 
     model, whole, fitted = frames_of(aircraft, [first], [other], [entry])
     free = (*((d.coefficient, d.term) for d in aircraft.derivatives), entry)
     point = Point(model.extended([entry]), free, ())
-    each = Chosen(Hypothesis("aero_term", "C_X", "alpha^2", entries=(entry,)), kinematic=False, gain=50.0)
-    selected = Selected(estimate(whole, point), (each,))
-    lone = Selected(estimate(fitted, point), (each,))
-    assert lone.estimate.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
-    assert is_replicated(selected, lone, each) is shown
+    each = SelectedEffect(Hypothesis("aero_term", "C_X", "alpha^2", entries=(entry,)), kinematic=False, gain=50.0)
+    selected = SelectedStructure(estimate(whole, point), (each,))
+    reduced = SelectedStructure(estimate(fitted, point), (each,))
+    assert reduced.estimate.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
+    assert is_replicated(selected, reduced, each) is shown
     # A flight that shows nothing by itself confirms nothing.
-    assert not is_replicated(lone, lone, each)
-    assert is_needed(selected, lone, each) is shown
-    assert not is_needed(lone, lone, each)
+    assert not is_replicated(reduced, reduced, each)
+    assert is_needed(selected, reduced, each) is shown
+    assert not is_needed(reduced, reduced, each)
 
 
 def test_a_term_that_one_event_shows_is_named_where_another_flight_shows_it_too() -> None:

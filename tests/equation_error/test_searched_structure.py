@@ -38,8 +38,8 @@ def test_effects_of_a_control_act_in_the_order_found_but_for_one_that_comes_firs
     limit = ActiveEffect(control_rate_limit("delta_e", 1.0, 0.1), (0.2,))
     assert [active for _, active in in_acting_order([limit, lag])] == [limit, lag]
     late = Hypothesis("control_delay", "delta_e", effects=(ActiveEffect(control_delay("delta_e"), (0.1,)),))
-    behind, before = in_either_order([late], [limit])
-    assert [active for _, active in in_acting_order([limit, *behind.effects])] == [limit, *behind.effects]
+    deficit, before = in_either_order([late], [limit])
+    assert [active for _, active in in_acting_order([limit, *deficit.effects])] == [limit, *deficit.effects]
     assert [active for _, active in in_acting_order([limit, *before.effects])] == [*before.effects, limit]
     assert in_either_order([late], []) == [late]
 

@@ -63,7 +63,7 @@ def test_residuals_need_no_columns_where_paths_drift() -> None:
     design = design_of(equations.at(point), SETTINGS)
     values = np.random.default_rng(3).standard_normal(len(design.unknowns))
     assert {("drift", "C_n", 0), ("wander", "C_n", 0, 0)} <= set(design.unknowns)
-    left = equations.left(point, dict(zip(design.unknowns, values, strict=True)))
+    left = equations.residuals(point, dict(zip(design.unknowns, values, strict=True)))
     np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())
 
 
@@ -104,7 +104,7 @@ def test_an_accelerometer_ahead_of_its_place_is_found_by_the_coefficients() -> N
     (row,) = [row for row in found.findings if row.hypothesis.kind == "sensor_position"]
     assert row.hypothesis.where == "a_y"
     assert abs(row.value - 2.5) < 3.0 * row.std_error
-    assert found.supported[row.hypothesis.label].is_silent
+    assert found.joint_evidence[row.hypothesis.label].is_uninformative
 
 
 def test_the_whole_loop_tells_the_shares_of_coefficients_by_the_equations() -> None:

@@ -13,10 +13,10 @@ from scipy.signal import lfilter
 
 from aerosid.equation_error.regression.design import Design, Solution, regress, solve, white_weights
 from aerosid.equation_error.regression.standard_errors import (
-    BIAS_REDUCED,
+    CR2,
+    block_deletion_changes,
     corrected_covariance,
     covariance_of_scores,
-    moves_without_blocks,
 )
 from aerosid.equation_error.settings import DEVIATIONS, EquationErrorSettings
 
@@ -68,7 +68,7 @@ def fitted(seed: int) -> tuple[Design, Solution]:
 def test_moves_are_those_of_regressions_without_a_block() -> None:
     design = flown(np.random.default_rng(1))
     solution = solve(design, white_weights(design))
-    moves = moves_without_blocks(design, solution)
+    moves = block_deletion_changes(design, solution)
     length = SAMPLES // (SAMPLES // min(DEVIATIONS.lags + 1, SAMPLES // DEVIATIONS.fewest_blocks))
     assert len(moves) == SAMPLES // length
     edges = np.linspace(0, SAMPLES, len(moves) + 1).astype(int)
@@ -139,7 +139,7 @@ def test_deviations_of_what_another_recording_shows_are_bias_reduced() -> None:
     solution = solve(design, white_weights(design))
     bread, slopes = solution.covariance, solution.slopes
     hat = slopes @ bread @ slopes.T
-    edges = np.linspace(0, SAMPLES, len(moves_without_blocks(design, solution)) + 1).astype(int)
+    edges = np.linspace(0, SAMPLES, len(block_deletion_changes(design, solution)) + 1).astype(int)
     moves = []
     for first, stop in pairwise(edges.tolist()):
         block = slice(first, stop)
@@ -160,8 +160,8 @@ def test_the_bias_reduced_variance_is_the_true_one_in_the_mean_and_that_of_delet
         design = one_event(np.random.default_rng([7, seed]))
         solution = solve(design, white_weights(design))
         estimates.append(solution.values[1])
-        reduced.append(np.sum(moves_without_blocks(design, solution, BIAS_REDUCED)[:, 1] ** 2))
-        deleted.append(np.sum(moves_without_blocks(design, solution)[:, 1] ** 2))
+        reduced.append(np.sum(block_deletion_changes(design, solution, CR2)[:, 1] ** 2))
+        deleted.append(np.sum(block_deletion_changes(design, solution)[:, 1] ** 2))
     # Both means are uncertain by some hundredths: a variance of 400 by 7 %.
     true = float(np.var(estimates))
     assert np.mean(reduced) == pytest.approx(true, rel=0.2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.selection.step_change_scores import jump_gains
+from aerosid.equation_error.selection.step_change_scores import step_change_scores
 
 
 @pytest.mark.parametrize("ramp", [1.0, 3.4, 15.0])
@@ -22,7 +22,7 @@ def test_gains_are_those_of_a_regression_with_the_jump_as_one_more_column(
     target = rng.standard_normal(count) + colour.whitened(30.0 * jump[:, None])[:, 0]
     target -= known @ np.linalg.lstsq(known, target, rcond=None)[0]
     moments = np.arange(4, count - 4)
-    found = jump_gains(target, known, np.linalg.inv(known.T @ known), colour, ramp, moments)
+    found = step_change_scores(target, known, np.linalg.inv(known.T @ known), colour, ramp, moments)
     for moment, gain in zip(moments, found, strict=True):
         column = colour.whitened(np.clip((time - moment) / ramp + 0.5, 0.0, 1.0)[:, None])
         _, (rest,), *_ = np.linalg.lstsq(np.hstack([known, column]), target, rcond=None)

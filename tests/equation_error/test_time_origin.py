@@ -10,11 +10,11 @@ import pytest
 from equations_decided import proved
 
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.instrument_errors import ProvedFaults
-from aerosid.equation_error.selection.penalties import Rules, own_effects, rules_for
-from aerosid.equation_error.selection.structure import Chosen, Selected, paid
-from aerosid.equation_error.selection.time_origin import with_late_channels
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for, effects_of
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, penalised_likelihood
+from aerosid.equation_error.selection.time_origin import with_other_time_origin
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
@@ -30,26 +30,28 @@ def shifted(log: FlightLog, channels: Sequence[str], delay: float) -> FlightLog:
     return replace(log, channels={**log.channels, **moved})
 
 
-def early(faults: ProvedFaults, channels: Sequence[str]) -> tuple[Selected, Rules]:
+def early(faults: InstrumentErrors, channels: Sequence[str]) -> tuple[SelectedStructure, SelectionCriterion]:
     """A structure in which delays of some channels are free, begun early."""
     estimated, point, chosen = faults.declared, faults.declared.point, []
-    for hypothesis in faults.asked:
+    for hypothesis in faults.hypotheses:
         if hypothesis.kind == "sensor_delay" and hypothesis.where in channels:
             (active,) = hypothesis.effects
-            point = joined(point, replace(hypothesis, effects=(replace(active, values=(-LATE,)),)))
-            chosen.append(Chosen(hypothesis, kinematic=True, gain=0.0))
-    rules = rules_for(faults.asked, estimated.design.target.size, 0.01, 0.3)
-    return Selected(estimate(estimated.frame, point), tuple(chosen)), rules
+            point = with_hypothesis(point, replace(hypothesis, effects=(replace(active, values=(-LATE,)),)))
+            chosen.append(SelectedEffect(hypothesis, kinematic=True, gain=0.0))
+    criterion = criterion_for(faults.hypotheses, estimated.design.target.size, 0.01, 0.3)
+    return SelectedStructure(estimate(estimated.problem, point), tuple(chosen)), criterion
 
 
-def told(faults: ProvedFaults, begun: Selected, rules: Rules) -> dict[tuple[str, str], float]:
+def found_delays(
+    faults: InstrumentErrors, initial: SelectedStructure, criterion: SelectionCriterion
+) -> dict[tuple[str, str], float]:
     """Kind, channel and number of what is chosen after the other origin was tried."""
-    sensors = [h for h in faults.asked if h.kind in ("sensor_delay", "sensor_lag")]
-    found = with_late_channels(begun, sensors, rules, lambda _found, _hypothesis: True)
-    assert paid(found, rules) >= paid(begun, rules)
+    sensors = [h for h in faults.hypotheses if h.kind in ("sensor_delay", "sensor_lag")]
+    found = with_other_time_origin(initial, sensors, criterion, lambda _found, _hypothesis: True)
+    assert penalised_likelihood(found, criterion) >= penalised_likelihood(initial, criterion)
     numbers = {}
     for each in found.chosen:
-        (active,) = own_effects(found.estimate.point, each.hypothesis)
+        (active,) = effects_of(found.estimate.point, each.hypothesis)
         numbers[each.hypothesis.kind, each.hypothesis.where] = active.values[0]
     return numbers
 
@@ -58,14 +60,14 @@ def test_a_late_vane_is_told_and_not_three_early_sensors() -> None:
     aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(8400))
     log = shifted(flown("one", BODY, 8401, air=0.2, seconds=24.0), ["alpha"], LATE)
     faults = proved(aircraft, [log], [])
-    begun, rules = early(faults, ["q", "theta", "a_z"])
-    assert len(begun.chosen) == 3
-    assert told(faults, begun, rules) == {("sensor_delay", "alpha"): pytest.approx(LATE, abs=0.03)}
+    initial, criterion = early(faults, ["q", "theta", "a_z"])
+    assert len(initial.chosen) == 3
+    assert found_delays(faults, initial, criterion) == {("sensor_delay", "alpha"): pytest.approx(LATE, abs=0.03)}
 
 
 def test_a_channel_that_is_early_alone_stays_so() -> None:
     aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(8410))
     log = shifted(flown("one", BODY, 8411, air=0.2, seconds=24.0), ["a_z"], -LATE)
     faults = proved(aircraft, [log], [])
-    begun, rules = early(faults, ["a_z"])
-    assert told(faults, begun, rules) == {("sensor_delay", "a_z"): pytest.approx(-LATE, abs=0.03)}
+    initial, criterion = early(faults, ["a_z"])
+    assert found_delays(faults, initial, criterion) == {("sensor_delay", "a_z"): pytest.approx(-LATE, abs=0.03)}

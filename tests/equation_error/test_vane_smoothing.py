@@ -7,7 +7,7 @@ import pytest
 from equations_decided import declared
 
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
+from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
@@ -21,9 +21,9 @@ def test_the_shorter_time_is_taken_in_gusts_and_the_longer_before_a_noisy_vane(
         log = flown(name, body, 6300 + n, air=air, seconds=24.0)
         disturbed = log["alpha"] + noise * np.random.default_rng(n).standard_normal(log.time.size)
         logs.append(replace(log, channels={**log.channels, "alpha": disturbed}))
-    begun = declared(aircraft_of(body, 0.08, np.random.default_rng(7)), logs[:1], logs[1:])
-    found = likelier_smoothing(begun)
-    settings = begun.frame.settings
-    assert (found.frame.settings.blend < settings.blend) == shorter
-    other = replace(begun.frame, settings=replace(settings, blend=settings.blends[0]))
-    assert found.log_likelihood >= max(begun.log_likelihood, estimate(other, begun.point).log_likelihood) - 0.1
+    initial = declared(aircraft_of(body, 0.08, np.random.default_rng(7)), logs[:1], logs[1:])
+    found = likelier_vane_smoothing(initial)
+    settings = initial.problem.settings
+    assert (found.problem.settings.blend < settings.blend) == shorter
+    other = replace(initial.problem, settings=replace(settings, blend=settings.blends[0]))
+    assert found.log_likelihood >= max(initial.log_likelihood, estimate(other, initial.point).log_likelihood) - 0.1

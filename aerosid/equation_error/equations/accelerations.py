@@ -30,7 +30,7 @@ from aerosid.equation_error.equations.inertial_coupling import (
     are_others,
     is_moved,
 )
-from aerosid.equation_error.equations.running_integral import shown_of_linear
+from aerosid.equation_error.equations.running_integral import derivative_of_linear
 from aerosid.equation_error.equations.term_series import (
     ALPHA_DOT,
     C_T,
@@ -45,7 +45,7 @@ from aerosid.equation_error.equations.term_series import (
     THRUST,
     YAW,
     Body,
-    Course,
+    MotionSeries,
     Terms,
     X,
     Y,
@@ -88,7 +88,7 @@ class Accelerations(NamedTuple):
 
 @njit
 def accelerations(
-    course: Course, inputs: Array, terms: Terms, aircraft: Aircraft, linear_inputs: bool
+    course: MotionSeries, inputs: Array, terms: Terms, aircraft: Aircraft, linear_inputs: bool
 ) -> Accelerations:
     """The accelerations that are known, and what one unit of each coefficient makes.
 
@@ -116,7 +116,7 @@ def accelerations(
     shape = LIFT, samples  # those about body axes come before lift
     result = Accelerations(np.zeros(shape), np.empty(shape), np.empty(shape), series)
     _weigh(course, inputs, aircraft, result)
-    thrust_shown = shown_of_linear(thrust) if linear_inputs else thrust
+    thrust_shown = derivative_of_linear(thrust) if linear_inputs else thrust
 
     # Specific forces as the model gives them, m/s^2: measured ones hold the gusts that the moment answers, and a term
     # or a lever with them in it would explain those.
@@ -155,28 +155,28 @@ def accelerations(
 
 @njit
 def stacked(
-    course: Course, terms: Terms, found: Accelerations, asked: Places, equations: Places, linear_inputs: bool
+    course: MotionSeries, terms: Terms, found: Accelerations, hypotheses: Places, equations: Places, linear_inputs: bool
 ) -> Array:
     """What is known of some equations and what one unit of some terms adds to them, (N, M), m/s^2 or rad/s^2.
 
     Parameters
     ----------
-    asked : int64[M]
+    hypotheses : int64[M]
         Terms; -1 for what is known.
     equations : int64[M]
         Places of the equations.
     """
     samples = found.known.shape[1]
-    out = np.empty((samples, asked.size))
-    for m in range(asked.size):
-        entry, place = asked[m], equations[m]
+    out = np.empty((samples, hypotheses.size))
+    for m in range(hypotheses.size):
+        entry, place = hypotheses[m], equations[m]
         if entry < 0:
             out[:, m] = found.known[place]
             continue
         coefficient = terms.places[terms.table.coefficient[entry]]
         along = found.series[terms.table.value[entry]].copy()
         if linear_inputs and coefficient >= ROLL and coefficient <= YAW and moves_with_inputs(terms, entry):
-            along = shown_of_linear(along)
+            along = derivative_of_linear(along)
         for s in range(terms.added_to.size):
             if terms.added_to[s] == entry:
                 along += terms.added[s]
@@ -195,12 +195,14 @@ def stacked(
 
 
 @njit
-def against_measured(columns: Array, measured: Array, in_units: Array, asked: Places, equations: Places) -> None:
+def subtract_from_measured(
+    columns: Array, measured: Array, in_units: Array, hypotheses: Places, equations: Places
+) -> None:
     """What is measured (6, N) less what is known, and the other columns (N, M) of `stacked`, to units, in place."""
-    for m in range(asked.size):
+    for m in range(hypotheses.size):
         place = equations[m]
         for n in range(columns.shape[0]):
-            shown = measured[place, n] - columns[n, m] if asked[m] < 0 else columns[n, m]
+            shown = measured[place, n] - columns[n, m] if hypotheses[m] < 0 else columns[n, m]
             columns[n, m] = shown * in_units[place, n]
 
 
@@ -214,7 +216,7 @@ def _thrust(inputs: Array, body: Body) -> Array:
 
 
 @njit_inline
-def _weigh(course: Course, inputs: Array, aircraft: Aircraft, result: Accelerations) -> None:
+def _weigh(course: MotionSeries, inputs: Array, aircraft: Aircraft, result: Accelerations) -> None:
     """Accelerations that one unit of each coefficient makes, and the unit of its equation."""
     acting, declared = aircraft.acting, aircraft.declared
     samples, per_unit, in_units = inputs.shape[0], result.per_unit, result.in_units
@@ -238,7 +240,7 @@ def _weigh(course: Course, inputs: Array, aircraft: Aircraft, result: Accelerati
 
 
 @njit_inline
-def _to_body_axes(course: Course, totals: Array) -> None:
+def _to_body_axes(course: MotionSeries, totals: Array) -> None:
     """Lift and drag, (8, N), added to the coefficients about body axes."""
     for n in range(totals.shape[1]):
         sine, cosine = course.sine[n], course.cosine[n]
@@ -268,7 +270,7 @@ def _to_specific_forces(thrust: Array, inputs: Array, body: Body, per_unit: Arra
 
 
 @njit_inline
-def _fill_modelled_alpha_dot(course: Course, body: Body, forces: Array, series: Array) -> None:
+def _fill_modelled_alpha_dot(course: MotionSeries, body: Body, forces: Array, series: Array) -> None:
     """The rate of alpha by the model's forces, m/s^2, times c/(2 U0)."""
     for n in range(forces.shape[1]):
         V = course.V[n]
@@ -279,7 +281,7 @@ def _fill_modelled_alpha_dot(course: Course, body: Body, forces: Array, series: 
 
 
 @njit_inline
-def _to_angular_accelerations(course: Course, aircraft: Aircraft, result: Accelerations, totals: Array) -> None:
+def _to_angular_accelerations(course: MotionSeries, aircraft: Aircraft, result: Accelerations, totals: Array) -> None:
     """Coefficients (8, N) of the moments to angular accelerations, those that are not modelled as measured."""
     measured = (course.p_dot, course.q_dot, course.r_dot)
     for axis in range(3):

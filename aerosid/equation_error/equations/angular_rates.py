@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.equations.inertial_coupling import ARMED, levers
+from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, levers
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import position
 
@@ -47,7 +47,7 @@ def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
 def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
     """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
     x, y, z = map(float, place)
-    return np.asarray(levers(ARMED.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
+    return np.asarray(levers(ACCELEROMETERS.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
 
 
 def forces_at_centre(
@@ -56,6 +56,6 @@ def forces_at_centre(
     """Specific forces at the centre of gravity of the accelerometers that there are, m/s^2, (N,) each."""
     return {
         name: true[name] - lever_accelerations(name, position(recording, effects, name).tolist(), rates)
-        for name in ARMED
+        for name in ACCELEROMETERS
         if name in recording.channels and name in true
     }

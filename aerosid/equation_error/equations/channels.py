@@ -45,13 +45,13 @@ COEFFICIENT = SIX.coefficients
 MEASURED_BY = {"C_X": "a_x", "C_Y": "a_y", "C_Z": "a_z", "C_l": "p", "C_m": "q", "C_n": "r"}
 """The sensor whose faults are seen in each coefficient's own equation."""
 
-SIDEWAYS = EQUATION_SETS[LATERAL.name].kinematic
+LATERAL_PATHS = EQUATION_SETS[LATERAL.name].kinematic
 """Those of them out of the plane of symmetry."""
 
-ASIDE = LATERAL.coefficients
+LATERAL_COEFFICIENTS = LATERAL.coefficients
 """The coefficients out of the plane of symmetry."""
 
-VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(ASIDE, "beta")
+VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(LATERAL_COEFFICIENTS, "beta")
 """The vane that sees the gusts which each coefficient answers."""
 
 

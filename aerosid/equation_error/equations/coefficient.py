@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.equations.accelerations import accelerations, against_measured, stacked
+from aerosid.equation_error.equations.accelerations import accelerations, stacked, subtract_from_measured
 from aerosid.equation_error.equations.channels import MEASURED_BY
-from aerosid.equation_error.equations.inertial_coupling import ARMED, Aircraft
+from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, Aircraft
 from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.equations.sensors import as_read, bias, faults_of, position
+from aerosid.equation_error.equations.sensors import as_read, bias, errors_of, position
 from aerosid.equation_error.equations.term_series import Body, Terms
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
@@ -113,20 +113,20 @@ class CoefficientEquations:
         touching = {
             name: [entry for entry in entries if name in TOUCHED.get(entry[0], (entry[0],))] for name in self.names
         }
-        asked, equations = [], []
+        hypotheses, equations = [], []
         for name, touched in touching.items():
-            asked.extend([_KNOWN, *(self._model.places[entry] for entry in touched)])
+            hypotheses.extend([_KNOWN, *(self._model.places[entry] for entry in touched)])
             equations.extend([COEFFICIENTS.index(name)] * (1 + len(touched)))
-        which = np.array(asked), np.array(equations)
+        which = np.array(hypotheses), np.array(equations)
         linear = self._recording.linear_inputs
         columns = stacked(self._motion.course, self._terms, self._found, *which, linear)
         last = 0
         for name, touched in touching.items():
             first, last = last, last + 1 + len(touched)
-            if faults_of(self._effects, self._recording, MEASURED_BY[name]):
+            if errors_of(self._effects, self._recording, MEASURED_BY[name]):
                 shown = as_read(self._recording, self._effects, MEASURED_BY[name], columns[:, first:last])
                 columns[:, first:last] = shown
-        against_measured(columns, self._measured(), self._found.in_units, *which)
+        subtract_from_measured(columns, self._measured(), self._found.in_units, *which)
         return touching, columns
 
     def _measured(self) -> Array:
@@ -148,7 +148,7 @@ class CoefficientEquations:
         recording, effects = self._recording, self._effects
         positions, further = np.zeros((3, 3)), np.zeros((3, 3))
         moved = {active.effect.where for active in effects if isinstance(active.effect, PositionEffect)}
-        for row, channel in enumerate(ARMED):
+        for row, channel in enumerate(ACCELEROMETERS):
             if channel in recording.channels:
                 positions[row] = recording.position(channel)
                 if channel in moved:

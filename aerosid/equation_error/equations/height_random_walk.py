@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.equation_error.equations.integrated_noise import noise_density, slow_modes
+from aerosid.equation_error.equations.integrated_noise import noise_density, random_walk_modes
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import running_integral
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -22,9 +22,9 @@ from aerosid.equation_error.settings import EquationErrorSettings
 Array = NDArray[np.float64]
 
 
-def height_wander(recording: Recording, time: Array, settings: EquationErrorSettings) -> Array:
+def height_random_walk(recording: Recording, time: Array, settings: EquationErrorSettings) -> Array:
     """Modes (N, K + 1), m, of unit standard deviation each, at instants (N,) s."""
-    cosines, slow, length = slow_modes(time, settings)
+    cosines, slow, length = random_walk_modes(time, settings)
     speed = float(np.mean(recording.held("V")))
     twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * slow**2
     once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * slow

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.equation_error.equations.term_series import MASS, PITCH, ROLL, YAW, Body, Course, X, Y, Z
+from aerosid.equation_error.equations.term_series import MASS, PITCH, ROLL, YAW, Body, MotionSeries, X, Y, Z
 
 Array = NDArray[np.float64]
 
 
-ARMED = ("a_x", "a_y", "a_z")
+ACCELEROMETERS = ("a_x", "a_y", "a_z")
 """Channels whose sensors read what turning makes of their place."""
 
 
@@ -60,7 +60,7 @@ def levers(
 
 
 @njit_inline
-def add_thrust_and_arms(course: Course, thrust: Array, inputs: Array, aircraft: Aircraft, known: Array) -> None:
+def add_thrust_and_arms(course: MotionSeries, thrust: Array, inputs: Array, aircraft: Aircraft, known: Array) -> None:
     """Forces that no term makes: thrust, and the declared arms of the accelerometers by the rates as measured."""
     ahead, below = np.cos(aircraft.acting.thrust_incidence), -np.sin(aircraft.acting.thrust_incidence)
     if aircraft.modelled[X]:
@@ -79,7 +79,7 @@ def add_thrust_and_arms(course: Course, thrust: Array, inputs: Array, aircraft: 
 
 @njit_inline
 def add_moments(
-    course: Course,
+    course: MotionSeries,
     thrust: Array,
     c: Body,
     modelled: NDArray[np.bool_],
@@ -146,7 +146,7 @@ def add_levers(inputs: Array, aircraft: Aircraft, forces: Array, known: Array) -
 
 
 @njit_inline
-def add_further_arms(course: Course, inputs: Array, aircraft: Aircraft, turning: Array, known: Array) -> None:
+def add_further_arms(course: MotionSeries, inputs: Array, aircraft: Aircraft, turning: Array, known: Array) -> None:
     """Add what further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
 
     By the model's angular accelerations, rows 3 to 5 of `turning`: the measured ones answer the gusts that the forces

@@ -39,7 +39,7 @@ def laguerre_functions(signal: Array, interval: float, time_constant: float, ord
     return np.column_stack(columns)
 
 
-def instruments_of(
+def instrumental_variables(
     recordings: Sequence[Recording], settings: EquationErrorSettings
 ) -> tuple[Array, ...] | tuple[None, ...]:
     """The instruments of each recording in the band, orthonormal, (n, K) each; None where no control is recorded.

@@ -18,7 +18,7 @@ from aerosid.equation_error.settings import EquationErrorSettings
 Array = NDArray[np.float64]
 
 
-def slow_modes(time: Array, settings: EquationErrorSettings) -> tuple[Array, Array, float]:
+def random_walk_modes(time: Array, settings: EquationErrorSettings) -> tuple[Array, Array, float]:
     """Cosines at instants (N,) s, (N, K), what integrating makes of each, s, (K,), and the record's length, s."""
     length = float(time[-1] - time[0])
     order = np.arange(1, settings.wander_modes + 1)
@@ -42,7 +42,7 @@ def integral_modes(
     shares : mapping of str to float
         By what each sensor's reading is multiplied in the integrand.
     """
-    cosines, slow, length = slow_modes(time, settings)
+    cosines, slow, length = random_walk_modes(time, settings)
     density = recording.interval * sum((share * _shown(recording, name)) ** 2 for name, share in shares.items())
     return np.asarray(cosines * (np.sqrt(2.0 * density / length) * slow))
 

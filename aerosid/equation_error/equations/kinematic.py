@@ -29,13 +29,13 @@ from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.sideslip_path import (
-    Sideways,
-    about_a_line,
+    LateralPath,
     beta_at_centre,
-    of_mean_wind,
+    detrended,
+    mean_gust_correction,
     path_errors,
 )
-from aerosid.equation_error.equations.term_series import Course
+from aerosid.equation_error.equations.term_series import MotionSeries
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -81,13 +81,13 @@ class Motion:
         return self.recording.band(self.astray)
 
     @cached_property
-    def course(self) -> Course:
+    def course(self) -> MotionSeries:
         """The motion as the coefficient equations take it."""
         measured = self.recording.channels.get("V", self.V)
         gravity = GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi)
         attitude = (self.phi, self.theta, self.alpha_dot, self.sine, self.cosine)
         series = (self.V, measured, self.alpha, self.beta, *vars(self.rates).values(), *attitude, gravity)
-        return Course(*map(np.ascontiguousarray, series))
+        return MotionSeries(*map(np.ascontiguousarray, series))
 
     @cached_property
     def states(self) -> Array:
@@ -163,7 +163,7 @@ def reconstruct(
     turned_aside = "v" in integrated and "a_y" in forces
     seen_aside = turned_aside and "beta" in true
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
-    sideways = Sideways(side, rates, interval, seen=seen_aside)
+    sideways = LateralPath(side, rates, interval, seen=seen_aside)
     if turned_aside and not seen_aside:
         beta_vane = sideways.path((u, w), v, speed)
         aside = recording.sine_and_cosine("beta", beta_vane)
@@ -203,7 +203,7 @@ def reconstruct(
 
 
 def _path_in_plane(
-    sideways: Sideways,
+    sideways: LateralPath,
     forces: Mapping[str, Array],
     attitude: tuple[tuple[Array, Array], tuple[Array, Array]],
     flow: tuple[Array, Array, Array, Array],
@@ -235,7 +235,7 @@ def _path_in_plane(
     (path, path_speed), alpha_dot = inertial_path((alpha, plane), rates.q, (ahead, below), interval, drift)
     if sideways.seen:
         bent = running_integral(-(u * rates.p + w * rates.r) / plane**2, interval)
-        path = path + of_mean_wind(alpha - path, bent, speed * np.sin(beta - swept))
+        path = path + mean_gust_correction(alpha - path, bent, speed * np.sin(beta - swept))
     return {"alpha": path, "V": path_speed / aside}, alpha_dot
 
 
@@ -320,12 +320,12 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
     return found
 
 
-def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
+def inconsistent_heading(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
     """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
     if "psi" not in recording.channels:
         return ()
     path = reconstruct(recording, (), recording.channels, settings).path["psi"]
-    measured, left = (about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
+    measured, left = (detrended(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
     return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 
 

@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.equations.channels import ASIDE, COEFFICIENT, KINEMATIC, MEASURED_BY, VANE_OF
+from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, LATERAL_COEFFICIENTS, MEASURED_BY, VANE_OF
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
-from aerosid.equation_error.equations.height_random_walk import height_wander
-from aerosid.equation_error.equations.instrumental_variables import instruments_of
+from aerosid.equation_error.equations.height_random_walk import height_random_walk
+from aerosid.equation_error.equations.instrumental_variables import instrumental_variables
 from aerosid.equation_error.equations.integrated_noise import integral_modes
-from aerosid.equation_error.equations.kinematic import Motion, predicted_records, reconstruct, unfollowed, with_height
+from aerosid.equation_error.equations.kinematic import (
+    Motion,
+    inconsistent_heading,
+    predicted_records,
+    reconstruct,
+    with_height,
+)
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, corrected
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -129,11 +135,11 @@ class Equations:
         all_fitted: bool = False,
     ) -> None:
         self._recordings, self._settings = recordings, settings
-        self._instruments = instruments_of(recordings, settings)
+        self._instruments = instrumental_variables(recordings, settings)
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
-        self._left_out = [unfollowed(recording, settings) for recording in recordings]
+        self._left_out = [inconsistent_heading(recording, settings) for recording in recordings]
         self._wandering: dict[int, Array] = {}
         self._drifting: dict[int, Array] = {}
         self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]
@@ -150,7 +156,7 @@ class Equations:
                 segments.extend(self._coefficients(n, point, recording, motion))
         return segments
 
-    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+    def residuals(self, point: Point, values: Mapping[Unknown, float]) -> Array:
         """Residuals (R,) of the coefficient equations alone where the terms have some values; no column is made."""
         parts: list[Array] = []
         for n, recording in enumerate(self._recordings):
@@ -159,11 +165,11 @@ class Equations:
             motion = self._motion(n, recording, point.effects)
             known = {entry: values.get(value_of(entry, n), 0.0) for entry in point.free}
             equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free, known)
-            left = equations.columns(())[1]
+            residuals = equations.columns(())[1]
             for place, name in enumerate(equations.names):
                 if share := values.get(("gust", name), 0.0):
-                    left[:, place] -= share * _gust(name, recording, point.effects, motion)
-            banded = recording.band(left)
+                    residuals[:, place] -= share * _gust(name, recording, point.effects, motion)
+            banded = recording.band(residuals)
             for name, wander in self._sideslip_errors(n, recording, point.model, motion).items():
                 place = equations.names.index(name)
                 banded[:, place] -= values.get(("drift", name, n), 0.0) * recording.from_middle
@@ -203,12 +209,12 @@ class Equations:
             shares = {"a_y": 1.0 / speed, "r": 1.0, "phi": GRAVITY / speed}
             self._drifting[n] = integral_modes(recording, recording.time_in_band, shares, self._settings)
         errors = np.column_stack([motion.astray_in_band, self._drifting[n]])
-        return {name: model.value((name, SIDESLIP)) * errors for name in ASIDE}
+        return {name: model.value((name, SIDESLIP)) * errors for name in LATERAL_COEFFICIENTS}
 
     def _wander(self, n: int, recording: Recording) -> Array:
         """Slow errors of a recording's height, made once."""
         if n not in self._wandering:
-            self._wandering[n] = height_wander(recording, recording.time_in_band, self._settings)
+            self._wandering[n] = height_random_walk(recording, recording.time_in_band, self._settings)
         return self._wandering[n]
 
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> Motion:

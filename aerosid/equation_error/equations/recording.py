@@ -13,7 +13,7 @@ from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative
+from aerosid.equation_error.equations.running_integral import derivative, linear_as_differentiated
 from aerosid.equation_error.settings import TRIALS, EquationErrorSettings
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -83,7 +83,7 @@ class Recording:
 
     def in_rates(self, values: Array) -> Array:
         """Inputs or gusts (N, ...) as far as the derivatives of rates show them."""
-        return linear_in_derivative(values) if self.linear_inputs else values
+        return linear_as_differentiated(values) if self.linear_inputs else values
 
     @cached_property
     def _measured_inputs(self) -> dict[str, Array]:
@@ -121,7 +121,7 @@ class Recording:
     def _true(self) -> dict[tuple[object, ...], Array]:
         return {}
 
-    def without_faults(self, name: str, faults: Sequence[ActiveEffect], make: Callable[[Array], Array]) -> Array:
+    def without_errors(self, name: str, faults: Sequence[ActiveEffect], make: Callable[[Array], Array]) -> Array:
         """A measured channel, (N,), as it was before its sensor's faults; made once for their numbers."""
         if not faults:
             return self.channels[name]

@@ -90,7 +90,7 @@ _LINEAR[10] += 1.5
 """Weights of s in f; the next is below 2e-6."""
 
 
-def linear_in_derivative(values: Array) -> Array:
+def linear_as_differentiated(values: Array) -> Array:
     """What `derivative` shows of an integral whose integrand runs linearly between samples, (N, ...).
 
     Parameters
@@ -108,13 +108,13 @@ def linear_in_derivative(values: Array) -> Array:
     25 % at a quarter of it. Ends are continued by their values.
     """
     columns = np.ascontiguousarray(values, dtype=np.float64).reshape(values.shape[0], -1)
-    shown = np.column_stack([shown_of_linear(np.ascontiguousarray(column)) for column in columns.T])
+    shown = np.column_stack([derivative_of_linear(np.ascontiguousarray(column)) for column in columns.T])
     return shown.reshape(values.shape)
 
 
 @njit
-def shown_of_linear(values: Array) -> Array:
-    """As `linear_in_derivative`, of one series (N,)."""
+def derivative_of_linear(values: Array) -> Array:
+    """As `linear_as_differentiated`, of one series (N,)."""
     samples, reach = values.shape[0], _LINEAR.shape[0] // 2
     held = np.empty(samples + 2 * reach)
     shown = np.empty(samples)

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 _AXES = "xyz"
 
 
-def faults_of(effects: Sequence[ActiveEffect], recording: Recording, channel: str) -> list[ActiveEffect]:
+def errors_of(effects: Sequence[ActiveEffect], recording: Recording, channel: str) -> list[ActiveEffect]:
     """Those of the effects that change what the sensor of a channel reads on a recording, in the order they act."""
     return [
         active
@@ -41,14 +41,14 @@ def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str
 
     found = {}
     for name in recording.channels:
-        faults = faults_of(effects, recording, name)
-        found[name] = recording.without_faults(name, faults, partial(without, faults=faults))
+        faults = errors_of(effects, recording, name)
+        found[name] = recording.without_errors(name, faults, partial(without, faults=faults))
     return found
 
 
 def as_read(recording: Recording, effects: Sequence[ActiveEffect], channel: str, values: Array) -> Array:
     """What the sensor of a channel makes of true signals or of their derivatives, (N, K), without its bias."""
-    for active in faults_of(effects, recording, channel):
+    for active in errors_of(effects, recording, channel):
         effect = active.effect
         assert isinstance(effect, OutputEffect)
         values = effect.transform(recording.time, np.ascontiguousarray(values), active.numbers)
@@ -58,7 +58,7 @@ def as_read(recording: Recording, effects: Sequence[ActiveEffect], channel: str,
 def bias(recording: Recording, effects: Sequence[ActiveEffect], channel: str) -> float:
     """What the sensor of a channel adds to everything."""
     total = 0.0
-    for active in faults_of(effects, recording, channel):
+    for active in errors_of(effects, recording, channel):
         effect = active.effect
         assert isinstance(effect, OutputEffect)
         # A scale acts on the bias before it as on all else.

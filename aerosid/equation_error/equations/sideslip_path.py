@@ -31,7 +31,7 @@ WIDEST = 0.99
 
 
 @dataclass(frozen=True)
-class Sideways:
+class LateralPath:
     """What turns a flight path aside.
 
     Attributes
@@ -57,12 +57,12 @@ class Sideways:
         """
         u, w = plane
         path = running_integral(self.side - self.rates.r * u + self.rates.p * w, self.interval)
-        path = aligned(path, v) if self.seen else about_a_line(path)
+        path = aligned(path, v) if self.seen else detrended(path)
         # Beyond a right angle there is no sideslip that a faulty sensor could have read.
         return np.arcsin(np.clip(path / speed, -WIDEST, WIDEST))
 
 
-def about_a_line(values: Array) -> Array:
+def detrended(values: Array) -> Array:
     """A series without its mean and its trend, (N,)."""
     centred = np.arange(values.size) - 0.5 * (values.size - 1)
     return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
@@ -85,10 +85,10 @@ def path_errors(
     rolled = usual["alpha"] * rates.p * speed
     banked = usual["phi"] * GRAVITY * np.cos(theta) * np.cos(phi) * phi
     paths = running_integral(np.column_stack([rolled, banked]), interval)
-    return np.column_stack([about_a_line(path) / speed for path in paths.T])
+    return np.column_stack([detrended(path) / speed for path in paths.T])
 
 
-def of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
+def mean_gust_correction(left: Array, bent: Array, wind: Array) -> Array:
     """How far the mean of the gusts from the side bends the path in the plane, rad, (N,).
 
     A record tells the sideslip of the aircraft but for the mean of the gusts over it, which rolling turns into the
@@ -103,7 +103,7 @@ def of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
     wind : ndarray, shape (N,)
         What the vane of sideslip shows beyond its path, m/s.
     """
-    left, bent = about_a_line(left), about_a_line(bent)
+    left, bent = detrended(left), detrended(bent)
     wind = wind - wind.mean()
     kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
     mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.equation_error.equations.running_integral import shown_of_linear
+from aerosid.equation_error.equations.running_integral import derivative_of_linear
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import TermTable
@@ -33,7 +33,7 @@ ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
 """Layout: which terms are summed: forces without those by alpha_dot, moments, those by inputs and all but those."""
 
 
-class Course(NamedTuple):
+class MotionSeries(NamedTuple):
     """A motion at every sample, (N,) each, SI: what terms and equations take of it.
 
     `airspeed` as measured, by which residuals are weighed; `sine` and `cosine` of alpha; `gravity` across the path,
@@ -112,7 +112,7 @@ class Body(NamedTuple):
 
 
 @njit_inline
-def fill_variables(course: Course, inputs: Array, body: Body, needed: NDArray[np.bool_], series: Array) -> None:
+def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDArray[np.bool_], series: Array) -> None:
     """Those of the variables that terms name: `VARIABLES` in their order, then the columns of the inputs."""
     samples, columns = inputs.shape
     for c in range(columns):
@@ -256,6 +256,6 @@ def shown_terms(terms: Terms, values: Array, series: Array, linear_inputs: bool)
     sum_terms(terms, values, series, totals, MOMENTS_OF_INPUTS)
     for place in range(ROLL, YAW + 1):
         if np.any(totals[place] != 0.0):
-            totals[place] = shown_of_linear(totals[place])
+            totals[place] = derivative_of_linear(totals[place])
     sum_terms(terms, values, series, totals, ALL_OTHERS)
     return totals

@@ -334,8 +334,8 @@ def with_own_colours(
         for part, size, floor in zip(parts, rough, floors, strict=True)
     ]
     likelihood = sum(each.likelihood for each in own)
-    price = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
-    if likelihood - price <= shared.likelihood:
+    penalty = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
+    if likelihood - penalty <= shared.likelihood:
         return shared
     return Coloured(
         likelihood,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from aerosid.equation_error.equations.channels import KINEMATIC, SIDEWAYS
+from aerosid.equation_error.equations.channels import KINEMATIC, LATERAL_PATHS
 from aerosid.equation_error.equations.instrumental_variables import TRENDS
 from aerosid.equation_error.equations.points import HEIGHT, Segment, Unknown, value_of
 from aerosid.equation_error.regression.coloured_regression import (
@@ -194,7 +194,7 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         parts = [residuals[design.rows(s)] for s in members]
         rough = [max(float(np.std(part)), 1e-300) for part in parts]
         longest = np.inf
-        if equation not in KINEMATIC or equation in SIDEWAYS:
+        if equation not in KINEMATIC or equation in LATERAL_PATHS:
             longest = settings.memory / interval
         floors = [max(float(design.floors[s]), 1e-12) for s in members]
         found = shared_colour(parts, rough, floors, settings.order, longest)
@@ -321,14 +321,14 @@ def gain_over(base: Design, plain: float, found: Solution, settings: EquationErr
     and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
     with the prior knowledge of the noise, honest however few the instruments are.
     """
-    if compares_all(base):
+    if uses_no_instruments(base):
         return found.log_likelihood - plain
     lacking = solve(base, found.weights)
     bases = whitened_instruments(base, found.weights)
     return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
 
 
-def compares_all(design: Design) -> bool:
+def uses_no_instruments(design: Design) -> bool:
     """Whether no equation is compared in the space of instruments."""
     return all(instruments is None for instruments in design.instruments)
 
@@ -382,7 +382,7 @@ def regress(
     for _ in range(rounds if start else rounds + 3):
         weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)
-        if start and found.log_likelihood < solution.log_likelihood and compares_all(design):
+        if start and found.log_likelihood < solution.log_likelihood and uses_no_instruments(design):
             break  # a colour by Burg's method that is less likely than the one before
         done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
         solution = found

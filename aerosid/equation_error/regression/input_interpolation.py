@@ -2,7 +2,7 @@
 
 A simulation holds its inputs linear between samples; a control that went through the recorder's filter, as the motion
 did, bends smoothly. The derivative of a sampled rate shows of the first a few parts in a hundred less at the band's end
-(`running_integral.linear_in_derivative`), and derivatives estimated with the wrong one are off by as much.
+(`running_integral.linear_as_differentiated`), and derivatives estimated with the wrong one are off by as much.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_of
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_estimate
 
 
-def likelier_inputs(found: Estimate) -> Estimate:
+def likelier_input_interpolation(found: Estimate) -> Estimate:
     """The estimate with its recordings' inputs straight or smooth between samples, whichever is likelier.
 
     Parameters
@@ -22,10 +22,10 @@ def likelier_inputs(found: Estimate) -> Estimate:
     found : Estimate
         Of the coefficient equations.
     """
-    frame = found.frame
-    if all(recording.refined for recording in frame.recordings):
+    problem = found.problem
+    if all(recording.refined for recording in problem.recordings):
         return found
-    return likeliest_of(found, [replace(frame, recordings=_other(frame.recordings))])
+    return likeliest_estimate(found, [replace(problem, recordings=_other(problem.recordings))])
 
 
 def _other(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

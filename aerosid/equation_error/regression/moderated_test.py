@@ -29,7 +29,7 @@ NEWTON = 20
 """Numerical: steps of Newton's method at most; it gains two digits in each."""
 
 
-def chance_of(design: Design, solution: Solution, place: int, distance: float) -> float:
+def moderated_p_value(design: Design, solution: Solution, place: int, distance: float) -> float:
     """Probability that noise alone takes a number so far from its null value, two-sided.
 
     Parameters
@@ -39,14 +39,14 @@ def chance_of(design: Design, solution: Solution, place: int, distance: float) -
     distance : float
         From its null value, in its unit.
     """
-    own, freedom = variance_of_blocks(design, solution, place)
+    own, freedom = block_variance(design, solution, place)
     usual = usual_freedom(design, solution, _mainly(design, solution, place))
     plain = float(solution.covariance[place, place])
     variance = plain if np.isinf(usual) else (freedom * own + usual * plain) / (freedom + usual)
     return float(2.0 * stdtr(freedom + usual, -abs(distance) / np.sqrt(max(variance, 1e-300))))
 
 
-def variance_of_blocks(design: Design, solution: Solution, place: int) -> tuple[float, float]:
+def block_variance(design: Design, solution: Solution, place: int) -> tuple[float, float]:
     """Variance of a number from the residuals of the blocks that show it, and their freedom.
 
     With the slopes S_b and innovations e_b of a block, the number's row c of the covariance and the symmetric root

@@ -29,7 +29,7 @@ from aerosid.equation_error.settings import DEVIATIONS
 Array = NDArray[np.float64]
 
 
-DELETED, BIAS_REDUCED = 1.0, 0.5
+CR3, CR2 = 1.0, 0.5
 """Published: powers of one less its leverage by which a block's residual is divided, of CR3 and CR2."""
 
 
@@ -46,16 +46,16 @@ def corrected_covariance(design: Design, solution: Solution, confirmed: Collecti
         meat = covariance_of_scores(design, solution.slopes * solution.whitened[:, None])
         other = freedom * np.diag(bread @ meat @ bread)
     else:
-        other = np.sum(moves_without_blocks(design, solution) ** 2, axis=0)
+        other = np.sum(block_deletion_changes(design, solution) ** 2, axis=0)
         shown = [design.unknowns.index(unknown) for unknown in confirmed]
         if shown:
-            reduced = moves_without_blocks(design, solution, BIAS_REDUCED)
+            reduced = block_deletion_changes(design, solution, CR2)
             other[shown] = np.sum(reduced[:, shown] ** 2, axis=0)
     scale = np.sqrt(np.maximum(plain, other) / np.maximum(np.diag(bread), 1e-300))
     return np.asarray(bread * np.outer(scale, scale))
 
 
-def moves_without_blocks(design: Design, solution: Solution, power: float = DELETED) -> Array:
+def block_deletion_changes(design: Design, solution: Solution, power: float = CR3) -> Array:
     """By how much the numbers move when each block of a recording is left out, (B, P).
 
     With the slopes S_b and innovations e_b of a block and the covariance C of the numbers, C S_b' (1 - S_b C S_b')^-1

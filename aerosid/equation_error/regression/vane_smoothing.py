@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_of
+from aerosid.equation_error.regression.estimate import Estimate, likeliest_estimate
 
 
-def likelier_smoothing(found: Estimate) -> Estimate:
+def likelier_vane_smoothing(found: Estimate) -> Estimate:
     """The estimate with the smoothing time, of those of the settings, that is likeliest; colours estimated anew.
 
     Parameters
@@ -21,7 +21,7 @@ def likelier_smoothing(found: Estimate) -> Estimate:
     found : Estimate
         Of the coefficient equations.
     """
-    settings = found.frame.settings
-    return likeliest_of(
-        found, (replace(found.frame, settings=replace(settings, blend=time)) for time in settings.blends)
+    settings = found.problem.settings
+    return likeliest_estimate(
+        found, (replace(found.problem, settings=replace(settings, blend=time)) for time in settings.blends)
     )

@@ -19,7 +19,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import Design
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.cross_validation import LeftOver, Predicted, beside_constants
+from aerosid.equation_error.selection.cross_validation import PredictionResidual, PredictionResiduals, without_constants
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
@@ -46,12 +46,12 @@ def blocks_of(found: Estimate) -> tuple[Block, ...]:
     Parts hold equal shares of what moves the coefficients, so that each excites the motion; as many as the settings
     allow, none shorter than they ask for. Empty where a single recording is too short for two.
     """
-    design, settings = found.design, found.frame.settings
+    design, settings = found.design, found.problem.settings
     lengths = _lengths(design)
     if len(lengths) > 1:
         return tuple(Block(place, 0, length) for place, length in sorted(lengths.items()))
     ((place, length),) = lengths.items()
-    interval = found.frame.recordings[place].interval * found.frame.recordings[place].band.step
+    interval = found.problem.recordings[place].interval * found.problem.recordings[place].band.step
     shares = np.cumsum(_motion(design, place, length))
     for count in range(settings.blocks, FEWEST - 1, -1):
         inner = np.searchsorted(shares, shares[-1] * np.arange(1, count) / count)
@@ -81,32 +81,32 @@ def _motion(design: Design, place: int, length: int) -> Array:
     return total
 
 
-def over_blocks(found: Estimate, blocks: Sequence[Block]) -> Predicted:
+def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResiduals:
     """What the rest of the recordings leaves of each coefficient of every block, by block and coefficient.
 
     Constants are free there, and what follows the vane's reading beyond the inertial path is taken off.
     """
-    design, solution, settings = found.design, found.solution, found.frame.settings
+    design, solution, settings = found.design, found.solution, found.problem.settings
     bread = np.diag(solution.covariance)
     scale = np.sqrt(np.diag(corrected_covariance(design, solution)) / np.maximum(bread, 1e-300))
     information = solution.slopes.T @ solution.slopes + np.diag(design.precisions**2)
     free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "drift", "gust")]
-    kept = [p for p in range(len(design.unknowns)) if p not in set(free)]
-    result: dict[tuple[int, str], LeftOver] = {}
+    retained = [p for p in range(len(design.unknowns)) if p not in set(free)]
+    result: dict[tuple[int, str], PredictionResidual] = {}
     for number, block in enumerate(blocks):
         inside, out = _rows(design, block, settings)
         slopes = solution.slopes[out]
         covariance = _inverse(information - slopes.T @ slopes, np.diag(information))
-        moved = -covariance @ (slopes.T @ solution.whitened[out])
+        change = -covariance @ (slopes.T @ solution.whitened[out])
         covariance = covariance * np.outer(scale, scale)
         for equation, rows in inside.items():
             columns = design.columns[rows]
-            left = solution.residuals[rows] - columns @ moved
+            left = solution.residuals[rows] - columns @ change
             own = columns[:, free]
-            left, tilted = beside_constants(left, columns[:, kept], own)
-            uncertain = float(np.mean(np.sum((tilted @ covariance[np.ix_(kept, kept)]) * tilted, axis=1)))
+            left, tilted = without_constants(left, columns[:, retained], own)
+            uncertain = float(np.mean(np.sum((tilted @ covariance[np.ix_(retained, retained)]) * tilted, axis=1)))
             measured = design.target[rows]
-            result[number, equation] = LeftOver(measured - measured.mean(), left, uncertain)
+            result[number, equation] = PredictionResidual(measured - measured.mean(), left, uncertain)
     return result
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import design_of
-from aerosid.equation_error.regression.estimate import Estimate, Frame
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.signals.fit_statistics import theil
 
@@ -22,7 +22,7 @@ LAGS = 10
 
 
 @dataclass(frozen=True)
-class Share:
+class CoefficientFit:
     """How well a model predicts one coefficient of one recording from the measured motion, constants free there.
 
     `r2` in the band of the motion; `theil`: Theil's inequality coefficient.
@@ -36,7 +36,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class LeftOver:
+class PredictionResidual:
     """One coefficient of one recording beside what a model says of it, constants free there.
 
     `measured`, `left` (n,) about their means; `uncertain`: the mean square, on such a recording, of what the
@@ -48,21 +48,23 @@ class LeftOver:
     uncertain: float
 
 
-Predicted = Mapping[tuple[int, str], LeftOver]
+PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
 """By recording, or block of one, and coefficient."""
 
 
-Jumps = Mapping[tuple[int, str], Array]
+StepColumns = Mapping[tuple[int, str], Array]
 """What happens suddenly in a recording of its own, (n, k), by recording and coefficient."""
 
 
-def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps = MappingProxyType({})) -> Predicted:
+def prediction_residuals(
+    problem: RegressionProblem, found: Estimate, *, gusts: bool = True, steps: StepColumns = MappingProxyType({})
+) -> PredictionResiduals:
     """What an estimate's own numbers leave of each coefficient of every recording.
 
     `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
-    `jumps`: free as constants are, for no other recording could tell them.
+    `steps`: free as constants are, for no other recording could tell them.
     """
-    design = design_of(frame.segments(found.point), frame.settings)
+    design = design_of(problem.segments(found.point), problem.settings)
     known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
     rows_of = [found.design.unknowns.index(unknown) for unknown in known]
     terms = [design.unknowns.index(unknown) for unknown in known]
@@ -77,23 +79,23 @@ def left_over(frame: Frame, found: Estimate, *, gusts: bool = True, jumps: Jumps
         rows = design.rows(s)
         target, slopes = design.target[rows], design.columns[rows][:, terms]
         constant = design.columns[rows][:, own]
-        if (recording, equation) in jumps:
-            constant = np.column_stack([constant, jumps[recording, equation]])
-        left, slopes = beside_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
-        left, slopes = beside_wander(left, slopes, design.columns[rows][:, wander])
+        if (recording, equation) in steps:
+            constant = np.column_stack([constant, steps[recording, equation]])
+        left, slopes = without_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
+        left, slopes = without_random_walk(left, slopes, design.columns[rows][:, wander])
         uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
-        result[recording, equation] = LeftOver(target - target.mean(), left, uncertain)
+        result[recording, equation] = PredictionResidual(target - target.mean(), left, uncertain)
     return result
 
 
-def beside_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
+def without_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
     """A residual (n,) and columns (n, K) beside a constant and what is a recording's `own` (n, C), fitted there."""
     own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
     basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
     return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
 
 
-def beside_wander(left: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
+def without_random_walk(left: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
     """A residual (n,) and columns (n, K) beside modes (n, M) of one standard deviation each, no larger than usual."""
     modes = modes[:, np.any(modes != 0.0, axis=0)]
     if not modes.size:
@@ -103,15 +105,15 @@ def beside_wander(left: Array, slopes: Array, modes: Array) -> tuple[Array, Arra
     return left - modes @ (taken @ left), slopes - modes @ (taken @ slopes)
 
 
-def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
+def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
     """R^2 and Theil's coefficient of every coefficient and recording."""
     rows = []
-    for (place, equation), each in left_over(frame, found).items():
-        recording, measured, left = frame.recordings[place], each.measured, each.left
+    for (place, equation), each in prediction_residuals(problem, found).items():
+        recording, measured, left = problem.recordings[place], each.measured, each.left
         spread = max(float(measured @ measured), 1e-300)
         inequality = theil(measured, measured - left)
         rows.append(
-            Share(
+            CoefficientFit(
                 recording.name,
                 recording.fitted,
                 equation,
@@ -122,13 +124,15 @@ def shares_of(frame: Frame, found: Estimate) -> tuple[Share, ...]:
     return tuple(rows)
 
 
-def beside_gusts(frame: Frame, found: Estimate, jumps: Jumps = MappingProxyType({})) -> Predicted:
+def validation_residuals(
+    problem: RegressionProblem, found: Estimate, steps: StepColumns = MappingProxyType({})
+) -> PredictionResiduals:
     """What an estimate's numbers leave of unseen recordings; what gusts do, which is as good as noise, taken off."""
-    every = left_over(frame, found, gusts=False, jumps=jumps)
-    return {key: each for key, each in every.items() if not frame.recordings[key[0]].fitted}
+    every = prediction_residuals(problem, found, gusts=False, steps=steps)
+    return {key: each for key, each in every.items() if not problem.recordings[key[0]].fitted}
 
 
-def refused(before: Predicted, after: Predicted, doubt: float, least: float) -> bool:
+def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doubt: float, least: float) -> bool:
     """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
 
     Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
@@ -148,7 +152,7 @@ def refused(before: Predicted, after: Predicted, doubt: float, least: float) -> 
     return any(worse[place] and lost[place] > 0.0 for place in worse)
 
 
-def share_lost(before: Predicted, after: Predicted) -> float:
+def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:
     """By how much the unexplained shares of all unseen coefficients rise together."""
     rises = [
         float(np.mean(each.left**2 - before[key].left ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
@@ -157,7 +161,7 @@ def share_lost(before: Predicted, after: Predicted) -> float:
     return float(sum(rises))
 
 
-def largest_fall(before: Predicted, after: Predicted) -> float:
+def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -> float:
     """The largest share, of what is left of an unseen coefficient, that falls away with an effect."""
     falls = [
         1.0 - float(np.mean(each.left**2)) / max(float(np.mean(before[key].left ** 2)), 1e-300)
@@ -166,7 +170,7 @@ def largest_fall(before: Predicted, after: Predicted) -> float:
     return max(falls, default=0.0)
 
 
-def unconfirmed(before: Predicted, after: Predicted, coefficient: str) -> bool:
+def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coefficient: str) -> bool:
     """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
     falls = [
         float(np.mean(before[key].left ** 2 - each.left**2)) for key, each in after.items() if key[1] == coefficient

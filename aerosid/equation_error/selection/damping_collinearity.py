@@ -14,7 +14,7 @@ import numpy as np
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.candidates import scores, term_candidates
+from aerosid.equation_error.selection.candidates import score_candidates, term_candidates
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.terms import parse_term
 
@@ -26,7 +26,7 @@ USUAL = (0.3, 0.5)
 Dynamics of Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
 
 
-def usual_downwash(model: AerodynamicModel) -> Mapping[Entry, float]:
+def downwash_prior(model: AerodynamicModel) -> Mapping[Entry, float]:
     """Standard deviation about none of the alphadot derivatives of coefficients with a derivative of pitch rate, 1.
 
     Both are made by the tail, the one by the slope of the downwash times the other: its largest usual size is one
@@ -46,42 +46,42 @@ def usual_downwash(model: AerodynamicModel) -> Mapping[Entry, float]:
 
 
 @dataclass(frozen=True)
-class SharedDamping:
+class DampingCollinearity:
     """What C_m q_hat holds of a C_m alpha_dot_hat that the model lacks.
 
     Attributes
     ----------
     value : float
         The estimate of C_m q_hat, which is the sum.
-    share : float
+    aliased : float
         How much of an alphadot derivative is in it, 1.
-    own : float
+    independent : float
         Share of alphadot's whitened column that no declared term explains, 1.
     """
 
     value: float
-    share: float
-    own: float
+    aliased: float
+    independent: float
 
     @property
     def parts(self) -> tuple[float, float]:
         """C_m q_hat's own part for the usual alphadot derivatives, the smaller size first."""
-        own = sorted((self.value / (1.0 + self.share * ratio) for ratio in USUAL), key=abs)
+        own = sorted((self.value / (1.0 + self.aliased * ratio) for ratio in USUAL), key=abs)
         return own[0], own[1]
 
 
-def shared_damping(found: Estimate) -> SharedDamping | None:
+def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
     """What C_m q_hat holds; None where the model has both terms or neither, or the flight tells them apart."""
     damping: tuple[object, ...] = ("term", (MOMENT, DAMPING))
     downwash = (MOMENT, DOWNWASH)
     if damping not in found.design.unknowns or downwash in found.point.free:
         return None
-    asked = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
-    candidates = term_candidates(found.frame, found, [asked])
-    (own,) = scores(found, candidates).own
-    if own >= found.frame.settings.distinct:
+    omitted = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
+    candidates = term_candidates(found.problem, found, [omitted])
+    (own,) = score_candidates(found, candidates).independent
+    if own >= found.problem.settings.distinct:
         return None
     white = whiten(found.design, candidates[0].columns, found.solution.weights)
     answers = found.solution.covariance @ (found.solution.slopes.T @ white)
     place = found.design.unknowns.index(damping)
-    return SharedDamping(float(found.solution.values[place]), float(np.asarray(answers)[place, 0]), float(own))
+    return DampingCollinearity(float(found.solution.values[place]), float(np.asarray(answers)[place, 0]), float(own))

@@ -19,30 +19,30 @@ from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import (
     Estimate,
-    Frame,
-    effect_columns,
+    RegressionProblem,
+    effect_sensitivities,
     estimate,
+    free_parameters,
     linear_values,
-    numbers_of,
 )
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.alternatives import replaced
+from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import (
-    bounded,
-    of_sensors,
+    distinct_name,
+    is_instrument_error,
     position_hypotheses,
-    told_apart,
-    within_reach,
+    with_aircraft_limits,
+    with_plausible_limits,
 )
-from aerosid.equation_error.selection.instrument_error_choice import CoefficientsBeside, chosen_with_coefficients
-from aerosid.equation_error.selection.joint_time_delays import JointTiming, values_of
-from aerosid.equation_error.selection.pairwise_selection import with_pair
-from aerosid.equation_error.selection.penalties import Rules, rules_for
-from aerosid.equation_error.selection.redundancy import at_one_distance
-from aerosid.equation_error.selection.stepwise import forward_steps, names_of, recordings_agree
-from aerosid.equation_error.selection.structure import Chosen, Selected, left_out
-from aerosid.equation_error.selection.time_origin import with_late_channels
-from aerosid.equation_error.selection.wald_tests import weakest
+from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck, choose_by_coefficients
+from aerosid.equation_error.selection.joint_time_delays import JointDelays, free_values
+from aerosid.equation_error.selection.pairwise_selection import add_pair
+from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for
+from aerosid.equation_error.selection.redundancy import share_a_distance
+from aerosid.equation_error.selection.stepwise import forward_selection, recordings_agree, structure_key
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, structure_without
+from aerosid.equation_error.selection.time_origin import with_other_time_origin
+from aerosid.equation_error.selection.wald_tests import least_significant
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -61,28 +61,28 @@ TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
 
 
 @dataclass(frozen=True)
-class ProvedFaults:
+class InstrumentErrors:
     """Sensor faults proved by the kinematic equations of a set of recordings.
 
     Attributes
     ----------
     start : Point
         The declared model, as the coefficients' search begins with it.
-    asked : tuple of Hypothesis
+    hypotheses : tuple of Hypothesis
         Everything that may be missing, with its limits.
     declared : Estimate
         The kinematic equations with no fault of any instrument but what is declared.
-    selected : Selected
+    selected : SelectedStructure
         The faults, estimated from the kinematic equations.
-    rules : Rules
+    criterion : SelectionCriterion
         By which they entered, prices shared among all that are asked.
     """
 
     start: Point
-    asked: tuple[Hypothesis, ...]
+    hypotheses: tuple[Hypothesis, ...]
     declared: Estimate
-    selected: Selected
-    rules: Rules
+    selected: SelectedStructure
+    criterion: SelectionCriterion
 
     @property
     def noise_ratio(self) -> float:
@@ -95,21 +95,21 @@ class ProvedFaults:
         found = self.selected.estimate
         ratios = []
         for s, (place, channel) in enumerate(found.design.segments):
-            recording, left = found.frame.recordings[place], found.solution.residuals[found.design.rows(s)]
+            recording, residual = found.problem.recordings[place], found.solution.residuals[found.design.rows(s)]
             noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
-            in_band = noise * float(np.sqrt(left.size / recording.time.size))
-            ratios.append(float(np.std(left)) / max(in_band, 1e-300))
+            in_band = noise * float(np.sqrt(residual.size / recording.time.size))
+            ratios.append(float(np.std(residual)) / max(in_band, 1e-300))
         return max(ratios, default=0.0)
 
 
-def askable(hypothesis: Hypothesis) -> bool:
+def is_testable(hypothesis: Hypothesis) -> bool:
     """Whether the equations can judge a hypothesis as it stands; sudden changes are looked for by the engine itself."""
     if hypothesis.time is not None or hypothesis.where in ANGULAR_ACCELERATIONS:
         return False
     return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
 
 
-def beyond_the_wind(found: Estimate, hypothesis: Hypothesis) -> bool:
+def exceeds_mean_gust(found: Estimate, hypothesis: Hypothesis) -> bool:
     """Whether the last zero of a vane is further off than the mean that gusts may have over a record.
 
     By the deviation of the mean of a first-order autoregression with the residual's size and memory.
@@ -117,19 +117,21 @@ def beyond_the_wind(found: Estimate, hypothesis: Hypothesis) -> bool:
     vanes = set(VANE_OF.values())
     if hypothesis.kind != "sensor_bias" or hypothesis.where not in vanes:
         return True
-    spread = 0.0
+    standard_deviation = 0.0
     for s, (_, channel) in enumerate(found.design.segments):
         if channel == hypothesis.where:
-            left = found.solution.residuals[found.design.rows(s)]
-            left = left - left.mean()
-            memory = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+            residual = found.solution.residuals[found.design.rows(s)]
+            residual = residual - residual.mean()
+            memory = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
             inflated = (1.0 + memory) / max(1.0 - memory, 1e-6)
-            spread = max(spread, float(np.std(left)) * np.sqrt(min(inflated / left.size, 1.0)))
+            standard_deviation = max(
+                standard_deviation, float(np.std(residual)) * np.sqrt(min(inflated / residual.size, 1.0))
+            )
     (value, *_) = found.point.effects[-1].values
-    return abs(value) > found.frame.settings.deviations * spread
+    return abs(value) > found.problem.settings.deviations * standard_deviation
 
 
-def prove_faults(
+def identify_instrument_errors(
     model: AerodynamicModel,
     free: Sequence[Entry],
     given: Sequence[ActiveEffect],
@@ -137,9 +139,9 @@ def prove_faults(
     identification: Sequence[Manoeuvre],
     validation: Sequence[Manoeuvre] = (),
     settings: EquationErrorSettings = USUAL,
-    told: Callable[[str], None] = lambda _text: None,
+    log: Callable[[str], None] = lambda _text: None,
     length: float | None = None,
-) -> ProvedFaults | None:
+) -> InstrumentErrors | None:
     """Select and estimate sensor faults from the kinematic equations; None where a recording is too short.
 
     Parameters
@@ -154,7 +156,7 @@ def prove_faults(
         What may be missing.
     identification, validation : sequence of Manoeuvre
         Structure is chosen on all of them; derivatives come from the first alone.
-    told : callable
+    log : callable
         Hears what enters and leaves, for a journal.
     length : float, optional
         Of the aircraft, m: how far from the centre of gravity a sensor can sit; by default a multiple of its chord.
@@ -163,86 +165,94 @@ def prove_faults(
     if any(recording.time_in_band.size < settings.fewest for recording in recordings):
         return None
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
-    told_already = {told_apart(hypothesis) for hypothesis in hypotheses}
-    every = (*hypotheses, *(h for h in position_hypotheses(channels) if told_apart(h) not in told_already))
-    asked = tuple(bounded(h, model.constants.mean_chord) for h in every if askable(h))
+    given_names = {distinct_name(hypothesis) for hypothesis in hypotheses}
+    all_hypotheses = (*hypotheses, *(h for h in position_hypotheses(channels) if distinct_name(h) not in given_names))
+    testable = tuple(with_plausible_limits(h, model.constants.mean_chord) for h in all_hypotheses if is_testable(h))
     start = Point(model, tuple(free), tuple(given))
-    frame = Frame(recordings, KINEMATIC, settings)
-    beside = CoefficientsBeside(Frame(recordings, COEFFICIENT, settings, all_fitted=True), start)
-    none = begun = Selected(estimate(frame, start), ())
+    problem = RegressionProblem(recordings, KINEMATIC, settings)
+    coefficients = CoefficientCheck(RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True), start)
+    error_free = initial = SelectedStructure(estimate(problem, start), ())
     while True:
-        samples, alarm = none.estimate.design.target.size, settings.alarm(model.axes)
-        rules = rules_for(asked, samples, alarm, settings.factor_odds)
-        found, passed = _searched(begun, asked, rules, beside, lambda found: _outside(found, length), told)
-        outside = _outside(found, length)
-        if not outside:
+        samples, alarm = error_free.estimate.design.target.size, settings.alarm(model.axes)
+        criterion = criterion_for(testable, samples, alarm, settings.factor_odds)
+        found, path = _searched(
+            initial, testable, criterion, coefficients, lambda found: _off_aircraft(found, length), log
+        )
+        off_aircraft = _off_aircraft(found, length)
+        if not off_aircraft:
             break
-        told(f"  not on this aircraft: {[hypothesis.label for hypothesis in outside]}")
-        names = set(map(told_apart, outside))
-        asked = tuple(h for h in asked if told_apart(h) not in names)
+        log(f"  not on this aircraft: {[hypothesis.label for hypothesis in off_aircraft]}")
+        names = set(map(distinct_name, off_aircraft))
+        testable = tuple(h for h in testable if distinct_name(h) not in names)
         # What entered before the first of them would enter again.
-        (*_, begun) = none, *itertools.takewhile(functools.partial(_has_none, names), passed)
+        (*_, initial) = error_free, *itertools.takewhile(functools.partial(_has_none, names), path)
     # Alternatives are held to the aircraft's size from the beginning: a search may pass beyond it.
-    asked = tuple(within_reach(h, model.constants.mean_chord, length) for h in asked)
-    return ProvedFaults(start, asked, none.estimate, found, rules)
+    testable = tuple(with_aircraft_limits(h, model.constants.mean_chord, length) for h in testable)
+    return InstrumentErrors(start, testable, error_free.estimate, found, criterion)
 
 
 def _searched(
-    begun: Selected,
-    asked: Sequence[Hypothesis],
-    rules: Rules,
-    beside: CoefficientsBeside,
-    outside: Callable[[Selected], list[Hypothesis]],
-    told: Callable[[str], None],
-) -> tuple[Selected, list[Selected]]:
+    initial: SelectedStructure,
+    hypotheses: Sequence[Hypothesis],
+    criterion: SelectionCriterion,
+    coefficients: CoefficientCheck,
+    off_aircraft: Callable[[SelectedStructure], list[Hypothesis]],
+    log: Callable[[str], None],
+) -> tuple[SelectedStructure, list[SelectedStructure]]:
     """The faults that pay their price in the kinematic equations, each in its likeliest form, those that stand.
 
-    And the structures that forward selection went through; it is the end where one of its faults is `outside`.
+    And the structures that forward selection went through; it is the end where one of its faults is `off_aircraft`.
     """
-    frame, model = begun.estimate.frame, begun.estimate.point.model
-    settings = frame.settings
-    sensors = [h for h in asked if of_sensors(h)]
+    problem, model = initial.estimate.problem, initial.estimate.point.model
+    settings = problem.settings
+    sensors = [h for h in hypotheses if is_instrument_error(h)]
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis)
         if model.axes == LONGITUDINAL:
             return agreed
-        return agreed and beyond_the_wind(estimated, hypothesis) and beside.admit(estimated, hypothesis)
+        return agreed and exceeds_mean_gust(estimated, hypothesis) and coefficients.admits(estimated, hypothesis)
 
     steps = functools.partial(
-        forward_steps, rules=rules, hypotheses=sensors, kinematic=True, most=settings.most, admitted=admitted, told=told
+        forward_selection,
+        criterion=criterion,
+        hypotheses=sensors,
+        kinematic=True,
+        most=settings.most,
+        admitted=admitted,
+        log=log,
     )
-    passed = list(steps(begun))
-    found = passed[-1]
-    met = {names_of(found)}
-    while (paired := with_pair(found, rules, sensors, admitted, told)) is not None:
+    path = list(steps(initial))
+    found = path[-1]
+    visited = {structure_key(found)}
+    while (paired := add_pair(found, criterion, sensors, admitted, log)) is not None:
         *_, found = steps(paired)
-        if names_of(found) in met:  # a pair that pays and does not stand would come again and again
+        if structure_key(found) in visited:  # a pair that pays and does not stand would come again and again
             break
-        met.add(names_of(found))
-    if outside(found):
-        return found, passed
-    found = replaced(found, sensors, rules, admitted)
-    found = with_late_channels(found, sensors, rules, admitted, told)
-    if begun.estimate.point.free:
-        alike = at_one_distance if model.axes == LONGITUDINAL else _any_fault
-        found = chosen_with_coefficients(found, sensors, rules, beside, alike)
-    while (weak := weakest(found.estimate, found.chosen)) is not None:
-        found = left_out(found, weak)
-    return found, [begun]
+        visited.add(structure_key(found))
+    if off_aircraft(found):
+        return found, path
+    found = with_replacements(found, sensors, criterion, admitted)
+    found = with_other_time_origin(found, sensors, criterion, admitted, log)
+    if initial.estimate.point.free:
+        may_replace = share_a_distance if model.axes == LONGITUDINAL else _any_error
+        found = choose_by_coefficients(found, sensors, criterion, coefficients, may_replace)
+    while (insignificant := least_significant(found.estimate, found.chosen)) is not None:
+        found = structure_without(found, insignificant)
+    return found, [initial]
 
 
-def _has_none(names: Collection[tuple[str, ...]], selected: Selected) -> bool:
+def _has_none(names: Collection[tuple[str, ...]], selected: SelectedStructure) -> bool:
     """Whether a structure has none of some hypotheses."""
-    return not any(told_apart(each.hypothesis) in names for each in selected.chosen)
+    return not any(distinct_name(each.hypothesis) in names for each in selected.chosen)
 
 
-def _outside(found: Selected, length: float | None) -> list[Hypothesis]:
+def _off_aircraft(found: SelectedStructure, length: float | None) -> list[Hypothesis]:
     """The chosen sensors' places that are not on the aircraft."""
-    return [each.hypothesis for each in found.chosen if _is_outside(found, each, length)]
+    return [each.hypothesis for each in found.chosen if _is_off_aircraft(found, each, length)]
 
 
-def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:
+def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
     """Whether a chosen sensor's place is further from the centre of gravity than the aircraft reaches."""
     names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
     chord = found.estimate.point.model.constants.mean_chord
@@ -250,21 +260,21 @@ def _is_outside(found: Selected, each: Chosen, length: float | None) -> bool:
     return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in places)
 
 
-def _any_fault(_chosen: Hypothesis, _other: Hypothesis) -> bool:
+def _any_error(_chosen: Hypothesis, _other: Hypothesis) -> bool:
     return True
 
 
-def on_fitted(selected: Selected) -> Selected:
+def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
     """The faults re-estimated from the fitted recordings alone: zero offsets differ from flight to flight."""
     found = selected.estimate
-    fitted = tuple(recording for recording in found.frame.recordings if recording.fitted)
-    if len(fitted) == len(found.frame.recordings):
+    fitted = tuple(recording for recording in found.problem.recordings if recording.fitted)
+    if len(fitted) == len(found.problem.recordings):
         return selected
-    return Selected(estimate(replace(found.frame, recordings=fitted), found.point), selected.chosen)
+    return SelectedStructure(estimate(replace(found.problem, recordings=fitted), found.point), selected.chosen)
 
 
-def with_proved_faults(
-    faults: JointTiming, found: Estimate, confirmed: Collection[Unknown] = ()
+def with_instrument_errors(
+    faults: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
 ) -> tuple[Estimate, Array]:
     """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
 
@@ -273,21 +283,21 @@ def with_proved_faults(
     shows as well.
     """
     point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
-    free = numbers_of(faults.effects)
+    free = free_parameters(faults.effects)
     covariance = corrected_covariance(found.design, found.solution, confirmed)
     if not free:
         return replace(found, point=point), covariance
-    columns = effect_columns(found.frame, linear_values(found.design, found.solution), point, free)
+    columns = effect_sensitivities(found.problem, linear_values(found.design, found.solution), point, free)
     white = whiten(found.design, columns, found.solution.weights)
     answers = -found.solution.covariance @ found.solution.slopes.T @ white
     solution = replace(
         found.solution,
-        values=np.append(found.solution.values, values_of(faults.effects)),
+        values=np.append(found.solution.values, free_values(faults.effects)),
         covariance=_joint(found.solution.covariance, answers, faults.covariance),
         slopes=np.column_stack([found.solution.slopes, white]),
     )
     design = found.design.beside(columns, [("effect", i, k) for i, k in free])
-    return Estimate(found.frame, point, design, solution), _joint(covariance, answers, faults.covariance)
+    return Estimate(found.problem, point, design, solution), _joint(covariance, answers, faults.covariance)
 
 
 def _joint(own: Array, answers: Array, given: Array) -> Array:

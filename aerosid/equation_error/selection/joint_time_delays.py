@@ -18,15 +18,26 @@ from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import whiten
-from aerosid.equation_error.regression.estimate import Estimate, effect_columns, estimate, linear_values, numbers_of
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    effect_sensitivities,
+    estimate,
+    free_parameters,
+    linear_values,
+)
 from aerosid.equation_error.regression.standard_errors import corrected_covariance, covariance_of_scores
-from aerosid.equation_error.selection.alternatives import Alternative, in_place_of
-from aerosid.equation_error.selection.structure import Chosen, Selected, left_out, struck_out
-from aerosid.equation_error.selection.wald_tests import weakest
+from aerosid.equation_error.selection.alternatives import Alternative, replacements_of
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    estimate_without,
+    structure_without,
+)
+from aerosid.equation_error.selection.wald_tests import least_significant
 
 Array = NDArray[np.float64]
 
-LATE = frozenset({"sensor_delay", "sensor_lag"})
+DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
 """Kinds whose number is a time by which a channel comes late."""
 
 STEPS = 6
@@ -40,7 +51,7 @@ SETTLED = 0.1
 
 
 @dataclass(frozen=True)
-class JointTiming:
+class JointDelays:
     """The instruments' faults with their timings from both kinds of equations.
 
     Attributes
@@ -58,68 +69,70 @@ class JointTiming:
     penalty: float
 
 
-def kinematic_timing(proved: Estimate) -> JointTiming:
+def kinematic_delays(identified: Estimate) -> JointDelays:
     """The faults as kinematics alone measure them."""
-    places = [proved.design.unknowns.index(("effect", i, k)) for i, k in numbers_of(proved.point.effects)]
-    covariance = corrected_covariance(proved.design, proved.solution)[np.ix_(places, places)]
-    return JointTiming(proved.point.effects, covariance, 0.0)
+    places = [identified.design.unknowns.index(("effect", i, k)) for i, k in free_parameters(identified.point.effects)]
+    covariance = corrected_covariance(identified.design, identified.solution)[np.ix_(places, places)]
+    return JointDelays(identified.point.effects, covariance, 0.0)
 
 
-def joint_timing(
-    proved: Estimate, begun: JointTiming, found: Estimate, told: Callable[[str], None] = lambda _text: None
-) -> JointTiming:
+def joint_delays(
+    identified: Estimate, initial: JointDelays, found: Estimate, log: Callable[[str], None] = lambda _text: None
+) -> JointDelays:
     """The timings at the highest likelihood of both kinds of equations; other faults follow by their correlation.
 
     Parameters
     ----------
-    proved : Estimate
+    identified : Estimate
         Of the kinematic equations.
-    begun : JointTiming
+    initial : JointDelays
         Where to begin.
     found : Estimate
-        Of the coefficient equations, its first effects the proven faults, held at `begun`.
+        Of the coefficient equations, its first effects the proven faults, held at `initial`.
     """
-    numbers = numbers_of(proved.point.effects)
-    late = [n for n, (i, _) in enumerate(numbers) if proved.point.effects[i].effect.kind in LATE]
-    if not late:
-        return begun
-    kinematic = kinematic_timing(proved).covariance
-    known = kinematic[np.ix_(late, late)]
-    if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < len(late):
-        return begun  # kinematics hold one timing by another: there is no prior to join
+    parameters = free_parameters(identified.point.effects)
+    delayed = [n for n, (i, _) in enumerate(parameters) if identified.point.effects[i].effect.kind in DELAY_KINDS]
+    if not delayed:
+        return initial
+    kinematic = kinematic_delays(identified).covariance
+    known = kinematic[np.ix_(delayed, delayed)]
+    if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < len(delayed):
+        return initial  # kinematics hold one timing by another: there is no prior to join
     prior = np.linalg.inv(known)
-    follow = kinematic[:, late] @ prior
-    mean = values_of(proved.point.effects)
-    away = (values_of(begun.effects) - mean)[late]
-    effects = begun.effects
+    follow = kinematic[:, delayed] @ prior
+    mean = free_values(identified.point.effects)
+    deviation = (free_values(initial.effects) - mean)[delayed]
+    effects = initial.effects
     covariance = known
 
-    def objective(found: Estimate, away: Array) -> float:
-        return found.log_likelihood - 0.5 * float(away @ prior @ away)
+    def objective(found: Estimate, deviation: Array) -> float:
+        return found.log_likelihood - 0.5 * float(deviation @ prior @ deviation)
 
     for _ in range(STEPS):
-        information, pull = _information(found, effects, numbers, follow)
+        information, score = _information(found, effects, parameters, follow)
         covariance = np.linalg.inv(information + prior)
-        step = covariance @ (pull - prior @ away)
+        step = covariance @ (score - prior @ deviation)
         if np.all(np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))):
             break
-        best = objective(found, away)
+        best = objective(found, deviation)
         for halving in range(HALVINGS):
-            aim = away + 0.5**halving * step
-            trial = _placed(proved.point.effects, mean + follow @ aim)
-            aim = (values_of(trial) - mean)[late]
-            moved = estimate(found.frame, held_at(found.point, trial), found.solution.weights, steps=2)
+            aim = deviation + 0.5**halving * step
+            trial = _moved_to(identified.point.effects, mean + follow @ aim)
+            aim = (free_values(trial) - mean)[delayed]
+            moved = estimate(found.problem, with_errors_held(found.point, trial), found.solution.weights, steps=2)
             if objective(moved, aim) > best:
-                effects, away, found = trial, aim, moved
+                effects, deviation, found = trial, aim, moved
                 break
         else:
             break
-    told("  timed " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
+    log("  timed " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
     joint = kinematic - follow @ (known - covariance) @ follow.T
-    return JointTiming(effects, joint, 0.5 * float(away @ prior @ away))
+    return JointDelays(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 
 
-def joint_gain(proved: Selected, each: Chosen, timing: JointTiming, kept: Estimate) -> float | None:
+def joint_gain(
+    identified: SelectedStructure, each: SelectedEffect, delays: JointDelays, coefficients: Estimate
+) -> float | None:
     """What both kinds of equations gain in ln L by a proven lateness at their joint estimate; None of another fault.
 
     Kinematics prove it at their own number. Where forces and moments move it far from there, what it gained there is
@@ -127,75 +140,77 @@ def joint_gain(proved: Selected, each: Chosen, timing: JointTiming, kept: Estima
 
     Parameters
     ----------
-    proved : Selected
+    identified : SelectedStructure
         The faults, from kinematics.
-    each : Chosen
+    each : SelectedEffect
         One of them.
-    timing : JointTiming
+    delays : JointDelays
         Their numbers from both.
-    kept : Estimate
-        Of the coefficient equations, its first effects the faults, held at `timing`.
+    coefficients : Estimate
+        Of the coefficient equations, its first effects the faults, held at `delays`.
     """
-    if each.hypothesis.kind not in LATE:
+    if each.hypothesis.kind not in DELAY_KINDS:
         return None
     name = each.hypothesis.effects[0].name
-    place = next(n for n, active in enumerate(timing.effects) if active.values and active.name == name)
-    number = sum(len(active.values) for active in timing.effects[:place])
-    alone = kinematic_timing(proved.estimate)
-    apart = timing.effects[place].values[0] - alone.effects[place].values[0]
-    away = 0.5 * apart**2 / float(alone.covariance[number, number])
-    effects = tuple(active for n, active in enumerate(kept.point.effects) if n != place)
-    without = estimate(kept.frame, replace(kept.point, effects=effects), kept.solution.weights)
-    shown = proved.estimate.gain_over(struck_out(proved, each)) - away
-    return shown + kept.log_likelihood - without.log_likelihood
+    place = next(n for n, active in enumerate(delays.effects) if active.values and active.name == name)
+    number = sum(len(active.values) for active in delays.effects[:place])
+    kinematic = kinematic_delays(identified.estimate)
+    difference = delays.effects[place].values[0] - kinematic.effects[place].values[0]
+    deviation = 0.5 * difference**2 / float(kinematic.covariance[number, number])
+    effects = tuple(active for n, active in enumerate(coefficients.point.effects) if n != place)
+    reduced = estimate(
+        coefficients.problem, replace(coefficients.point, effects=effects), coefficients.solution.weights
+    )
+    kinematic_gain = identified.estimate.gain_over(estimate_without(identified, each)) - deviation
+    return kinematic_gain + coefficients.log_likelihood - reduced.log_likelihood
 
 
 @dataclass(frozen=True)
-class _Lateness:
+class _DelayModel:
     """One way in which an instrument may be late, with its number by both kinds of equations.
 
-    `hypothesis` as kinematics took it with its `gain` there; `behind`: what the one that they chose has more;
+    `hypothesis` as kinematics took it with its `gain` there; `deficit`: what the one that they chose has more;
     `likelihood`: ln L of both kinds of equations.
     """
 
     hypothesis: Hypothesis
     gain: float
-    behind: float
-    selected: Selected
-    timing: JointTiming
+    deficit: float
+    selected: SelectedStructure
+    delays: JointDelays
     likelihood: float
 
     @property
     def place(self) -> int:
         """Of the lateness among the faults."""
         name = self.hypothesis.effects[0].name
-        return next(n for n, active in enumerate(self.timing.effects) if active.values and active.name == name)
+        return next(n for n, active in enumerate(self.delays.effects) if active.values and active.name == name)
 
-    def in_place_of(self, best: _Lateness, margin: float) -> Alternative:
+    def as_alternative_to(self, best: _DelayModel, margin: float) -> Alternative:
         """As the alternative of a likelier way, by how much worse it does for the kinematics that proved both."""
-        active = self.timing.effects[self.place]
-        number = sum(len(each.values) for each in self.timing.effects[: self.place])
-        error = float(np.sqrt(self.timing.covariance[number, number]))
-        behind = max(self.behind - best.behind, 0.0)
+        active = self.delays.effects[self.place]
+        number = sum(len(each.values) for each in self.delays.effects[: self.place])
+        error = float(np.sqrt(self.delays.covariance[number, number]))
+        deficit = max(self.deficit - best.deficit, 0.0)
         return Alternative(
             self.hypothesis,
             active,
             active.values[0],
             error,
             self.gain,
-            behind,
+            deficit,
             margin,
             best.hypothesis,
             self.selected.estimate,
         )
 
 
-def likeliest_kinds(
-    proved: Selected,
+def likeliest_delay_kinds(
+    identified: SelectedStructure,
     declared: Estimate,
     sensors: Sequence[Hypothesis],
-    told: Callable[[str], None] = lambda _text: None,
-) -> tuple[Selected, tuple[Alternative, ...]]:
+    log: Callable[[str], None] = lambda _text: None,
+) -> tuple[SelectedStructure, tuple[Alternative, ...]]:
     """The faults, each lateness of the kind that both kinds of equations together find likelier, and the other kinds.
 
     Kinematics hardly tell a delay from a lag; forces and moments do, where their structure is right.
@@ -207,108 +222,116 @@ def likeliest_kinds(
     sensors : sequence of Hypothesis
         Instruments' faults that may stand in place of one another.
     """
-    timed: dict[tuple[tuple[str, tuple[float, ...]], ...], tuple[JointTiming, float]] = {}
+    cached: dict[tuple[tuple[str, tuple[float, ...]], ...], tuple[JointDelays, float]] = {}
 
-    def judged(selected: Selected, hypothesis: Hypothesis, gain: float, behind: float = 0.0) -> _Lateness:
-        begun = kinematic_timing(selected.estimate)
+    def estimated(
+        selected: SelectedStructure, hypothesis: Hypothesis, gain: float, deficit: float = 0.0
+    ) -> _DelayModel:
+        initial = kinematic_delays(selected.estimate)
         # The same faults are asked for each channel that is late.
-        name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in begun.effects)
-        if name not in timed:
-            timing = joint_timing(selected.estimate, begun, _at(declared, begun), told)
-            timed[name] = timing, _at(declared, timing).log_likelihood - timing.penalty
-        timing, likelihood = timed[name]
-        return _Lateness(hypothesis, gain, behind, selected, timing, likelihood - behind)
+        name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in initial.effects)
+        if name not in cached:
+            delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial), log)
+            cached[name] = delays, _with_delays(declared, delays).log_likelihood - delays.penalty
+        delays, likelihood = cached[name]
+        return _DelayModel(hypothesis, gain, deficit, selected, delays, likelihood - deficit)
 
     others: list[Alternative] = []
-    margin = declared.frame.settings.alike_instruments
-    for each in proved.chosen:
-        if each.hypothesis.kind not in LATE:
+    margin = declared.problem.settings.alike_instruments
+    for each in identified.chosen:
+        if each.hypothesis.kind not in DELAY_KINDS:
             continue
-        rest = tuple(other for other in proved.chosen if other is not each)
-        here = judged(proved, each.hypothesis, each.gain)
-        ways = [here]
-        for row in in_place_of(proved, each, sensors):
-            if row.hypothesis.kind in LATE and row.hypothesis.where == each.hypothesis.where:
-                instead = Selected(row.estimate, (*rest, Chosen(row.hypothesis, each.kinematic, row.gain)))
-                ways.append(judged(instead, row.hypothesis, row.gain, row.behind))
-        best = max(ways, key=lambda way: way.likelihood - (0.0 if way is here else declared.frame.settings.clearly))
-        others.extend(way.in_place_of(best, margin) for way in ways if way is not best)
-        proved = best.selected
+        rest = tuple(other for other in identified.chosen if other is not each)
+        current = estimated(identified, each.hypothesis, each.gain)
+        models = [current]
+        for row in replacements_of(identified, each, sensors):
+            if row.hypothesis.kind in DELAY_KINDS and row.hypothesis.where == each.hypothesis.where:
+                alternative = SelectedStructure(
+                    row.estimate, (*rest, SelectedEffect(row.hypothesis, each.kinematic, row.gain))
+                )
+                models.append(estimated(alternative, row.hypothesis, row.gain, row.deficit))
+        best = max(
+            models,
+            key=lambda model: model.likelihood - (0.0 if model is current else declared.problem.settings.clearly),
+        )
+        others.extend(model.as_alternative_to(best, margin) for model in models if model is not best)
+        identified = best.selected
     # What stood beside a lateness of the other kind may have been what that one left over.
-    while (weak := weakest(proved.estimate, proved.chosen)) is not None:
-        told(f"  does not stand beside the other kind: {weak.hypothesis.label}")
-        proved = left_out(proved, weak)
-    names = set(proved.labels)
-    return proved, tuple(row for row in others if row.instead_of.label in names)
+    while (weak := least_significant(identified.estimate, identified.chosen)) is not None:
+        log(f"  does not stand beside the other kind: {weak.hypothesis.label}")
+        identified = structure_without(identified, weak)
+    names = set(identified.labels)
+    return identified, tuple(row for row in others if row.replaces.label in names)
 
 
-def _at(declared: Estimate, timing: JointTiming) -> Estimate:
+def _with_delays(declared: Estimate, delays: JointDelays) -> Estimate:
     """The declared structure's coefficients with the faults held at some numbers."""
-    return estimate(declared.frame, held_at(declared.point, timing.effects), declared.solution.weights)
+    return estimate(declared.problem, with_errors_held(declared.point, delays.effects), declared.solution.weights)
 
 
-def is_within(kinematic: JointTiming, other: JointTiming, deviations: float) -> bool:
+def is_within(kinematic: JointDelays, other: JointDelays, deviations: float) -> bool:
     """Whether no fault's number lies further than so many of its kinematic deviations from the kinematic one."""
-    distance = np.abs(values_of(other.effects) - values_of(kinematic.effects))
+    distance = np.abs(free_values(other.effects) - free_values(kinematic.effects))
     return bool(np.all(distance <= deviations * np.sqrt(np.diag(kinematic.covariance))))
 
 
 @dataclass(frozen=True)
-class TwoWitnesses:
+class DelayDiscrepancy:
     """How late a channel is by kinematics alone and by both kinds of equations, where these differ, s."""
 
     channel: str
-    alone: ActiveEffect
-    alone_std_error: float
+    kinematic: ActiveEffect
+    kinematic_std_error: float
     joint: ActiveEffect
     joint_std_error: float
 
 
-def where_witnesses_differ(proved: Estimate, timing: JointTiming, deviations: float) -> tuple[TwoWitnesses, ...]:
+def delay_discrepancies(identified: Estimate, delays: JointDelays, deviations: float) -> tuple[DelayDiscrepancy, ...]:
     """The channels whose lateness is of another kind, or further off than so many kinematic deviations, with forces.
 
     Parameters
     ----------
-    proved : Estimate
+    identified : Estimate
         Of the kinematic equations, with the kinds that they chose.
-    timing : JointTiming
+    delays : JointDelays
         Of both kinds of equations.
     """
-    alone = kinematic_timing(proved)
+    kinematic = kinematic_delays(identified)
     rows = []
     before, after = (
-        {a.effect.where: (a, error) for a, error in _leading(each) if a.effect.kind in LATE} for each in (alone, timing)
+        {a.effect.where: (a, error) for a, error in _leading(each) if a.effect.kind in DELAY_KINDS}
+        for each in (kinematic, delays)
     )
     for channel in before.keys() & after.keys():
-        (one, one_error), (other, other_error) = before[channel], after[channel]
-        further = abs(one.values[0] - other.values[0]) > deviations * one_error
-        if further or one.effect.kind != other.effect.kind:
-            rows.append(TwoWitnesses(channel, one, one_error, other, other_error))
+        (first, first_error), (second, second_error) = before[channel], after[channel]
+        further = abs(first.values[0] - second.values[0]) > deviations * first_error
+        if further or first.effect.kind != second.effect.kind:
+            rows.append(DelayDiscrepancy(channel, first, first_error, second, second_error))
     return tuple(sorted(rows, key=lambda row: row.channel))
 
 
-def _leading(timing: JointTiming) -> list[tuple[ActiveEffect, float]]:
+def _leading(delays: JointDelays) -> list[tuple[ActiveEffect, float]]:
     """Each fault with the deviation of its first number."""
-    errors, place, rows = np.sqrt(np.diag(timing.covariance)), 0, []
-    for active in timing.effects:
+    errors, place, rows = np.sqrt(np.diag(delays.covariance)), 0, []
+    for active in delays.effects:
         if active.values:
             rows.append((active, float(errors[place])))
         place += len(active.values)
     return rows
 
 
-def held_at(point: Point, effects: Sequence[ActiveEffect]) -> Point:
+def with_errors_held(point: Point, effects: Sequence[ActiveEffect]) -> Point:
     """A point whose first effects are some faults, held at their numbers."""
     held = tuple(frozen(active) for active in effects)
     return replace(point, effects=(*held, *point.effects[len(held) :]))
 
 
-def values_of(effects: Sequence[ActiveEffect]) -> Array:
+def free_values(effects: Sequence[ActiveEffect]) -> Array:
     """All numbers of some effects that are free, in order."""
     return np.array([value for active in effects for value in active.values])
 
 
-def _placed(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEffect, ...]:
+def _moved_to(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEffect, ...]:
     """Effects moved to some values, within their limits."""
     placed, rest = [], list(values)
     for active in effects:
@@ -318,18 +341,21 @@ def _placed(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEffec
 
 
 def _information(
-    found: Estimate, effects: tuple[ActiveEffect, ...], numbers: Sequence[tuple[int, int]], follow: Array
+    found: Estimate, effects: tuple[ActiveEffect, ...], parameters: Sequence[tuple[int, int]], follow: Array
 ) -> tuple[Array, Array]:
     """Information (n, n) of the coefficients on the timings, and its pull (n,), all linear unknowns estimated.
 
     `follow`: what each number of the faults moves by with each timing. The information is less where the residuals'
     whitening leaves correlation, as for every other number.
     """
-    open_ = replace(found.point, effects=(*effects, *found.point.effects[len(effects) :]))
-    columns = effect_columns(found.frame, linear_values(found.design, found.solution), open_, numbers) @ follow
+    free_point = replace(found.point, effects=(*effects, *found.point.effects[len(effects) :]))
+    columns = (
+        effect_sensitivities(found.problem, linear_values(found.design, found.solution), free_point, parameters)
+        @ follow
+    )
     white = whiten(found.design, columns, found.solution.weights)
     own = white - found.solution.slopes @ (found.solution.covariance @ (found.solution.slopes.T @ white))
-    information, pull = own.T @ own, own.T @ found.solution.whitened
+    information, score = own.T @ own, own.T @ found.solution.whitened
     meat = covariance_of_scores(found.design, own * found.solution.whitened[:, None])
-    less = 1.0 / np.sqrt(np.maximum(np.diag(meat) / np.maximum(np.diag(information), 1e-300), 1.0))
-    return information * np.outer(less, less), pull * less**2
+    deflation = 1.0 / np.sqrt(np.maximum(np.diag(meat) / np.maximum(np.diag(information), 1e-300), 1.0))
+    return information * np.outer(deflation, deflation), score * deflation**2

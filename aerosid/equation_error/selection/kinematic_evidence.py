@@ -22,93 +22,95 @@ from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
+    distinct_name,
     effect_candidates,
-    joined,
-    scores,
-    to_first_order,
-    told_apart,
+    linearised,
+    score_candidates,
+    with_hypothesis,
     within_limits,
 )
-from aerosid.equation_error.selection.joint_time_delays import LATE
-from aerosid.equation_error.selection.penalties import Name, Support
-from aerosid.equation_error.selection.redundancy import open_beside
-from aerosid.equation_error.selection.structure import Selected
+from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS
+from aerosid.equation_error.selection.penalties import KinematicEvidence, Name
+from aerosid.equation_error.selection.redundancy import non_redundant
+from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
-FORCE_ASIDE = "C_Y"
+SIDE_FORCE = "C_Y"
 """The coefficient that the place of its accelerometer bends, and that of the vane."""
 
 
-def supported_faults(proved: Selected, sensors: Sequence[Hypothesis]) -> dict[Name, Support]:
+def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothesis]) -> dict[Name, KinematicEvidence]:
     """What kinematics see of sensors' faults beside the proven ones, by what tells these apart."""
-    base, support = proved.estimate, proved.estimate.frame.settings.support
+    base, support = identified.estimate, identified.estimate.problem.settings.support
     axes = base.point.model.axes
-    open_ = open_beside([h for h in sensors if _is_asked(h, axes)], proved.chosen)
-    candidates = effect_candidates(base.frame, base, open_)
+    eligible = non_redundant([h for h in sensors if _is_eligible(h, axes)], identified.chosen)
+    candidates = effect_candidates(base.problem, base, eligible)
     best: dict[Name, int] = {}
-    gains = scores(base, candidates).gains
+    gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= 0.5 * support or bends_all(candidates[n].hypothesis):
-            best.setdefault(told_apart(candidates[n].hypothesis), int(n))
+        if gains[n] >= 0.5 * support or affects_all_coefficients(candidates[n].hypothesis):
+            best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
-    def fitted(n: int) -> Support | None:
-        trial, hypothesis = to_first_order(base, candidates[n])
-        found = estimate(base.frame, joined(base.point, hypothesis), trial.weights, steps=5)
+    def fitted(n: int) -> KinematicEvidence | None:
+        trial, hypothesis = linearised(base, candidates[n])
+        found = estimate(base.problem, with_hypothesis(base.point, hypothesis), trial.weights, steps=5)
         active, gain = found.point.effects[-1], found.gain_over(base)
         covariance = corrected_covariance(found.design, found.solution)
         covariance = covariance[-len(active.values) :, -len(active.values) :]
-        off = active.values[0] - active.effect.parameters[0].null
+        distance = active.values[0] - active.effect.parameters[0].null
         # Nothing is early; a place may lie along any axis, and its gain counts them together.
-        off = off if hypothesis.kind in LATE else abs(off)
-        shown = _is_place_aside(hypothesis) or off > support * float(np.sqrt(covariance[0, 0]))
-        shown = (shown and gain > support) or bends_all(hypothesis)
-        if not (shown and within_limits(found, hypothesis)):
+        distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
+        is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
+        is_significant = (is_significant and gain > support) or affects_all_coefficients(hypothesis)
+        if not (is_significant and within_limits(found, hypothesis)):
             return None
         # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
-        return Support(active.values, covariance, gain, 0.0 if hypothesis.kind in LATE else gain)
+        return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
 
     fits = mapped(fitted, list(best.values()))
-    seen = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
-    return _fewest_axes(seen, support) | _unseen_places(proved, open_)
+    evidence = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
+    return _fewest_axes(evidence, support) | _unobserved_positions(identified, eligible)
 
 
-def _unseen_places(proved: Selected, open_: Sequence[Hypothesis]) -> dict[Name, Support]:
+def _unobserved_positions(
+    identified: SelectedStructure, eligible: Sequence[Hypothesis]
+) -> dict[Name, KinematicEvidence]:
     """Places of the lateral accelerometer where no vane shows sideslip: kinematics can say nothing of them."""
-    if VANE_OF[FORCE_ASIDE] in {channel for _, channel in proved.estimate.design.segments}:
+    if VANE_OF[SIDE_FORCE] in {channel for _, channel in identified.estimate.design.segments}:
         return {}
     found = {}
-    for hypothesis in open_:
-        if hypothesis.where == MEASURED_BY[FORCE_ASIDE]:
+    for hypothesis in eligible:
+        if hypothesis.where == MEASURED_BY[SIDE_FORCE]:
             values = hypothesis.effects[0].values
-            nothing = np.diag(np.full(len(values), np.inf))
-            found[told_apart(hypothesis)] = Support(values, nothing, 0.0, 0.0)
+            unbounded = np.diag(np.full(len(values), np.inf))
+            found[distinct_name(hypothesis)] = KinematicEvidence(values, unbounded, 0.0, 0.0)
     return found
 
 
-def bends_all(hypothesis: Hypothesis) -> bool:
+def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
     """Whether a fault bends every coefficient by one number, as no term does: all are forces over dynamic pressure."""
     return (hypothesis.kind, hypothesis.where) == ("sensor_bias", "V")
 
 
-def _is_asked(hypothesis: Hypothesis, axes: Axes) -> bool:
+def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
     """Whether coefficients may be asked of a fault.
 
     Where sideslip is compared, lateness and the places of its instruments alone: the wind bends the rest.
     """
-    aside = FORCE_ASIDE in axes.coefficients and _is_place_aside(hypothesis)
-    return axes == LONGITUDINAL or hypothesis.kind in LATE or aside
+    aside = SIDE_FORCE in axes.coefficients and _is_lateral_position(hypothesis)
+    return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or aside
 
 
-def _fewest_axes(seen: Mapping[Name, Support], support: float) -> dict[Name, Support]:
+def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], support: float) -> dict[Name, KinematicEvidence]:
     """Of each instrument the place along the fewest axes that kinematics show as well, within a gain in ln L."""
-    kept: dict[Name, Support] = {}
-    for name, row in sorted(seen.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
-        if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in kept.items()):
-            kept[name] = row
-    return kept
+    retained: dict[Name, KinematicEvidence] = {}
+    for name, row in sorted(evidence.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
+        if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in retained.items()):
+            retained[name] = row
+    return retained
 
 
-def _is_place_aside(hypothesis: Hypothesis) -> bool:
+def _is_lateral_position(hypothesis: Hypothesis) -> bool:
     """Whether a hypothesis says where the lateral accelerometer or the vane of sideslip is."""
-    where = (MEASURED_BY[FORCE_ASIDE], VANE_OF[FORCE_ASIDE])
+    where = (MEASURED_BY[SIDE_FORCE], VANE_OF[SIDE_FORCE])
     return hypothesis.where in where and isinstance(hypothesis.effects[0].effect, PositionEffect)

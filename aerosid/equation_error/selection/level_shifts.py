@@ -19,19 +19,19 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sudden import is_sudden
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.penalties import Rules
-from aerosid.equation_error.selection.starting_values import sudden_hypotheses
-from aerosid.equation_error.selection.stepwise import forward_steps
-from aerosid.equation_error.selection.structure import Selected
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.penalties import SelectionCriterion
+from aerosid.equation_error.selection.starting_values import step_change_hypotheses
+from aerosid.equation_error.selection.stepwise import forward_selection
+from aerosid.equation_error.selection.structure import SelectedStructure
 
 Array = NDArray[np.float64]
 
 
 def shifts_of(found: Estimate) -> tuple[ActiveEffect, ...]:
     """The level shifts of unseen recordings in a structure."""
-    unseen = {recording.name for recording in found.frame.recordings if not recording.fitted}
-    return tuple(active for active in found.point.effects if active.values and active.log in unseen)
+    validation_names = {recording.name for recording in found.problem.recordings if not recording.fitted}
+    return tuple(active for active in found.point.effects if active.values and active.log in validation_names)
 
 
 def with_shifts(point: Point, shifts: Sequence[ActiveEffect]) -> Point:
@@ -54,9 +54,9 @@ def as_hypothesis(shift: ActiveEffect) -> Hypothesis:
 def level_shifts(
     found: Estimate,
     coefficients: Sequence[str],
-    rules: Rules,
+    criterion: SelectionCriterion,
     most: int,
-    told: Callable[[str], None] = lambda _text: None,
+    log: Callable[[str], None] = lambda _text: None,
 ) -> Estimate:
     """A structure with what happens suddenly on unseen recordings beside the level shifts that it has.
 
@@ -67,35 +67,37 @@ def level_shifts(
     most : int
         Shifts of one recording.
     """
-    for recording in found.frame.recordings:
+    for recording in found.problem.recordings:
         if not recording.fitted:
-            begun = Selected(found, ())
-            *_, last = forward_steps(
-                begun,
-                rules,
+            initial = SelectedStructure(found, ())
+            *_, last = forward_selection(
+                initial,
+                criterion,
                 (),
                 kinematic=False,
                 most=most,
                 coefficients=coefficients,
                 recording=recording.name,
-                told=lambda text, name=recording.name: told(f"{name}: {text}"),  # type: ignore[misc]
+                log=lambda text, name=recording.name: log(f"{name}: {text}"),  # type: ignore[misc]
             )
             found = last.estimate
     return found
 
 
-def sudden_elsewhere(base: Estimate, coefficients: Sequence[str], rules: Rules) -> list[Estimate]:
+def further_level_shifts(base: Estimate, coefficients: Sequence[str], criterion: SelectionCriterion) -> list[Estimate]:
     """Estimates with each further sudden change that an unseen recording has at its price, the change its last."""
     rows = []
-    for recording in base.frame.recordings:
-        for again in sudden_hypotheses(base.frame, base, coefficients, recording.name) if not recording.fitted else ():
-            found = estimate(base.frame, joined(base.point, again), base.solution.weights, steps=4)
-            if found.gain_over(base) > rules.price(again):
+    for recording in base.problem.recordings:
+        for step_change in (
+            step_change_hypotheses(base.problem, base, coefficients, recording.name) if not recording.fitted else ()
+        ):
+            found = estimate(base.problem, with_hypothesis(base.point, step_change), base.solution.weights, steps=4)
+            if found.gain_over(base) > criterion.penalty(step_change):
                 rows.append(found)
     return rows
 
 
-def comes_again(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
+def recurs_on_validation(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
     """Whether a sudden change happens on an unseen recording too: that cannot refute it by being there."""
     return any(is_sudden(active) for active in hypothesis.effects) and any(
         (active.effect.kind, active.effect.where) == (hypothesis.kind, hypothesis.where) for active in shifts

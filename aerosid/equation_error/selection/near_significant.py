@@ -15,28 +15,34 @@ import numpy as np
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, likeliest_numbers, weights_on
-from aerosid.equation_error.selection.alternatives import last_number
-from aerosid.equation_error.selection.candidates import (
-    BESIDE,
-    Candidate,
-    candidates_kept,
-    joined,
-    likeliest,
-    regressed_beside,
-    scores,
-    to_first_order,
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    RegressionProblem,
+    estimate,
+    maximise_likelihood,
+    weights_restricted_to,
 )
-from aerosid.equation_error.selection.cross_validation import Share, shares_of
-from aerosid.equation_error.selection.penalties import Rules, price_alone
-from aerosid.equation_error.selection.redundancy import open_beside
-from aerosid.equation_error.selection.stepwise import Admitted, may_stand
-from aerosid.equation_error.selection.structure import Selected
-from aerosid.equation_error.selection.wald_tests import null_of
+from aerosid.equation_error.selection.alternatives import last_parameter
+from aerosid.equation_error.selection.candidates import (
+    CURRENT_MODEL,
+    Candidate,
+    best_candidates,
+    cached_candidates,
+    linearised,
+    regressed_with,
+    score_candidates,
+    with_hypothesis,
+)
+from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
+from aerosid.equation_error.selection.penalties import SelectionCriterion, schwarz_penalty
+from aerosid.equation_error.selection.redundancy import non_redundant
+from aerosid.equation_error.selection.stepwise import Admitted, is_acceptable
+from aerosid.equation_error.selection.structure import SelectedStructure
+from aerosid.equation_error.selection.wald_tests import null_value
 
 
 @dataclass(frozen=True)
-class NearlyProven:
+class NearSignificant:
     """A hypothesis that would be named were it the only one asked.
 
     Attributes
@@ -46,13 +52,13 @@ class NearlyProven:
         The effect with its numbers; None for a term.
     value, std_error : float
         Of its leading number, from all recordings; the deviation corrected for coloured residuals.
-    gain, price : float
+    gain, penalty : float
         In ln L: what it brings beside the structure that stands, and what is asked among so many.
     estimate : Estimate
         The structure with it.
-    rivals : tuple of Hypothesis
+    indistinguishable : tuple of Hypothesis
         Others that would no longer be worth asking beside it: the recordings show one of them.
-    unseen : tuple of (Share, Share)
+    validation_fits : tuple of (CoefficientFit, CoefficientFit)
         How well its coefficient is predicted on unseen recordings, by the structure that stands and with it.
     """
 
@@ -61,25 +67,25 @@ class NearlyProven:
     value: float
     std_error: float
     gain: float
-    price: float
+    penalty: float
     estimate: Estimate = field(repr=False, compare=False)
-    rivals: tuple[Hypothesis, ...] = ()
-    unseen: tuple[tuple[Share, Share], ...] = ()
+    indistinguishable: tuple[Hypothesis, ...] = ()
+    validation_fits: tuple[tuple[CoefficientFit, CoefficientFit], ...] = ()
 
 
-def nearly_proven(
-    selected: Selected,
-    rules: Rules,
+def near_significant_effect(
+    selected: SelectedStructure,
+    criterion: SelectionCriterion,
     hypotheses: Sequence[Hypothesis],
     admitted: Admitted = lambda _found, _hypothesis: True,
-) -> NearlyProven | None:
+) -> NearSignificant | None:
     """The likeliest of what would be named beside a structure were it asked alone; None where nothing would.
 
     Parameters
     ----------
-    selected : Selected
+    selected : SelectedStructure
         The structure that stands.
-    rules : Rules
+    criterion : SelectionCriterion
         Prices among all that were asked.
     hypotheses : sequence of Hypothesis
         What was asked and was neither named, nor refused, nor listed as an alternative.
@@ -87,40 +93,47 @@ def nearly_proven(
         What may stand on other grounds than the likelihood.
     """
     base = selected.estimate
-    candidates = candidates_kept(selected.instead, BESIDE, base, open_beside(hypotheses, selected.chosen))
-    scored = scores(base, candidates)
+    candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, non_redundant(hypotheses, selected.chosen))
+    scored = score_candidates(base, candidates)
 
     def may_pay(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
-        distinct = rules.is_distinct(hypothesis, scored.own[n], scored.gains[n], base.frame.settings)
-        return distinct and scored.gains[n] >= price_alone(hypothesis, rules.samples)
+        distinct = criterion.is_distinct(hypothesis, scored.independent[n], scored.gains[n], base.problem.settings)
+        return distinct and scored.gains[n] >= schwarz_penalty(hypothesis, criterion.samples)
 
-    order = likeliest(scored, candidates, base.frame.settings.shortlist, may_pay)
-    rows = [row for n in order if (row := _first_order(base, candidates[n], rules)) is not None]
-    for row in sorted(rows, key=lambda row: rules.price(row.candidate.hypothesis) - row.gain):
+    order = best_candidates(scored, candidates, base.problem.settings.shortlist, may_pay)
+    rows = [row for n in order if (row := _linearised(base, candidates[n], criterion)) is not None]
+    for row in sorted(rows, key=lambda row: criterion.penalty(row.candidate.hypothesis) - row.gain):
         rows = [other for other in rows if other is not row]
-        found = _estimated(base, row, rules, admitted)
+        found = _reestimated(base, row, criterion, admitted)
         if found is not None:
-            return replace(found, rivals=_rivals(base, row, rows, rules))
+            return replace(found, indistinguishable=_indistinguishable(base, row, rows, criterion))
     return None
 
 
-def with_unseen(row: NearlyProven, standing: Sequence[Share], fitted: Frame, compared: Frame) -> NearlyProven:
+def with_validation_fits(
+    row: NearSignificant,
+    selected_fits: Sequence[CoefficientFit],
+    fitted: RegressionProblem,
+    compared: RegressionProblem,
+) -> NearSignificant:
     """A hypothesis with what it would do to the coefficients of unseen recordings.
 
     Parameters
     ----------
-    standing : sequence of Share
+    selected_fits : sequence of CoefficientFit
         Of the structure that stands.
-    fitted, compared : Frame
+    fitted, compared : RegressionProblem
         The coefficient equations of the fitted recordings, and of all as shares are told.
     """
     named = {coefficient for coefficient, _ in row.hypothesis.entries}
     if not named:
         return row
-    alone = estimate(fitted, row.estimate.point, weights_on(row.estimate, fitted, row.estimate.point), steps=4)
-    pairs = zip(standing, shares_of(compared, alone), strict=True)
-    return replace(row, unseen=tuple((a, b) for a, b in pairs if not a.fitted and a.coefficient in named))
+    alone = estimate(
+        fitted, row.estimate.point, weights_restricted_to(row.estimate, fitted, row.estimate.point), steps=4
+    )
+    pairs = zip(selected_fits, fits_of(compared, alone), strict=True)
+    return replace(row, validation_fits=tuple((a, b) for a, b in pairs if not a.fitted and a.coefficient in named))
 
 
 class _Row(NamedTuple):
@@ -132,38 +145,42 @@ class _Row(NamedTuple):
     weights: Weights
 
 
-def _first_order(base: Estimate, candidate: Candidate, rules: Rules) -> _Row | None:
+def _linearised(base: Estimate, candidate: Candidate, criterion: SelectionCriterion) -> _Row | None:
     """A candidate that would pay alone, to first order with the colour estimated anew."""
-    solution, hypothesis = to_first_order(base, candidate)
+    solution, hypothesis = linearised(base, candidate)
     gain = base.gain_by(solution)
-    if gain < price_alone(hypothesis, rules.samples):
+    if gain < schwarz_penalty(hypothesis, criterion.samples):
         return None
     return _Row(candidate, gain, hypothesis, solution.weights)
 
 
-def _rivals(base: Estimate, told: _Row, others: Sequence[_Row], rules: Rules) -> tuple[Hypothesis, ...]:
+def _indistinguishable(
+    base: Estimate, chosen: _Row, others: Sequence[_Row], criterion: SelectionCriterion
+) -> tuple[Hypothesis, ...]:
     """What brings about as much by itself, and beside the one that is told would no longer pay alone."""
 
-    def stands_beside(row: _Row) -> bool:
-        columns = np.column_stack([told.candidate.columns, row.candidate.columns])
-        both = regressed_beside(base, columns, told.weights)
-        return base.gain_by(both) - told.gain >= price_alone(row.candidate.hypothesis, rules.samples)
+    def pays_in_addition(row: _Row) -> bool:
+        columns = np.column_stack([chosen.candidate.columns, row.candidate.columns])
+        with_both = regressed_with(base, columns, chosen.weights)
+        return base.gain_by(with_both) - chosen.gain >= schwarz_penalty(row.candidate.hypothesis, criterion.samples)
 
-    near = [row for row in others if told.gain - row.gain < base.frame.settings.alike]
-    return tuple(row.candidate.hypothesis for row in near if not stands_beside(row))
+    close = [row for row in others if chosen.gain - row.gain < base.problem.settings.alike]
+    return tuple(row.candidate.hypothesis for row in close if not pays_in_addition(row))
 
 
-def _estimated(base: Estimate, row: _Row, rules: Rules, admitted: Admitted) -> NearlyProven | None:
+def _reestimated(
+    base: Estimate, row: _Row, criterion: SelectionCriterion, admitted: Admitted
+) -> NearSignificant | None:
     """A candidate with all numbers estimated anew, where it still would pay alone and may stand."""
-    begun = joined(base.point, row.hypothesis)
-    found = likeliest_numbers(base.frame, begun, row.weights, steps=5).estimate
-    gain, settings = found.gain_over(base), base.frame.settings
-    active, value, error = last_number(found, row.hypothesis)
-    certain = error > 0.0 and abs(value - null_of(active)) >= settings.near_deviations * error
-    price = rules.cost(row.hypothesis, found.point)
-    even = price + float(np.log(rules.chance(row.hypothesis)))
-    if gain < max(even, settings.near_share * price) or not certain:
+    initial = with_hypothesis(base.point, row.hypothesis)
+    found = maximise_likelihood(base.problem, initial, row.weights, steps=5).estimate
+    gain, settings = found.gain_over(base), base.problem.settings
+    active, value, error = last_parameter(found, row.hypothesis)
+    is_significant = error > 0.0 and abs(value - null_value(active)) >= settings.near_deviations * error
+    penalty = criterion.penalty_at(row.hypothesis, found.point)
+    even_odds = penalty + float(np.log(criterion.allowed_false_alarm(row.hypothesis)))
+    if gain < max(even_odds, settings.near_share * penalty) or not is_significant:
         return None
-    if not may_stand(found, row.hypothesis, admitted):
+    if not is_acceptable(found, row.hypothesis, admitted):
         return None
-    return NearlyProven(row.hypothesis, active, value, error, gain, price, found)
+    return NearSignificant(row.hypothesis, active, value, error, gain, penalty, found)

@@ -17,36 +17,36 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights, uncoloured
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import (
-    BESIDE,
+    CURRENT_MODEL,
     Candidate,
-    candidates_kept,
-    joined,
-    likeliest,
-    regressed_beside,
-    scores,
-    started,
-    to_first_order,
-    told_apart,
+    at_regressed_values,
+    best_candidates,
+    cached_candidates,
+    distinct_name,
+    linearised,
+    regressed_with,
+    score_candidates,
+    with_hypothesis,
 )
-from aerosid.equation_error.selection.penalties import Rules, price_alone, total_cost
-from aerosid.equation_error.selection.redundancy import are_redundant, open_beside
-from aerosid.equation_error.selection.stepwise import Admitted, backward, may_stand
-from aerosid.equation_error.selection.structure import Chosen, Selected
+from aerosid.equation_error.selection.penalties import SelectionCriterion, joint_penalty, schwarz_penalty
+from aerosid.equation_error.selection.redundancy import are_redundant, non_redundant
+from aerosid.equation_error.selection.stepwise import Admitted, eliminate_by_penalty, is_acceptable
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
 from aerosid.equation_error.settings import TRIALS
 
 
-def with_pair(
-    selected: Selected,
-    rules: Rules,
+def add_pair(
+    selected: SelectedStructure,
+    criterion: SelectionCriterion,
     hypotheses: Sequence[Hypothesis],
     admitted: Admitted = lambda _found, _hypothesis: True,
-    told: Callable[[str], None] = lambda _text: None,
-) -> Selected | None:
+    log: Callable[[str], None] = lambda _text: None,
+) -> SelectedStructure | None:
     """The structure of kinematic faults with the likeliest two that pay together; None where no two do.
 
     Parameters
     ----------
-    selected : Selected
+    selected : SelectedStructure
         The structure beside which no single hypothesis pays.
     hypotheses : sequence of Hypothesis
         Those of one number are asked; places along several axes are not.
@@ -54,71 +54,73 @@ def with_pair(
         What each of the two must pass beside the other.
     """
     base, best, most = selected.estimate, None, 0.0
-    if len(selected.chosen) + 2 > base.frame.settings.most:
+    if len(selected.chosen) + 2 > base.problem.settings.most:
         return None
-    open_ = open_beside(hypotheses, selected.chosen)
-    for begun, weights in _promising(base, candidates_kept(selected.instead, BESIDE, base, open_), rules):
-        one, other = begun
+    eligible = non_redundant(hypotheses, selected.chosen)
+    for initial, weights in _promising(
+        base, cached_candidates(selected.cache, CURRENT_MODEL, base, eligible), criterion
+    ):
+        one, other = initial
         found = _with_both(base, one, other, weights)
         gain = found.gain_over(base)
-        net = gain - total_cost(rules, found.point, begun)
-        told(f"   tried together {one.label} and {other.label} {net:.1f}")
+        net = gain - joint_penalty(criterion, found.point, initial)
+        log(f"   tried together {one.label} and {other.label} {net:.1f}")
         # Each is judged as the last one of an estimate.
         if (
             net > most
-            and may_stand(found, other, admitted)
-            and may_stand(_with_both(base, other, one, weights), one, admitted)
+            and is_acceptable(found, other, admitted)
+            and is_acceptable(_with_both(base, other, one, weights), one, admitted)
         ):
-            most, best = net, (found, begun, gain)
+            most, best = net, (found, initial, gain)
     if best is None:
         return None
     found, pair, gain = best
-    told(f"  enter together {pair[0].label} and {pair[1].label}")
-    chosen = (*selected.chosen, *(Chosen(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
-    return backward(Selected(found, chosen), rules, keep=pair, told=told)
+    log(f"  enter together {pair[0].label} and {pair[1].label}")
+    chosen = (*selected.chosen, *(SelectedEffect(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
+    return eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=pair, log=log)
 
 
 def _with_both(base: Estimate, first: Hypothesis, last: Hypothesis, weights: Weights) -> Estimate:
     """The estimate with two more hypotheses, in this order."""
-    return estimate(base.frame, joined(joined(base.point, first), last), weights)
+    return estimate(base.problem, with_hypothesis(with_hypothesis(base.point, first), last), weights)
 
 
 def _promising(
-    base: Estimate, candidates: Sequence[Candidate], rules: Rules
+    base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion
 ) -> list[tuple[tuple[Hypothesis, Hypothesis], Weights]]:
     """The pairs that may pay both prices, by their gain to first order with the colour estimated anew."""
     rows = []
-    for one, other in itertools.combinations(_asked(base, candidates, rules), 2):
+    for one, other in itertools.combinations(_eligible(base, candidates, criterion), 2):
         if are_redundant(one.hypothesis, other.hypothesis):
             continue
-        trial = regressed_beside(base, np.column_stack([one.columns, other.columns]), base.solution.weights)
-        cost = rules.least_cost(one.hypothesis) + rules.least_cost(other.hypothesis)
-        net = base.gain_by(trial) - cost
-        if net >= base.frame.settings.nearly:
+        trial = regressed_with(base, np.column_stack([one.columns, other.columns]), base.solution.weights)
+        penalty = criterion.least_penalty(one.hypothesis) + criterion.least_penalty(other.hypothesis)
+        net = base.gain_by(trial) - penalty
+        if net >= base.problem.settings.nearly:
             first, second = trial.values[-2:].tolist()
-            rows.append((net, (started(one, [first]), started(other, [second])), trial.weights))
+            rows.append((net, (at_regressed_values(one, [first]), at_regressed_values(other, [second])), trial.weights))
     rows.sort(key=lambda row: -row[0])
-    return [(begun, weights) for _, begun, weights in rows[: TRIALS.pairs]]
+    return [(initial, weights) for _, initial, weights in rows[: TRIALS.pairs]]
 
 
-def _asked(base: Estimate, candidates: Sequence[Candidate], rules: Rules) -> list[Candidate]:
+def _eligible(base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion) -> list[Candidate]:
     """The candidates of one number that would pay by themselves were they all that is asked, one of each name.
 
     To first order with the colour estimated anew: what is slow hides in a colour that was estimated without it.
     """
     white = replace(base, solution=uncoloured(base.design, base.solution.residuals))
-    lone = [each for each in candidates if each.columns.shape[1] == 1]
+    single = [each for each in candidates if each.columns.shape[1] == 1]
     best: dict[tuple[str, ...], tuple[float, Candidate]] = {}
     for each in (base, white):
-        scored = scores(each, lone)
-        for n in likeliest(scored, lone, base.frame.settings.shortlist):
-            least = price_alone(lone[n].hypothesis, rules.samples)
-            if scored.gains[n] < least or scored.own[n] < base.frame.settings.distinct:
+        scored = score_candidates(each, single)
+        for n in best_candidates(scored, single, base.problem.settings.shortlist):
+            least = schwarz_penalty(single[n].hypothesis, criterion.samples)
+            if scored.gains[n] < least or scored.independent[n] < base.problem.settings.distinct:
                 continue
-            solution, _ = to_first_order(base, lone[n])
+            solution, _ = linearised(base, single[n])
             gain = base.gain_by(solution)
-            name = told_apart(lone[n].hypothesis)
+            name = distinct_name(single[n].hypothesis)
             if gain >= least and (name not in best or gain > best[name][0]):
-                best[name] = gain, lone[n]
-    rows = sorted(best.values(), key=lambda row: rules.least_cost(row[1].hypothesis) - row[0])
+                best[name] = gain, single[n]
+    rows = sorted(best.values(), key=lambda row: criterion.least_penalty(row[1].hypothesis) - row[0])
     return [candidate for _, candidate in rows[: TRIALS.asked_in_pairs]]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.selection.candidates import implausibility, told_apart
+from aerosid.equation_error.selection.candidates import distinct_name, size_penalty
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
 
@@ -29,7 +29,7 @@ factors."""
 
 
 @dataclass(frozen=True)
-class Support:
+class KinematicEvidence:
     """What other, independent equations show of a hypothesis; infinite variances where they say nothing.
 
     Attributes
@@ -58,81 +58,85 @@ class Support:
         return self._distance(values) <= deviations**2
 
     def _distance(self, values: Sequence[float]) -> float:
-        if self.is_silent:
+        if self.is_uninformative:
             return 0.0
         apart = np.array(values) - np.array(self.values)
         return float(apart @ np.linalg.solve(self.covariance, apart))
 
     @property
-    def is_silent(self) -> bool:
+    def is_uninformative(self) -> bool:
         """Whether those equations say nothing of it."""
         return not np.isfinite(self.covariance).all()
 
 
 @dataclass(frozen=True)
-class Rules:
+class SelectionCriterion:
     """By which hypotheses enter: all that are asked share the stated odds of a false alarm.
 
     Attributes
     ----------
-    shares : mapping of label to float
+    odds_shares : mapping of label to float
         Of the odds, their sum one: simple terms take more of it than products of many factors.
     samples : int
     false_alarm : float
         Probability of any false alarm among all that are asked.
-    support : mapping of name to Support
+    evidence : mapping of name to KinematicEvidence
         What other equations show; both likelihoods are one product, and have to pay the price together.
-    usual : mapping of entry to float
+    prior_sizes : mapping of entry to float
         Standard deviation of a term's value about none, for terms whose size physics tell.
-    likelier : mapping of label to float
+    odds_factors : mapping of label to float
         By how much other evidence raises the odds of a hypothesis over its share, 1.
     """
 
-    shares: Mapping[Label, float]
+    odds_shares: Mapping[Label, float]
     samples: int
     false_alarm: float
-    support: Mapping[Name, Support] = field(default_factory=dict)
-    usual: Mapping[Entry, float] = field(default_factory=dict)
-    likelier: Mapping[Label, float] = field(default_factory=dict)
+    evidence: Mapping[Name, KinematicEvidence] = field(default_factory=dict)
+    prior_sizes: Mapping[Entry, float] = field(default_factory=dict)
+    odds_factors: Mapping[Label, float] = field(default_factory=dict)
 
-    def chance(self, hypothesis: Hypothesis) -> float:
+    def allowed_false_alarm(self, hypothesis: Hypothesis) -> float:
         """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
-        share = self.shares.get(hypothesis.label, max(self.shares.values()))
-        return share * self.false_alarm * self.likelier.get(hypothesis.label, 1.0)
+        share = self.odds_shares.get(hypothesis.label, max(self.odds_shares.values()))
+        return share * self.false_alarm * self.odds_factors.get(hypothesis.label, 1.0)
 
-    def price(self, hypothesis: Hypothesis) -> float:
+    def penalty(self, hypothesis: Hypothesis) -> float:
         """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
-        odds = -float(np.log(self.chance(hypothesis)))
-        return odds + price_alone(hypothesis, self.samples)
+        odds = -float(np.log(self.allowed_false_alarm(hypothesis)))
+        return odds + schwarz_penalty(hypothesis, self.samples)
 
     def is_distinct(self, hypothesis: Hypothesis, own: float, gain: float, settings: EquationErrorSettings) -> bool:
         """Whether a term tells more than what others' errors could, by its column's own share or by a gain in ln L."""
         if not hypothesis.entries or own >= settings.distinct:
             return True
-        return gain >= settings.overwhelming * self.price(hypothesis)
+        return gain >= settings.overwhelming * self.penalty(hypothesis)
 
-    def least_cost(self, hypothesis: Hypothesis) -> float:
+    def least_penalty(self, hypothesis: Hypothesis) -> float:
         """The price less the most that other equations gain by it: no number costs less."""
-        known = self.support.get(told_apart(hypothesis))
-        return self.price(hypothesis) - (known.credit if known is not None else 0.0)
+        evidence = self.evidence.get(distinct_name(hypothesis))
+        return self.penalty(hypothesis) - (evidence.credit if evidence is not None else 0.0)
 
-    def cost(self, hypothesis: Hypothesis, point: Point) -> float:
+    def penalty_at(self, hypothesis: Hypothesis, point: Point) -> float:
         """The price, with what its numbers at a point are unusual by, less what other equations gain by them."""
-        effects = own_effects(point, hypothesis)
-        known = self.support.get(told_apart(hypothesis))
-        gained = 0.0
-        if known is not None and known.credit > 0.0 and effects:
-            gained = known.gain_at(effects[0].values)
-        unusual = sum(0.5 * (point.model.value(e) / self.usual[e]) ** 2 for e in hypothesis.entries if e in self.usual)
-        return self.price(hypothesis) + implausibility(effects) + unusual - gained
+        effects = effects_of(point, hypothesis)
+        evidence = self.evidence.get(distinct_name(hypothesis))
+        evidence_gain = 0.0
+        if evidence is not None and evidence.credit > 0.0 and effects:
+            evidence_gain = evidence.gain_at(effects[0].values)
+        size = sum(
+            0.5 * (point.model.value(e) / self.prior_sizes[e]) ** 2 for e in hypothesis.entries if e in self.prior_sizes
+        )
+        return self.penalty(hypothesis) + size_penalty(effects) + size - evidence_gain
 
 
-def price_alone(hypothesis: Hypothesis, samples: int) -> float:
+def schwarz_penalty(hypothesis: Hypothesis, samples: int) -> float:
     """Schwarz's criterion in ln L for a hypothesis that is the only question, at even odds."""
     return 0.5 * max(hypothesis.parameters, 1) * float(np.log(samples))
 
 
-def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float) -> Rules:
+def criterion_for(
+    hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float
+) -> SelectionCriterion:
     """The rules by which some hypotheses are judged on so many samples."""
     weights = {}
     for hypothesis in hypotheses:
@@ -141,15 +145,15 @@ def rules_for(hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float
     for label in RARE:
         weights[label] = factor_odds
     total = sum(weights.values())
-    return Rules({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
+    return SelectionCriterion({label: weight / total for label, weight in weights.items()}, samples, false_alarm)
 
 
-def own_effects(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
+def effects_of(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
     """The effects of a hypothesis with their numbers at a point."""
     names = {(active.name, active.log) for active in hypothesis.effects}
     return tuple(active for active in point.effects if active.values and (active.name, active.log) in names)
 
 
-def total_cost(rules: Rules, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
+def joint_penalty(criterion: SelectionCriterion, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
     """What some hypotheses have to bring together with their numbers at a point."""
-    return sum(rules.cost(hypothesis, point) for hypothesis in hypotheses)
+    return sum(criterion.penalty_at(hypothesis, point) for hypothesis in hypotheses)

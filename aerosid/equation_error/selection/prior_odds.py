@@ -18,29 +18,29 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.coefficient import TOUCHED
 from aerosid.equation_error.regression.design import log_likelihoods
 from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.selection.penalties import Label, Rules
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 
 
-def falls_of(corrected: Estimate, faults: slice) -> dict[str, float]:
+def likelihood_losses(corrected: Estimate, errors: slice) -> dict[str, float]:
     """What each coefficient's equations lose in ln L by undoing the instruments' faults; those that lose any.
 
     Parameters
     ----------
     corrected : Estimate
         Of the coefficient equations.
-    faults : slice
+    errors : slice
         Those of its effects that are such faults and not declared.
     """
     effects = corrected.point.effects
-    if not effects[faults]:
+    if not effects[errors]:
         return {}
-    recorded = replace(corrected.point, effects=(*effects[: faults.start], *effects[faults.stop :]))
-    declared = estimate(corrected.frame, recorded, corrected.solution.weights)
-    before, after = by_coefficient(declared), by_coefficient(corrected)
+    recorded = replace(corrected.point, effects=(*effects[: errors.start], *effects[errors.stop :]))
+    declared = estimate(corrected.problem, recorded, corrected.solution.weights)
+    before, after = log_likelihood_by_coefficient(declared), log_likelihood_by_coefficient(corrected)
     return {name: before[name] - after[name] for name in before if before[name] > after[name]}
 
 
-def by_coefficient(found: Estimate) -> dict[str, float]:
+def log_likelihood_by_coefficient(found: Estimate) -> dict[str, float]:
     """Ln L of each coefficient's equations on all recordings, but for a constant."""
     each = log_likelihoods(found.design, found.solution.whitened, found.solution.weights)
     parts: dict[str, float] = defaultdict(float)
@@ -49,25 +49,27 @@ def by_coefficient(found: Estimate) -> dict[str, float]:
     return parts
 
 
-def with_contradictions(rules: Rules, asked: Sequence[Hypothesis], falls: Mapping[str, float], most: float) -> Rules:
+def with_raised_odds(
+    criterion: SelectionCriterion, hypotheses: Sequence[Hypothesis], losses: Mapping[str, float], most: float
+) -> SelectionCriterion:
     """The rules with higher odds for the terms of contradicted coefficients.
 
     Parameters
     ----------
-    falls : mapping of coefficient to float
+    losses : mapping of coefficient to float
         What each loses in ln L by undoing the proven faults.
     most : float
         Probability that any of one coefficient's terms is missing, at most.
     """
-    likelier: dict[Label, float] = {}
-    for name, fall in falls.items():
-        terms = [hypothesis.label for hypothesis in asked if _is_term_of(hypothesis, name)]
+    odds_factors: dict[Label, float] = {}
+    for name, loss in losses.items():
+        terms = [hypothesis.label for hypothesis in hypotheses if _is_term_of(hypothesis, name)]
         if not terms:
             continue
-        together = rules.false_alarm * sum(rules.shares[label] for label in terms)
-        more = max(min(float(np.exp(min(fall, 700.0))), most / together), 1.0)
-        likelier.update({label: max(more, likelier.get(label, 1.0)) for label in terms})
-    return replace(rules, likelier=likelier)
+        prior = criterion.false_alarm * sum(criterion.odds_shares[label] for label in terms)
+        factor = max(min(float(np.exp(min(loss, 700.0))), most / prior), 1.0)
+        odds_factors.update({label: max(factor, odds_factors.get(label, 1.0)) for label in terms})
+    return replace(criterion, odds_factors=odds_factors)
 
 
 def _is_term_of(hypothesis: Hypothesis, equation: str) -> bool:

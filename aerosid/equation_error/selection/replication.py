@@ -6,12 +6,12 @@ recording that shows the same number tells that it was no chance.
 
 from __future__ import annotations
 
-from aerosid.equation_error.selection.cross_validation import beside_gusts, largest_fall
+from aerosid.equation_error.selection.cross_validation import largest_reduction, validation_residuals
 from aerosid.equation_error.selection.level_shifts import shift_columns
-from aerosid.equation_error.selection.structure import Chosen, Selected, each_struck_out, struck_out
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, deletions, estimate_without
 
 
-def is_replicated(selected: Selected, fitted: Selected, each: Chosen) -> bool:
+def is_replicated(selected: SelectedStructure, fitted: SelectedStructure, each: SelectedEffect) -> bool:
     """Whether the unseen recordings add to a chosen effect's gain what a value at the asked deviations has.
 
     All recordings share its number, so that their gain beyond that of the fitted ones is what the unseen ones say for
@@ -19,33 +19,35 @@ def is_replicated(selected: Selected, fitted: Selected, each: Chosen) -> bool:
 
     Parameters
     ----------
-    selected : Selected
+    selected : SelectedStructure
         The structure on all recordings.
-    fitted : Selected
+    fitted : SelectedStructure
         The same structure on the fitted recordings alone.
-    each : Chosen
+    each : SelectedEffect
         One of its effects.
     """
     whole = selected.estimate
-    if all(recording.fitted for recording in whole.frame.recordings):
+    if all(recording.fitted for recording in whole.problem.recordings):
         return False
-    (rest,) = each_struck_out(selected, [each])
-    (bare,) = each_struck_out(fitted, [each])
-    beyond = whole.gain_over(rest) - fitted.estimate.gain_over(bare)
-    return beyond >= 0.5 * whole.frame.settings.deviations**2
+    (reduced_whole,) = deletions(selected, [each])
+    (reduced,) = deletions(fitted, [each])
+    validation_gain = whole.gain_over(reduced_whole) - fitted.estimate.gain_over(reduced)
+    return validation_gain >= 0.5 * whole.problem.settings.deviations**2
 
 
-def is_needed(selected: Selected, fitted: Selected, each: Chosen) -> bool:
+def is_needed(selected: SelectedStructure, fitted: SelectedStructure, each: SelectedEffect) -> bool:
     """Whether an unseen recording shows a chosen effect by itself, or leaves much more of a coefficient without it.
 
     Arguments as of `is_replicated`. A short unseen recording may gain little in ln L, its residual being coloured, and
     yet have most of what its coefficients leave explained by the fitted recordings' number.
     """
-    whole = selected.estimate.frame
+    whole = selected.estimate.problem
     if all(recording.fitted for recording in whole.recordings):
         return False
     if is_replicated(selected, fitted, each):
         return True
-    jumps = shift_columns(selected.estimate)
-    fall = largest_fall(*(beside_gusts(whole, found, jumps) for found in (struck_out(fitted, each), fitted.estimate)))
+    steps = shift_columns(selected.estimate)
+    fall = largest_reduction(
+        *(validation_residuals(whole, found, steps) for found in (estimate_without(fitted, each), fitted.estimate))
+    )
     return fall >= whole.settings.needed_share

@@ -4,73 +4,84 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aerosid.equation_error.selection.backward_elimination import Labels, on_fitted, predicted_better, standing
-from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, beside_level_shifts
+from aerosid.equation_error.selection.backward_elimination import (
+    Labels,
+    eliminate_insignificant,
+    improves_prediction,
+    on_identification_records,
+)
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, select_with_level_shifts
 from aerosid.equation_error.selection.penalties import Label
-from aerosid.equation_error.selection.prior_odds import falls_of, with_contradictions
-from aerosid.equation_error.selection.structure import Selected, left_out
+from aerosid.equation_error.selection.prior_odds import likelihood_losses, with_raised_odds
+from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 
 
-def searched(search: CoefficientSearch, begun: Selected) -> tuple[Selected, Labels]:
+def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> tuple[SelectedStructure, Labels]:
     """What the coefficients lack and every recording can bear; what left may have stood in another's place.
 
     What left comes in again neither beside the others nor for one of them. Of the structures that stand after one round
     and another the likeliest counts, prices paid.
     """
     refuted: Labels = ()
-    gone_before: Labels = ()
-    most = begun.estimate.frame.settings.most
-    found = beside_level_shifts(search, begun)
-    best: Selected | None = None
-    met: set[frozenset[Label]] = set()
-    last = begun.estimate.frame.settings.rounds
+    eliminated: Labels = ()
+    most = initial.estimate.problem.settings.most
+    found = select_with_level_shifts(search, initial)
+    best: SelectedStructure | None = None
+    visited: set[frozenset[Label]] = set()
+    last = initial.estimate.problem.settings.rounds
     for round_ in range(last + 1):
-        met.add(frozenset(found.labels))
-        kept, refused_now = standing(search, found)
-        gone = found.labels_beyond(kept)
-        refuted, gone_before = (*refuted, *refused_now), (*gone_before, *gone)
+        visited.add(frozenset(found.labels))
+        retained, refuted_now = eliminate_insignificant(search, found)
+        removed = found.labels_not_in(retained)
+        refuted, eliminated = (*refuted, *refuted_now), (*eliminated, *removed)
         # What was refused since stands no more in what stood before.
-        held = best is not None and not set(best.labels) & set(refused_now)
-        best = max(best, kept, key=search.paid) if best is not None and held else kept
+        is_comparable = best is not None and not set(best.labels) & set(refuted_now)
+        best = max(best, retained, key=search.penalised_likelihood) if best is not None and is_comparable else retained
         if round_ == last:
             break
-        open_ = search.open_but(refuted)
-        found = search.replaced(kept, open_, struck_out=gone_before)
-        if gone:
-            found = search.forward(found, open_, most, struck_out=gone_before)
+        eligible = search.hypotheses_except(refuted)
+        found = search.with_replacements(retained, eligible, excluded=eliminated)
+        if removed:
+            found = search.forward(found, eligible, most, excluded=eliminated)
         names = frozenset(found.labels)
-        if names == frozenset(kept.labels) or names in met:  # what stood of it then would stand of it again
+        if names == frozenset(retained.labels) or names in visited:  # what stood of it then would stand of it again
             break
     assert best is not None
     return best, refuted
 
 
-def asked_where_contradicted(
-    search: CoefficientSearch, found: Selected, refuted: Labels, faults: slice
-) -> tuple[CoefficientSearch, Selected, Labels]:
+def add_terms_at_raised_odds(
+    search: CoefficientSearch, found: SelectedStructure, refuted: Labels, errors: slice
+) -> tuple[CoefficientSearch, SelectedStructure, Labels]:
     """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
 
     Asked once a structure is found: what it explains contradicts no more. At such odds a term has to predict better,
-    too, what it is not fitted to. `faults`: those of its effects.
+    too, what it is not fitted to. `errors`: those of its effects.
     """
-    falls = falls_of(found.estimate, faults)
-    if not falls:
+    losses = likelihood_losses(found.estimate, errors)
+    if not losses:
         return search, found, refuted
-    search.told("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in falls.items()))
-    settings = found.estimate.frame.settings
-    search = replace(search, rules=with_contradictions(search.rules, search.asked, falls, settings.contradicted))
-    open_ = [hypothesis for hypothesis in search.open_but(refuted) if hypothesis.label in search.rules.likelier]
-    more = search.forward(found, open_, settings.most, sudden=False)
-    if more is found:
+    search.log("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in losses.items()))
+    settings = found.estimate.problem.settings
+    search = replace(
+        search, criterion=with_raised_odds(search.criterion, search.hypotheses, losses, settings.contradicted)
+    )
+    eligible = [
+        hypothesis
+        for hypothesis in search.hypotheses_except(refuted)
+        if hypothesis.label in search.criterion.odds_factors
+    ]
+    grown = search.forward(found, eligible, settings.most, step_changes=False)
+    if grown is found:
         return search, found, refuted
-    kept, refuted_now = standing(search, more)
-    new = kept.labels_beyond(found)
-    better = predicted_better(kept, on_fitted(search, kept))
-    for each in kept.chosen:
+    retained, refuted_now = eliminate_insignificant(search, grown)
+    new = retained.labels_not_in(found)
+    better = improves_prediction(retained, on_identification_records(search, retained))
+    for each in retained.chosen:
         label = each.hypothesis.label
         if label in new and not better.get(label, False):
-            search.told(f"  predicts nothing better: {label}")
-            kept = left_out(kept, each)
-    if not kept.labels_beyond(found):
+            search.log(f"  predicts nothing better: {label}")
+            retained = structure_without(retained, each)
+    if not retained.labels_not_in(found):
         return search, found, refuted
-    return search, kept, (*refuted, *refuted_now)
+    return search, retained, (*refuted, *refuted_now)

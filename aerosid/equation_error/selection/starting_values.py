@@ -19,9 +19,9 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.design import design_of, regress
-from aerosid.equation_error.regression.estimate import Estimate, Frame, effect_columns
-from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.step_change_scores import jump_gains
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, effect_sensitivities
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.step_change_scores import step_change_scores
 
 Array = NDArray[np.float64]
 
@@ -49,15 +49,15 @@ LAGS = ((0.1, 0.1), (0.4, 0.4))
 """Numerical: s; delay and relaxation that are tried: a few and some twenty chords over the airspeed."""
 
 
-def sudden_hypotheses(
-    frame: Frame, base: Estimate, coefficients: Sequence[str], recording_name: str | None = None
+def step_change_hypotheses(
+    problem: RegressionProblem, base: Estimate, coefficients: Sequence[str], recording_name: str | None = None
 ) -> list[Hypothesis]:
     """A step of each coefficient on each fitted recording, at the instant that the whitened residuals favour most.
 
     `recording_name`: on that recording alone, fitted or not.
     """
     found: list[Hypothesis] = []
-    for n, recording in enumerate(frame.recordings):
+    for n, recording in enumerate(problem.recordings):
         if not (recording.fitted if recording_name is None else recording.name == recording_name):
             continue
         for coefficient in coefficients:
@@ -94,7 +94,7 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
     at = recording.time_in_band
     step = float(at[1] - at[0])
     weights, solution = base.solution.weights, base.solution
-    gain = jump_gains(
+    gain = step_change_scores(
         solution.whitened[rows],
         solution.slopes[rows],
         solution.covariance,
@@ -105,16 +105,16 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
     return float(at[EDGE + int(np.argmax(gain))])
 
 
-def may_separate(frame: Frame) -> bool:
+def shows_separation(problem: RegressionProblem) -> bool:
     """Whether alpha spans enough on a fitted recording to show flow separation."""
     return any(
-        float(np.ptp(r.channels["alpha"])) >= frame.settings.separation_range
-        for r in frame.recordings
+        float(np.ptp(r.channels["alpha"])) >= problem.settings.separation_range
+        for r in problem.recordings
         if r.fitted and "alpha" in r.channels
     )
 
 
-def of_controls(hypothesis: Hypothesis) -> bool:
+def is_control_term(hypothesis: Hypothesis) -> bool:
     """Whether a hypothesis is the plain effect of a recorded control or of thrust on a coefficient."""
     if len(hypothesis.entries) != 1 or hypothesis.effects:
         return False
@@ -122,12 +122,12 @@ def of_controls(hypothesis: Hypothesis) -> bool:
     return len(factors) == 1 and factors[0].power == 1 and factors[0].variable.startswith((*CONTROLS, "C_T"))
 
 
-def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
+def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
     """Flow separation from several starts, the likeliest first; none where alpha spans too little to show any."""
     symmetric = [name for name in coefficients if is_symmetric(name)]
-    if not symmetric or not may_separate(frame):
+    if not symmetric or not shows_separation(problem):
         return []
-    alphas = [r.channels["alpha"] for r in frame.recordings if r.fitted]
+    alphas = [r.channels["alpha"] for r in problem.recordings if r.fitted]
     drag, lift, moment = symmetric
     highest = max(float(np.max(alpha)) for alpha in alphas)
     effect = flow_separation(highest, lift, (drag, moment))
@@ -137,7 +137,7 @@ def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[s
             for delay, relaxation in LAGS:
                 active = ActiveEffect(effect, (star, sharpness, delay, relaxation, 0.0, 0.0))
                 hypothesis = Hypothesis("flow_separation", lift, effects=(active,))
-                ranked.append((*_gain(frame, base, hypothesis), hypothesis))
+                ranked.append((*_gain(problem, base, hypothesis), hypothesis))
     ranked.sort(key=lambda row: -row[0])
     return [
         replace(h, effects=(replace(h.effects[0], values=(*h.effects[0].values[:4], *map(float, rest))),))
@@ -145,7 +145,7 @@ def separation_hypotheses(frame: Frame, base: Estimate, coefficients: Sequence[s
     ]
 
 
-def within_strengths(active: ActiveEffect) -> bool:
+def is_within_signed_limits(active: ActiveEffect) -> bool:
     """Whether no number that may have either sign lies at one of its limits: there it stands for something else."""
     return all(
         not p.lowest < p.null < p.highest or p.lowest < value < p.highest
@@ -153,19 +153,19 @@ def within_strengths(active: ActiveEffect) -> bool:
     )
 
 
-def _gain(frame: Frame, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
+def _gain(problem: RegressionProblem, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
     """Ln L with separation at its start values, its shares of the other coefficients regressed with the terms."""
-    point = joined(base.point, hypothesis)
+    point = with_hypothesis(base.point, hypothesis)
     place = len(point.effects) - 1
-    design = design_of(frame.segments(point), frame.settings)
-    known = {unknown: _known(base, unknown) for unknown in design.unknowns}
-    columns = effect_columns(frame, known, point, [(place, 4), (place, 5)])
+    design = design_of(problem.segments(point), problem.settings)
+    known = {unknown: _value_of(base, unknown) for unknown in design.unknowns}
+    columns = effect_sensitivities(problem, known, point, [(place, 4), (place, 5)])
     wide = design.beside(columns, [("effect", place, 4), ("effect", place, 5)])
-    found = regress(wide, frame.settings, base.solution.weights, 2)
+    found = regress(wide, problem.settings, base.solution.weights, 2)
     return found.log_likelihood, found.values[-2:]
 
 
-def _known(base: Estimate, unknown: tuple[object, ...]) -> float:
+def _value_of(base: Estimate, unknown: tuple[object, ...]) -> float:
     if unknown in base.design.unknowns:
         return float(base.solution.values[base.design.unknowns.index(unknown)])
     return 0.0

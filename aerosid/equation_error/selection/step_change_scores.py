@@ -10,7 +10,7 @@ from aerosid.equation_error.regression.coloured_regression import Colour
 Array = NDArray[np.float64]
 
 
-def jump_gains(
+def step_change_scores(
     target: Array, known: Array, covariance: Array, colour: Colour, ramp: float, moments: NDArray[np.int64]
 ) -> Array:
     """What a jump at each of some samples takes off the squares of a regression, beside what it knows already.
@@ -48,29 +48,29 @@ def jump_gains(
     along, squares = np.empty((known.shape[1] + 1, moments.size)), np.empty(moments.size)
     rows = np.column_stack([known, target])
     if early.size:
-        white = colour.whitened(_jumps(np.arange(count), early, ramp))
+        white = colour.whitened(_ramps(np.arange(count), early, ramp))
         along[:, : early.size] = rows.T @ white
         squares[: early.size] = np.sum(white * white, axis=0)
     if late.size:
         # From `half` before its instant to `order` behind its rise; constant from then on.
         length = 2 * half + order + 1
-        shape = colour.whitened(_jumps(np.arange(order + length), np.array([first]), ramp))[order:, 0]
+        shape = colour.whitened(_ramps(np.arange(order + length), np.array([first]), ramp))[order:, 0]
         level = float(shape[-1])
         padded = np.concatenate([rows, np.zeros((length, rows.shape[1]))])
-        behind = np.concatenate([np.cumsum(padded[::-1], axis=0)[::-1], np.zeros((1, rows.shape[1]))])
+        remaining = np.concatenate([np.cumsum(padded[::-1], axis=0)[::-1], np.zeros((1, rows.shape[1]))])
         begins = late - half
-        products = level * behind[begins + length]
+        products = level * remaining[begins + length]
         for lag, value in enumerate(shape):
             products += value * padded[begins + lag]
         along[:, early.size :] = products.T
         lengths = np.minimum(count - begins, length)
         within = np.concatenate([[0.0], np.cumsum(shape**2)])
         squares[early.size :] = within[lengths] + level**2 * np.maximum(count - begins - length, 0)
-    known_along, pull = along[:-1], along[-1]
+    known_along, score = along[:-1], along[-1]
     left = squares - np.sum(known_along * (covariance @ known_along), axis=0)
-    return np.where(left > 1e-9 * squares, pull**2 / np.maximum(left, 1e-300), 0.0)
+    return np.where(left > 1e-9 * squares, score**2 / np.maximum(left, 1e-300), 0.0)
 
 
-def _jumps(samples: NDArray[np.int64], moments: NDArray[np.int64], ramp: float) -> Array:
+def _ramps(samples: NDArray[np.int64], moments: NDArray[np.int64], ramp: float) -> Array:
     """Jumps (N, m) from 0 to 1 about each moment."""
     return np.clip((samples[:, None] - moments[None, :]) / ramp + 0.5, 0.0, 1.0)

@@ -9,15 +9,15 @@ from typing import Any
 from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.estimate import Estimate, Peak, likeliest_numbers
-from aerosid.equation_error.selection.penalties import Label, Rules, own_effects, total_cost
+from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
 
 STEPS = 4
 """Numerical: Gauss-Newton steps at most of a structure with one effect less."""
 
 
 @dataclass(frozen=True)
-class Chosen:
+class SelectedEffect:
     """A hypothesis that entered, with its numbers at the estimate's point.
 
     `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
@@ -29,74 +29,80 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class Selected:
+class SelectedStructure:
     """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
 
-    `instead`: what was found without each and in its place, kept as long as the structure.
+    `cache`: what was found without each and in its place, kept as long as the structure.
     """
 
     estimate: Estimate
-    chosen: tuple[Chosen, ...]
-    instead: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
+    chosen: tuple[SelectedEffect, ...]
+    cache: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def labels(self) -> tuple[Label, ...]:
         """What the chosen ones are called, in their order."""
         return tuple(each.hypothesis.label for each in self.chosen)
 
-    def labels_beyond(self, other: Selected) -> tuple[Label, ...]:
+    def labels_not_in(self, other: SelectedStructure) -> tuple[Label, ...]:
         """What of it another structure does not have."""
-        known = set(other.labels)
-        return tuple(label for label in self.labels if label not in known)
+        cached = set(other.labels)
+        return tuple(label for label in self.labels if label not in cached)
 
 
-def paid(selected: Selected, rules: Rules) -> float:
+def penalised_likelihood(selected: SelectedStructure, criterion: SelectionCriterion) -> float:
     """Ln L of a structure less the cost of all that entered."""
     chosen = [each.hypothesis for each in selected.chosen]
-    return selected.estimate.log_likelihood - total_cost(rules, selected.estimate.point, chosen)
+    return selected.estimate.log_likelihood - joint_penalty(criterion, selected.estimate.point, chosen)
 
 
-def without(point: Point, chosen: Chosen) -> Point:
+def point_without(point: Point, chosen: SelectedEffect) -> Point:
     """The point without a hypothesis: its terms struck out, its effects gone."""
     hypothesis = chosen.hypothesis
-    own = own_effects(point, hypothesis)
+    own = effects_of(point, hypothesis)
     effects = tuple(active for active in point.effects if not any(active is one for one in own))
     dropped = set(hypothesis.entries)
     free = tuple(entry for entry in point.free if entry not in dropped)
     return replace(point, model=point.model.without(dropped), free=free, effects=effects)
 
 
-def each_struck_out(selected: Selected, those: Sequence[Chosen], *, with_columns: bool = False) -> list[Peak]:
+def deletions(
+    selected: SelectedStructure, effects: Sequence[SelectedEffect], *, with_columns: bool = False
+) -> list[Optimum]:
     """The structure without each of some, estimated anew; asked again of the same structure, none is made anew.
 
     `with_columns`: those of the effects' numbers as well, where more is to be asked of the rest than its likelihood.
     """
-    found, frame = selected.estimate, selected.estimate.frame
+    found, problem = selected.estimate, selected.estimate.problem
 
-    def known(each: Chosen) -> Peak | None:
-        peaks = selected.instead.get(("without", each.hypothesis.label), (None,))
+    def cached(each: SelectedEffect) -> Optimum | None:
+        peaks = selected.cache.get(("without", each.hypothesis.label), (None,))
         return peaks[0]
 
-    def made(each: Chosen) -> Peak:
-        peak = known(each) or likeliest_numbers(frame, without(found.point, each), found.solution.weights, STEPS)
+    def reestimated(each: SelectedEffect) -> Optimum:
+        peak = cached(each) or maximise_likelihood(
+            problem, point_without(found.point, each), found.solution.weights, STEPS
+        )
         return peak.with_columns() if with_columns else peak
 
-    def is_there(each: Chosen) -> bool:
-        peak = known(each)
+    def is_cached(each: SelectedEffect) -> bool:
+        peak = cached(each)
         return peak is not None and (not with_columns or peak.has_columns)
 
-    missing = [each for each in those if not is_there(each)]
-    for each, peak in zip(missing, mapped(made, missing, common=[frame]), strict=True):
-        selected.instead["without", each.hypothesis.label] = [peak]
-    return [selected.instead["without", each.hypothesis.label][0] for each in those]
+    missing = [each for each in effects if not is_cached(each)]
+    for each, peak in zip(missing, mapped(reestimated, missing, common=[problem]), strict=True):
+        selected.cache["without", each.hypothesis.label] = [peak]
+    return [selected.cache["without", each.hypothesis.label][0] for each in effects]
 
 
-def struck_out(selected: Selected, each: Chosen) -> Estimate:
+def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estimate:
     """The structure without one, estimated anew."""
-    (peak,) = each_struck_out(selected, [each], with_columns=True)
+    (peak,) = deletions(selected, [each], with_columns=True)
     return peak.estimate
 
 
-def left_out(selected: Selected, gone: Chosen) -> Selected:
+def structure_without(selected: SelectedStructure, effect: SelectedEffect) -> SelectedStructure:
     """The structure without one, estimated anew, and those that stay."""
-    return Selected(struck_out(selected, gone), tuple(each for each in selected.chosen if each is not gone))
+    return SelectedStructure(
+        estimate_without(selected, effect), tuple(each for each in selected.chosen if each is not effect)
+    )

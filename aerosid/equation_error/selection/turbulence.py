@@ -14,7 +14,7 @@ from aerosid.equation_error.regression.standard_errors import corrected_covarian
 Array = NDArray[np.float64]
 
 
-class Witnesses(NamedTuple):
+class GustSensors(NamedTuple):
     """A vane, the force that answers what it sees, and the terms whose slopes say how, with the sign that they act by.
 
     `kind`: of the effect, as in result.json.
@@ -26,9 +26,9 @@ class Witnesses(NamedTuple):
     slopes: dict[tuple[str, str], float]
 
 
-WITNESSES = (
-    Witnesses("gust", "alpha", "C_Z", {("C_Z", "alpha"): 1.0, ("C_L", "alpha"): -1.0}),
-    Witnesses("side_gust", "beta", "C_Y", {("C_Y", "beta"): 1.0}),
+GUST_SENSORS = (
+    GustSensors("gust", "alpha", "C_Z", {("C_Z", "alpha"): 1.0, ("C_L", "alpha"): -1.0}),
+    GustSensors("side_gust", "beta", "C_Y", {("C_Y", "beta"): 1.0}),
 )
 
 
@@ -43,8 +43,8 @@ class Turbulence:
     sigma: float
     sigma_error: float
     length: float
-    answer: float
-    answer_error: float
+    response: float
+    response_error: float
 
 
 def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...]:
@@ -53,57 +53,57 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...
     `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of the flow
     angle over the inertial path holds gusts and vane noise; the force answers the gusts in it with its derivative.
     """
-    seen = (_along(witnesses, kinematic, found) for witnesses in WITNESSES)
-    return tuple(each for each in seen if each is not None)
+    gusts = (_along_axis(sensors, kinematic, found) for sensors in GUST_SENSORS)
+    return tuple(each for each in gusts if each is not None)
 
 
-def share_of_gusts(kinematic: Estimate, vane: str) -> float:
+def gust_fraction(kinematic: Estimate, vane: str) -> float:
     """What a vane shows beyond the inertial path of the fitted recordings, over what it shows in all, 1.
 
     Root-mean-squares in the band; infinite where no path of the vane was compared.
     """
     left, whole = 0.0, 0.0
     for s, (n, channel) in enumerate(kinematic.design.segments):
-        recording = kinematic.frame.recordings[n]
+        recording = kinematic.problem.recordings[n]
         if channel == vane and recording.fitted:
-            seen = recording.band(recording.channels[vane])
+            gusts = recording.band(recording.channels[vane])
             left += float(np.mean(kinematic.solution.residuals[kinematic.design.rows(s)] ** 2))
-            whole += float(np.var(seen))
+            whole += float(np.var(gusts))
     return float(np.sqrt(left / whole)) if whole > 0.0 else float("inf")
 
 
-def _along(witnesses: Witnesses, kinematic: Estimate, found: Estimate) -> Turbulence | None:
+def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence along one axis; None where the witnesses do not agree on any."""
     model, design = found.point.model, found.design
     slope = sum(
-        witnesses.slopes.get((coefficient, str(term)), 0.0) * value
+        sensors.slopes.get((coefficient, str(term)), 0.0) * value
         for (coefficient, term), value in zip(model.entries, model.values, strict=True)
     )
-    if slope == 0.0 or ("gust", witnesses.force) not in design.unknowns:
+    if slope == 0.0 or ("gust", sensors.force) not in design.unknowns:
         return None
-    place = design.unknowns.index(("gust", witnesses.force))
-    answer = float(found.solution.values[place]) / slope
+    place = design.unknowns.index(("gust", sensors.force))
+    response = float(found.solution.values[place]) / slope
     error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
     # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
-    settings = found.frame.settings
-    apart = settings.gust_answer * error
-    if answer < settings.gust_certain * error or not 0.5 - apart < answer < 1.0 + apart:
+    settings = found.problem.settings
+    margin = settings.gust_answer * error
+    if response < settings.gust_certain * error or not 0.5 - margin < response < 1.0 + margin:
         return None
     winds: list[Array] = []
     memories: list[float] = []
     independent = 0.0
-    for n, recording in enumerate(found.frame.recordings):
-        if (n, witnesses.vane) not in kinematic.design.segments or (n, witnesses.force) not in design.segments:
+    for n, recording in enumerate(found.problem.recordings):
+        if (n, sensors.vane) not in kinematic.design.segments or (n, sensors.force) not in design.segments:
             continue
-        segment = kinematic.design.segments.index((n, witnesses.vane))
-        seen = kinematic.solution.residuals[kinematic.design.rows(segment)]
+        segment = kinematic.design.segments.index((n, sensors.vane))
+        gusts = kinematic.solution.residuals[kinematic.design.rows(segment)]
         speed = float(np.mean(recording.held("V")))
-        kept = float(seen[1:] @ seen[:-1]) / max(float(seen @ seen), 1e-300)
+        autocorrelation = float(gusts[1:] @ gusts[:-1]) / max(float(gusts @ gusts), 1e-300)
         step = recording.interval * recording.band.step
-        memory = -step / float(np.log(np.clip(kept, 1e-3, 0.999)))
-        winds.append(seen * speed)
+        memory = -step / float(np.log(np.clip(autocorrelation, 1e-3, 0.999)))
+        winds.append(gusts * speed)
         memories.append(memory * speed)
-        independent += seen.size * step / max(2.0 * memory, step)
-    sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(answer, 1.0)))
+        independent += gusts.size * step / max(2.0 * memory, step)
+    sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(response, 1.0)))
     error_of_sigma = sigma / float(np.sqrt(2.0 * max(independent, 2.0)))
-    return Turbulence(witnesses.kind, sigma, error_of_sigma, float(np.median(memories)), answer, error)
+    return Turbulence(sensors.kind, sigma, error_of_sigma, float(np.median(memories)), response, error)

@@ -14,13 +14,13 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.structure import Chosen
+from aerosid.equation_error.selection.structure import SelectedEffect
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class EvidenceFinding:
+class EffectEstimate:
     """One effect with its numbers on the fitted recordings.
 
     Attributes
@@ -34,9 +34,9 @@ class EvidenceFinding:
         Of all its numbers.
     gain : float
         In ln L: the fall when it is struck out of the final structure, or the rise when it entered.
-    witness : "kinematics" or "coefficients"
+    source : "kinematics" or "coefficients"
         Which equations proved it.
-    unseen_better : bool or None
+    improves_prediction : bool or None
         Whether the coefficients of unseen recordings, or blocks, are predicted better with it; None where not asked.
     """
 
@@ -46,13 +46,13 @@ class EvidenceFinding:
     std_error: float
     std_errors: tuple[float, ...]
     gain: float
-    witness: str
-    unseen_better: bool | None = None
+    source: str
+    improves_prediction: bool | None = None
 
     @property
     def null(self) -> float:
         """The null value: that at which the effect does nothing."""
-        return null_of(self.active)
+        return null_value(self.active)
 
     @property
     def ratio(self) -> float:
@@ -71,54 +71,54 @@ class EvidenceFinding:
         return max(ratios, default=np.inf)
 
 
-def null_of(active: ActiveEffect | None) -> float:
+def null_value(active: ActiveEffect | None) -> float:
     """The null value of an effect's leading number; of a term, None here, it is 0."""
     return active.effect.parameters[0].null if active is not None else 0.0
 
 
-def findings_of(
+def effect_estimates(
     found: Estimate,
     covariance: Array,
-    chosen: Sequence[Chosen],
-    worth: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
-    better: Mapping[tuple[str, str, str], bool] = MappingProxyType({}),
-) -> tuple[EvidenceFinding, ...]:
+    chosen: Sequence[SelectedEffect],
+    gains: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
+    improvements: Mapping[tuple[str, str, str], bool] = MappingProxyType({}),
+) -> tuple[EffectEstimate, ...]:
     """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain.
 
-    `worth`: their gain in the whole structure, by label; what is not in it keeps that of its entry. `better`: whether
-    the unseen is predicted better with it.
+    `gains`: their gain in the whole structure, by label; what is not in it keeps that of its entry. `improvements`:
+    whether validation records are predicted better with it.
     """
     deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
     rows = []
     for each in chosen:
-        witness = "kinematics" if each.kinematic else "coefficients"
+        source = "kinematics" if each.kinematic else "coefficients"
         hypothesis = each.hypothesis
-        gain, unseen = worth.get(hypothesis.label, each.gain), better.get(hypothesis.label)
+        gain, improves = gains.get(hypothesis.label, each.gain), improvements.get(hypothesis.label)
         if hypothesis.entries:
             (entry,) = hypothesis.entries
             n = place.get(("term", entry))
             value = found.point.model.value(entry)
             error = float(deviations[n]) if n is not None else np.inf
-            rows.append(EvidenceFinding(hypothesis, None, value, error, (error,), gain, witness, unseen))
+            rows.append(EffectEstimate(hypothesis, None, value, error, (error,), gain, source, improves))
             continue
         for i, active in enumerate(found.point.effects):
             if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
                 errors = tuple(float(deviations[place["effect", i, k]]) for k in range(len(active.values)))
                 first = active.values[0]
-                rows.append(EvidenceFinding(hypothesis, active, first, errors[0], errors, gain, witness, unseen))
+                rows.append(EffectEstimate(hypothesis, active, first, errors[0], errors, gain, source, improves))
                 break
     return tuple(sorted(rows, key=_rank))
 
 
-def _rank(row: EvidenceFinding) -> tuple[bool, float]:
+def _rank(row: EffectEstimate) -> tuple[bool, float]:
     """Of instruments' faults the most certain first: which of them entered first depends on what else was missing."""
-    return (False, -row.ratio) if row.witness == "kinematics" else (True, -row.gain)
+    return (False, -row.ratio) if row.source == "kinematics" else (True, -row.gain)
 
 
-def weakest(
-    found: Estimate, chosen: Sequence[Chosen], confirmed: Callable[[Chosen], bool] = lambda _each: False
-) -> Chosen | None:
+def least_significant(
+    found: Estimate, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool] = lambda _each: False
+) -> SelectedEffect | None:
     """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep.
 
     `confirmed`: asked of those that are too near, whether another recording shows them as well.
@@ -127,34 +127,45 @@ def weakest(
     shown = confirmed_unknowns(found, covariance, chosen, confirmed)
     if shown:
         covariance = corrected_covariance(found.design, found.solution, shown)
-    return weakest_of(findings_of(found, covariance, chosen), chosen, found.frame.settings.deviations)
+    return least_significant_of(effect_estimates(found, covariance, chosen), chosen, found.problem.settings.deviations)
 
 
 def confirmed_unknowns(
-    found: Estimate, covariance: Array, chosen: Sequence[Chosen], confirmed: Callable[[Chosen], bool]
+    found: Estimate, covariance: Array, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool]
 ) -> list[Unknown]:
     """The numbers of those chosen that are too near to none by some covariance, and confirmed."""
-    near = nearer_than(findings_of(found, covariance, chosen), chosen, found.frame.settings.deviations)
-    return [found.design.unknowns[n] for each in near if confirmed(each) for n in places_of(found, each.hypothesis)]
+    insignificant = insignificant_effects(
+        effect_estimates(found, covariance, chosen), chosen, found.problem.settings.deviations
+    )
+    return [
+        found.design.unknowns[n]
+        for each in insignificant
+        if confirmed(each)
+        for n in unknown_indices(found, each.hypothesis)
+    ]
 
 
-def nearer_than(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> list[Chosen]:
+def insignificant_effects(
+    rows: Sequence[EffectEstimate], chosen: Sequence[SelectedEffect], deviations: float
+) -> list[SelectedEffect]:
     """The chosen ones whose finding is nearer to none than so many of its deviations."""
-    near = {row.hypothesis.label for row in rows if row.ratio < deviations}
-    return [each for each in chosen if each.hypothesis.label in near]
+    insignificant = {row.hypothesis.label for row in rows if row.ratio < deviations}
+    return [each for each in chosen if each.hypothesis.label in insignificant]
 
 
-def weakest_of(rows: Sequence[EvidenceFinding], chosen: Sequence[Chosen], deviations: float) -> Chosen | None:
+def least_significant_of(
+    rows: Sequence[EffectEstimate], chosen: Sequence[SelectedEffect], deviations: float
+) -> SelectedEffect | None:
     """The chosen one whose finding is nearest to none, where that is nearer than so many of its deviations."""
-    labels = {each.hypothesis.label for each in nearer_than(rows, chosen, deviations)}
-    weak = [row for row in rows if row.hypothesis.label in labels]
-    if not weak:
+    labels = {each.hypothesis.label for each in insignificant_effects(rows, chosen, deviations)}
+    insignificant = [row for row in rows if row.hypothesis.label in labels]
+    if not insignificant:
         return None
-    label = min(weak, key=lambda row: row.ratio).hypothesis.label
+    label = min(insignificant, key=lambda row: row.ratio).hypothesis.label
     return next(each for each in chosen if each.hypothesis.label == label)
 
 
-def places_of(found: Estimate, hypothesis: Hypothesis) -> list[int]:
+def unknown_indices(found: Estimate, hypothesis: Hypothesis) -> list[int]:
     """Where the numbers of a hypothesis stand among the unknowns."""
     names = {(active.name, active.log) for active in hypothesis.effects}
     effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
@@ -166,13 +177,13 @@ def places_of(found: Estimate, hypothesis: Hypothesis) -> list[int]:
     ]
 
 
-def distances(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
+def distances_from_null(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
     """Place among the unknowns of each of a hypothesis' numbers, and its distance from the null value."""
     rows = []
-    for n in places_of(found, hypothesis):
-        unknown, away = found.design.unknowns[n], float(found.solution.values[n])
+    for n in unknown_indices(found, hypothesis):
+        unknown, distance = found.design.unknowns[n], float(found.solution.values[n])
         if unknown[0] == "effect":
             active, number = found.point.effects[int(str(unknown[1]))], int(str(unknown[2]))
-            away = active.values[number] - active.effect.parameters[number].null
-        rows.append((n, away))
+            distance = active.values[number] - active.effect.parameters[number].null
+        rows.append((n, distance))
     return rows
