@@ -1,4 +1,4 @@
-"""Structure selection by equation error: proved sensor faults first, then the aerodynamic coefficients."""
+"""Structure selection by equation error: instrument errors from kinematics first, then the aerodynamic coefficients."""
 
 from __future__ import annotations
 
@@ -68,41 +68,41 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EquationErrorDecision:
-    """What the equations show to be missing, with the estimates of the declared and the completed structure.
+    """Selected effects, and the estimates of the declared and the completed structure.
 
     Attributes
     ----------
     findings : tuple of EffectEstimate
-        Those of kinematics by certainty, then the others by gain.
+        Effects identified by kinematics in order of significance, then the others in order of gain.
     alternatives : tuple of Alternative
-        What could stand in place of a finding.
+        Indistinguishable replacements of the findings.
     before, completed : Estimate
-        Declared and completed structure, coefficients regressed on the identification recordings alone.
+        Declared and completed structure, coefficients regressed on the identification records alone.
     covariance : ndarray, shape (P, P)
-        Of the completed estimate's unknowns, corrected for coloured residuals; that of declared derivatives with what
-        the choice among the alternatives adds.
+        Of the completed estimate's unknowns, corrected for coloured residuals; of declared derivatives it includes the
+        contribution of the choice among the alternatives.
     before_covariance : ndarray
         The same of the declared structure.
     turbulence : tuple of Turbulence
-        What vanes and forces show of the air.
+        Turbulence estimated from vanes and forces.
     coefficient_fits : tuple of (CoefficientFit, CoefficientFit)
-        R^2 before and after, of each coefficient and recording.
+        R^2 before and after, of each coefficient and record.
     gust_fraction : float
-        What the sideslip's vane shows beyond the inertial path over all that it shows, 1; infinite where none is there.
+        RMS of the sideslip vane's difference from the inertial path over its total RMS, 1; infinite without a vane.
     kinematic_estimate : Estimate
-        The instruments' faults as the kinematics of the identification recordings alone measure them.
+        Instrument errors estimated from the kinematics of the identification records alone.
     hypothesis_count : int
-        Hypotheses.
+        Number of hypotheses tested.
     refuted : tuple of (kind, where, term)
-        What the validation recordings refused.
+        Effects refuted by the validation records.
     damping : DampingCollinearity or None
-        What the completed C_m q_hat holds of an undeclared C_m alpha_dot_hat.
+        Part of an undeclared C_m alpha_dot_hat that the completed C_m q_hat contains.
     delay_discrepancies : tuple of DelayDiscrepancy
-        Instruments that kinematics alone and all equations find late in different ways.
+        Instruments whose time delay by kinematics alone differs from that by all equations.
     joint_evidence : mapping of label to KinematicEvidence
-        What kinematics show of the instruments' faults that they and the coefficients name together.
+        Kinematic estimates of the instrument errors identified only by kinematics and coefficients jointly.
     near_significant : tuple of NearSignificant
-        What would be named were it the only question: of kinematics, then of coefficients.
+        Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -126,14 +126,15 @@ class EquationErrorDecision:
 def decide(
     errors: InstrumentErrors, coefficients: Sequence[str], log: Callable[[str], None] = lambda _text: None
 ) -> EquationErrorDecision:
-    """Select the undeclared effects from the coefficient equations, given the proved sensor faults.
+    """Select the undeclared effects by the coefficient equations, given the instrument errors identified by kinematics.
 
     Parameters
     ----------
+    errors : InstrumentErrors
     coefficients : sequence of str
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
     log : callable
-        Hears what enters and leaves, for a journal.
+        Receives a message for each effect that is added or removed.
     """
     start, hypotheses = errors.start, errors.hypotheses
     settings = errors.selected.estimate.problem.settings
@@ -153,7 +154,7 @@ def decide(
         gains[hypothesis.label] += evidence[distinct_name(hypothesis)].gain_at(active.values)
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
     other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
-    # What another flight refutes stands in nobody's place, and so does what both kinds of equations name together.
+    # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
     excluded_labels = {*refuted, *(hypothesis.label for hypothesis in jointly)}
     before = estimate(fitted_estimate.problem, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
@@ -186,7 +187,7 @@ def decide(
 
 
 class _Accepted(NamedTuple):
-    """A structure, the same on the fitted recordings alone, and its estimate and covariance beside the instruments."""
+    """A structure, its fit to the identification records, and estimate and covariance with the instrument errors."""
 
     structure: SelectedStructure
     on_fitted: SelectedStructure
@@ -197,10 +198,10 @@ class _Accepted(NamedTuple):
 def _accepted_structure(
     identified: SelectedStructure, search: CoefficientSearch, outcome: _Selection
 ) -> tuple[_Accepted, Labels]:
-    """The structure without what the instruments' own uncertainty could have made, and all that was refuted.
+    """The structure without effects that instrument uncertainty could explain, and the labels of the refuted effects.
 
-    What leaves for that may have stood in another's place, as a power of alpha whose bias is known badly: the others
-    are asked again, as they are of what does not stand in the search itself.
+    An effect eliminated for that reason may have masked another, as a power of alpha does where the bias of alpha is
+    uncertain: the remaining hypotheses are tested again, as after every elimination in the search itself.
     """
     settings = search.fitted.settings
     structure, refuted = outcome.structure, outcome.refuted
@@ -224,7 +225,7 @@ def _accepted_structure(
 def _significant(
     identified: SelectedStructure, search: CoefficientSearch, delays: JointDelays, structure: SelectedStructure
 ) -> _Accepted:
-    """A structure less what is nearer to none than the deviations that a final value must keep."""
+    """The structure after backward elimination by t-ratios that include the uncertainty of the instrument errors."""
     while True:
         point = structure.estimate.point
         on_fitted = likelier_input_interpolation(
@@ -236,7 +237,7 @@ def _significant(
         insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
         if insignificant is None:
             return _Accepted(structure, fitted, completed, covariance)
-        search.log(f"  does not stand beside the instruments: {insignificant.hypothesis.label}")
+        search.log(f"  not significant with instrument uncertainty: {insignificant.hypothesis.label}")
         structure = structure_without(structure, insignificant)
 
 
@@ -248,7 +249,7 @@ def _near_significant(
     alternatives: Sequence[Alternative],
     refuted: Sequence[Label],
 ) -> tuple[NearSignificant, ...]:
-    """What kinematics and coefficients each would name were it all that was asked, and nothing lists yet."""
+    """The near-significant effect of the kinematic and of the coefficient equations, each if not yet listed."""
     listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
     listed |= {*identified.labels, *structure.labels}
     sensors = [h for h in errors.hypotheses if h.label not in listed and is_instrument_error(h)]
@@ -262,7 +263,7 @@ def _near_significant(
 
 
 class _JointSelection(NamedTuple):
-    """The faults, the other ways in which a channel may be late, the search in the coefficients, and its outcome."""
+    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure."""
 
     identified: SelectedStructure
     other_delays: tuple[Alternative, ...]
@@ -273,7 +274,9 @@ class _JointSelection(NamedTuple):
 def _selected_jointly(
     errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], log: Callable[[str], None]
 ) -> _JointSelection:
-    """The structure that both kinds of equations show, no lateness in it for which they do not pay together."""
+    """The structure selected by both kinds of equations; no time delay is retained whose joint gain is below its
+    penalty.
+    """
     start, settings = errors.start, identified.estimate.problem.settings
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
     whole = RegressionProblem(identified.estimate.problem.recordings, COEFFICIENT, settings, all_fitted=True)
@@ -287,7 +290,7 @@ def _selected_jointly(
     for each in identified.chosen:
         gain = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
         if gain is not None and gain < search.criterion.penalty(each.hypothesis):
-            log(f"  both kinds of equations together gain {gain:.1f} by {each.hypothesis.label}")
+            log(f"  joint gain of both kinds of equations {gain:.1f} by {each.hypothesis.label}")
             return _selected_jointly(errors, structure_without(identified, each), coefficients, log)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
@@ -297,10 +300,10 @@ def _selected_jointly(
 def _with_covariance(
     delays: JointDelays, on_fitted: SelectedStructure, structure: SelectedStructure
 ) -> tuple[Estimate, Array]:
-    """The estimate with the instruments' numbers, and the covariance of all.
+    """The estimate with the instrument errors among its unknowns, and the covariance of all.
 
-    An effect that one event of the fitted recordings shows keeps the deviation of the deleted blocks, unless it would
-    be lost by that alone and the unseen recordings show it too.
+    An effect shown by a single event of the identification records keeps the standard error by block deletion, unless
+    it would be eliminated by that alone and the validation records replicate it.
     """
     completed, covariance = with_instrument_errors(delays, on_fitted.estimate)
     replicated = functools.partial(is_replicated, structure, on_fitted)
@@ -315,7 +318,7 @@ def _coefficient_search(
     coefficients: tuple[str, ...],
     log: Callable[[str], None],
 ) -> CoefficientSearch:
-    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
+    """Search among the hypotheses that are no instrument errors and the instrument errors with kinematic evidence."""
     hypotheses, settings = errors.hypotheses, declared.problem.settings
     evidence = kinematic_evidence(identified, [h for h in hypotheses if is_instrument_error(h)])
     candidates = tuple(h for h in hypotheses if not is_instrument_error(h) or distinct_name(h) in evidence)
@@ -338,11 +341,11 @@ def _not_among(known: Sequence[Alternative], rows: Sequence[Alternative]) -> lis
 
 
 def _selected_with_delays(identified: Estimate, declared: Estimate, search: CoefficientSearch) -> _Selection:
-    """The structure with the timings of instruments that kinematics and coefficients show together.
+    """The structure with the time delays of instruments estimated jointly from kinematics and coefficients.
 
-    A structure found with a wrong timing has something in its place, and a timing found with a wrong structure is
-    off: the search begins with the timings of kinematics alone and with those that the declared structure prefers, and
-    the likelier outcome counts.
+    A wrong time delay biases the structure and a wrong structure biases the time delay: the search starts from the
+    delays of kinematics alone and from those that the declared structure prefers, and the outcome of higher penalised
+    likelihood is taken.
     """
 
     def outcome(search: CoefficientSearch, initial: JointDelays) -> _Selection:
@@ -357,7 +360,7 @@ def _selected_with_delays(identified: Estimate, declared: Estimate, search: Coef
             structure.estimate.solution.weights,
         )
         if search.worsens_prediction(structure.estimate, moved):
-            search.log("  an unseen recording keeps the timings as they were")
+            search.log("  joint time delays rejected by a validation record")
             return _Selection(initial, structure, refuted)
         return _Selection(delays, SelectedStructure(moved, structure.chosen), refuted)
 
@@ -374,7 +377,7 @@ def _selected_with_delays(identified: Estimate, declared: Estimate, search: Coef
 
 @dataclass(frozen=True)
 class _Selection:
-    """The timings of instruments, the structure found with them, and what the unseen recordings refused."""
+    """Time delays of instruments, the structure selected with them, and the labels refuted by validation records."""
 
     delays: JointDelays
     structure: SelectedStructure

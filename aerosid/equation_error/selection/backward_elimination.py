@@ -1,4 +1,4 @@
-"""What of a structure stands: significant on the fitted recordings, and refused by no unseen one."""
+"""Backward elimination by corrected t-ratios, moderated tests over blocks and prediction of validation records."""
 
 from __future__ import annotations
 
@@ -41,7 +41,11 @@ Labels = tuple[tuple[str, str, str], ...]
 
 
 def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructure) -> tuple[SelectedStructure, Labels]:
-    """What stays significant on the fitted recordings, and lowers no coefficient of an unseen one."""
+    """Backward elimination of a structure: the retained structure, and the labels that the validation records refuted.
+
+    An effect is retained while it is significant on the identification records and improves, or leaves unchanged, the
+    prediction of every coefficient of the validation records.
+    """
     refuted: list[tuple[str, str, str]] = []
     while True:
         fitted = on_identification_records(search, selected)
@@ -54,12 +58,12 @@ def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructu
             if removed is None:
                 return selected, tuple(refuted)
             refuted.append(removed.hypothesis.label)
-        search.log(f"  does not stand: {removed.hypothesis.label}")
+        search.log(f"  eliminated: {removed.hypothesis.label}")
         selected = structure_without(selected, removed)
 
 
 def on_identification_records(search: CoefficientSearch, selected: SelectedStructure) -> SelectedStructure:
-    """The structure as the fitted recordings alone show it."""
+    """The structure re-estimated from the identification records alone."""
     point = selected.estimate.point
     weights = weights_restricted_to(selected.estimate, search.fitted, point)
     return SelectedStructure(estimate(search.fitted, point, weights, steps=4), selected.chosen)
@@ -68,13 +72,13 @@ def on_identification_records(search: CoefficientSearch, selected: SelectedStruc
 def _insignificant_by_blocks(
     search: CoefficientSearch, selected: SelectedStructure, fitted: SelectedStructure
 ) -> SelectedEffect | None:
-    """The chosen one that the noise of the few blocks that show it makes most easily, where it does so too easily.
+    """The effect of highest p-value by the moderated test over blocks, if above its share of the false-alarm rate.
 
-    What is sudden is one event by its nature, and was looked for at every instant; a fault that kinematics show as well
-    has another witness; and what an unseen recording needs by itself is no chance of a few blocks.
+    Step changes are excluded: they are single events by nature and were searched for at every instant. So are
+    instrument errors with kinematic evidence, and effects that a validation record requires by itself.
     """
     found, worst = selected.estimate, None
-    # Shown on longitudinal flights; with sideslip false alarms are a third as likely by their price already.
+    # Verified on longitudinal flights; with sideslip the penalty already lowers the false-alarm rate to a third.
     if not uses_no_instruments(found.design) or "v" in found.point.model.axes.integrated:
         return None
     for each in selected.chosen:
@@ -100,7 +104,9 @@ def _insignificant_by_blocks(
 def _refuted(
     search: CoefficientSearch, selected: SelectedStructure, fitted: SelectedStructure
 ) -> SelectedEffect | None:
-    """The chosen one of least gain with which an unseen coefficient, or an unseen block, is predicted worse."""
+    """The effect of least gain whose deletion improves the prediction of a validation coefficient, or of a left-out
+    block.
+    """
     if not selected.chosen:
         return None
     completed = fitted.estimate
@@ -119,7 +125,7 @@ def _refuted(
                 (*known_shifts, *(found.point.effects[-1] for found in further())), each.hypothesis
             ):
                 return False
-            # An unseen recording in which something happens suddenly refuses nothing by that.
+            # A step change in the validation record alone must not refute another effect.
             all_shifts = shift_columns(selected.estimate, further())
             predictions = predicted(reduced, all_shifts), predicted(completed, all_shifts)
             if not further() or predicts_worse(*predictions, doubt, settings.least_rise):
@@ -135,7 +141,10 @@ def _refuted(
 def _predictor(
     selected: SelectedStructure, completed: Estimate
 ) -> tuple[Callable[[Estimate, StepColumns], PredictionResiduals], float]:
-    """What an estimate leaves of unseen recordings, or of blocks of the fitted ones where all are; and the doubt."""
+    """Prediction residuals of validation records, or of left-out blocks if there are none, as function of an estimate.
+
+    Also returned is the threshold, in standard deviations of the mean square, for a rise to count.
+    """
     settings, whole = completed.problem.settings, selected.estimate.problem
     if all(recording.fitted for recording in whole.recordings):
         blocks = blocks_of(completed)
@@ -145,9 +154,9 @@ def _predictor(
 
 
 def improves_prediction(selected: SelectedStructure, fitted: SelectedStructure) -> dict[tuple[str, str, str], bool]:
-    """Whether the unseen recordings' coefficients are together predicted better with each chosen one; by its label.
+    """Whether each effect improves the prediction of all validation coefficients together, by label.
 
-    `fitted`: the structure on the fitted recordings. Empty where nothing is unseen.
+    `fitted`: the structure on the identification records. Empty without validation records or blocks.
     """
     predicted, _ = _predictor(selected, fitted.estimate)
     steps = shift_columns(selected.estimate)

@@ -1,4 +1,4 @@
-"""Growth of a structure in the coefficient equations, beside what happens suddenly and beside flow separation."""
+"""Stepwise search in the coefficient equations, with step changes of validation records and flow separation."""
 
 from __future__ import annotations
 
@@ -32,20 +32,21 @@ _Other = TypeVar("_Other")
 
 @dataclass(frozen=True)
 class CoefficientSearch:
-    """What is asked of the coefficients, and by which rules.
+    """Candidates of the coefficient equations and the selection criterion.
 
     Attributes
     ----------
     hypotheses : tuple of Hypothesis
+        Candidates.
     coefficients : tuple of str
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
     fitted : RegressionProblem
-        The coefficient equations of the identification recordings.
+        The coefficient equations of the identification records.
     criterion : SelectionCriterion
     admitted : callable
-        What may enter on other grounds than the likelihood.
+        Admission of an estimate by criteria other than the likelihood.
     log : callable
-        Hears what enters and leaves, for a journal.
+        Receives a message for each effect that is added or removed.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -56,7 +57,7 @@ class CoefficientSearch:
     log: Callable[[str], None]
 
     def hypotheses_except(self, refuted: Collection[Label]) -> list[Hypothesis]:
-        """What is asked, but for what unseen recordings refused."""
+        """The candidates without those refuted by validation records."""
         return [hypothesis for hypothesis in self.hypotheses if hypothesis.label not in refuted]
 
     def forward(
@@ -68,7 +69,7 @@ class CoefficientSearch:
         step_changes: bool = True,
         excluded: Collection[Label] = (),
     ) -> SelectedStructure:
-        """Forward selection among what is not struck out; `step_changes`: and among changes at an instant."""
+        """Forward selection without the `excluded` labels; `step_changes`: step changes are candidates too."""
         *_, found = self.forward_selection(initial, hypotheses, most, step_changes=step_changes, excluded=excluded)
         return found
 
@@ -81,7 +82,7 @@ class CoefficientSearch:
         step_changes: bool = True,
         excluded: Collection[Label] = (),
     ) -> Iterator[SelectedStructure]:
-        """The structures that forward selection goes through."""
+        """The sequence of structures of a forward selection."""
         return forward_selection(
             initial,
             self.criterion,
@@ -99,9 +100,9 @@ class CoefficientSearch:
         other: Callable[[CoefficientSearch], _Other],
         common: Sequence[object],
     ) -> tuple[_Found, _Other]:
-        """Two searches that need nothing of each other; the journal hears of one and then of the other.
+        """Run two independent searches in parallel; the messages of the first are logged before those of the second.
 
-        `common`: the frames of their estimates.
+        `common`: the regression problems of their estimates.
         """
 
         def logged(search: Callable[[CoefficientSearch], Any]) -> tuple[Any, list[str]]:
@@ -116,21 +117,21 @@ class CoefficientSearch:
     def with_replacements(
         self, found: SelectedStructure, hypotheses: Sequence[Hypothesis], excluded: Collection[Label] = ()
     ) -> SelectedStructure:
-        """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay.
+        """The structure with each effect replaced by a likelier one, and with effects that thereby become significant.
 
-        By nothing that is struck out.
+        No label in `excluded` may enter.
         """
         most = found.estimate.problem.settings.most
         for _ in range(found.estimate.problem.settings.rounds):
             exchanged = with_replacements(found, hypotheses, self.criterion, self._admissible_except(excluded))
             if exchanged is found:
                 break
-            self.log(f"  exchanged for {', '.join(' '.join(each.hypothesis.label) for each in exchanged.chosen)}")
+            self.log(f"  replaced by {', '.join(' '.join(each.hypothesis.label) for each in exchanged.chosen)}")
             found = self.forward(exchanged, hypotheses, most, excluded=excluded)
         return found
 
     def _admissible_except(self, excluded: Collection[Label]) -> Admitted:
-        """Whether an estimate may stand by these rules, its last hypothesis not struck out."""
+        """Admission rule that also rejects an estimate whose last hypothesis is excluded."""
 
         def is_admissible(found: Estimate, hypothesis: Hypothesis) -> bool:
             return hypothesis.label not in excluded and self.admitted(found, hypothesis)
@@ -138,10 +139,10 @@ class CoefficientSearch:
         return is_admissible
 
     def worsens_prediction(self, before: Estimate, after: Estimate) -> bool:
-        """Whether an unseen recording's coefficient is predicted worse by one estimate than by another before it.
+        """Whether the second of two estimates predicts a validation coefficient worse than the first.
 
-        Worse in R^2 as it is reported, gusts left in: other numbers of an instrument change what is taken for them.
-        What one coefficient loses another may gain.
+        In terms of the reported R^2, gusts not removed: other instrument errors change what is attributed to gusts. A
+        loss in one coefficient may be compensated by a gain in another.
         """
         whole = after.problem
         old, new = (
@@ -156,18 +157,18 @@ class CoefficientSearch:
         return worse and sum(a - b for a, b in validation) > 0.0
 
     def penalised_likelihood(self, selected: SelectedStructure) -> float:
-        """Ln L less the cost of all that entered, level shifts of unseen recordings among it."""
+        """Ln L less the penalties of all effects, including those of level shifts of validation records."""
         shifts = sum(self.criterion.penalty(as_hypothesis(active)) for active in shifts_of(selected.estimate))
         return penalised_likelihood(selected, self.criterion) - shifts
 
 
 def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructure) -> SelectedStructure:
-    """What the coefficients lack beside what happens suddenly on unseen recordings.
+    """The structure selected from the coefficients together with level shifts of the validation records.
 
-    The first structure was chosen where a sudden change of an unseen recording was noise, and may stand in its place:
-    the search goes on from it, and begins anew where that is clearly likelier; where it is clearly less likely, not
-    again beside the smaller shifts that come later. A shift once found stays, so that nothing is named for explaining
-    it.
+    The first structure was selected while step changes of validation records counted as noise, and may contain effects
+    in their place: the search is continued from it and also restarted with the shifts. The restarted structure is taken
+    where its penalised likelihood is clearly higher; where it is clearly lower, later, smaller shifts do not trigger a
+    restart. A level shift once found is kept, so that no effect is selected for explaining it.
     """
     found, problem = _stepwise(search, initial), initial.estimate.problem
     lead = 0.0
@@ -193,22 +194,22 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
 
 
 def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
-    """The search gone on from a structure with level shifts beside it."""
+    """Forward selection and replacement continued from a structure with additional level shifts."""
     continued = search.forward(found, search.hypotheses, found.estimate.problem.settings.most)
     return search.with_replacements(continued, search.hypotheses)
 
 
 def _restarted(search: CoefficientSearch, initial: SelectedStructure, shifted: SelectedStructure) -> SelectedStructure:
-    """The search begun anew with the level shifts of another structure."""
+    """The search restarted with the level shifts of another structure."""
     point = with_shifts(initial.estimate.point, shifts_of(shifted.estimate))
     restart = SelectedStructure(estimate(initial.estimate.problem, point, initial.estimate.solution.weights), ())
     return _with_restarted_shifts(search, _stepwise(search, restart))
 
 
 def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
-    """A structure with its level shifts chosen anew where that is likelier with no fewer of them.
+    """The structure with its level shifts selected again, where that is likelier with no fewer shifts.
 
-    A moment that shifts beside a moving centre of gravity is taken for that of a step, while the centre is not known.
+    While the centre-of-gravity position is unknown, a moment due to its movement is taken for a step of the moment.
     """
     problem, current = found.estimate.problem, shifts_of(found.estimate)
     reduced = estimate(problem, without_shifts(found.estimate), found.estimate.solution.weights)
@@ -221,10 +222,10 @@ def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) 
 
 
 def _stepwise(search: CoefficientSearch, initial: SelectedStructure) -> SelectedStructure:
-    """What the coefficients lack; where that is worth more, with the controls first and flow separation second.
+    """Stepwise structure; with controls and flow separation first where that gives the higher penalised likelihood.
 
-    A stall and the stabiliser and thrust that a pilot moves in it bend the coefficients together: powers of alpha that
-    enter one by one would stand in the place of all three. Both ways are compared at the same number of effects.
+    In a stall, separation and the simultaneous stabiliser and thrust inputs act on the coefficients together: powers of
+    alpha entered one by one would replace all three. Both orders are compared at the same number of effects.
     """
     problem, hypotheses = initial.estimate.problem, search.hypotheses
     most = problem.settings.most
@@ -248,9 +249,9 @@ def _stepwise(search: CoefficientSearch, initial: SelectedStructure) -> Selected
 def _separation_first(
     search: CoefficientSearch, initial: SelectedStructure, enough: NumberSeenByCopies
 ) -> SelectedStructure | None:
-    """What the coefficients lack, the controls first and flow separation second; None where it does not pay.
+    """Forward selection with the controls first and flow separation second; None where separation is not significant.
 
-    `enough` is told the number of its effects.
+    `enough` receives the number of its effects.
     """
     problem, hypotheses = initial.estimate.problem, search.hypotheses
     controls = [hypothesis for hypothesis in hypotheses if is_control_term(hypothesis)]
@@ -265,9 +266,9 @@ def _separation_first(
 def _one_by_one(
     search: CoefficientSearch, initial: SelectedStructure, enough: NumberSeenByCopies
 ) -> tuple[SelectedStructure, list[tuple[int, float]]]:
-    """What the coefficients lack, up to a number of effects that may be told meanwhile.
+    """Forward selection up to a number of effects that may be set meanwhile.
 
-    And of each structure on the way the number of its effects, and ln L less prices.
+    Also returned, for each intermediate structure, are the number of its effects and its penalised likelihood.
     """
     path = []
     for found in search.forward_selection(initial, search.hypotheses, initial.estimate.problem.settings.most):

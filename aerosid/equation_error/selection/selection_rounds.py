@@ -1,4 +1,4 @@
-"""Structure selection in the coefficient equations, in rounds of growth and of what every recording can bear."""
+"""Structure selection in the coefficient equations: rounds of forward selection and backward elimination."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from aerosid.equation_error.selection.structure import SelectedStructure, struct
 
 
 def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> tuple[SelectedStructure, Labels]:
-    """What the coefficients lack and every recording can bear; what left may have stood in another's place.
+    """The structure selected by forward selection, replacement and backward elimination, and the refuted labels.
 
-    What left comes in again neither beside the others nor for one of them. Of the structures that stand after one round
-    and another the likeliest counts, prices paid.
+    Each elimination may unmask other effects, so the search is continued; an eliminated effect cannot re-enter, neither
+    in addition nor as a replacement. Among the structures retained in the rounds that of highest penalised likelihood
+    is returned.
     """
     refuted: Labels = ()
     eliminated: Labels = ()
@@ -34,7 +35,7 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
         retained, refuted_now = eliminate_insignificant(search, found)
         removed = found.labels_not_in(retained)
         refuted, eliminated = (*refuted, *refuted_now), (*eliminated, *removed)
-        # What was refused since stands no more in what stood before.
+        # A structure with an effect that was refuted in this round is not comparable.
         is_comparable = best is not None and not set(best.labels) & set(refuted_now)
         best = max(best, retained, key=search.penalised_likelihood) if best is not None and is_comparable else retained
         if round_ == last:
@@ -44,7 +45,7 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
         if removed:
             found = search.forward(found, eligible, most, excluded=eliminated)
         names = frozenset(found.labels)
-        if names == frozenset(retained.labels) or names in visited:  # what stood of it then would stand of it again
+        if names == frozenset(retained.labels) or names in visited:  # the next elimination would repeat an earlier one
             break
     assert best is not None
     return best, refuted
@@ -53,15 +54,17 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
 def add_terms_at_raised_odds(
     search: CoefficientSearch, found: SelectedStructure, refuted: Labels, errors: slice
 ) -> tuple[CoefficientSearch, SelectedStructure, Labels]:
-    """The structure with the terms that pay at the odds of a coefficient that the proven faults contradict, and these.
+    """The structure with the terms that are significant at raised prior odds of their coefficients, and the refuted
+    labels.
 
-    Asked once a structure is found: what it explains contradicts no more. At such odds a term has to predict better,
-    too, what it is not fitted to. `errors`: those of its effects.
+    Applied to the selected structure: what it explains no longer contradicts the identified instrument errors. At
+    raised odds a term must in addition improve the prediction of records or blocks to which it is not fitted. `errors`:
+    slice of the point's effects that are identified instrument errors.
     """
     losses = likelihood_losses(found.estimate, errors)
     if not losses:
         return search, found, refuted
-    search.log("  contradicted " + ", ".join(f"{name} {fall:.1f}" for name, fall in losses.items()))
+    search.log("  likelihood losses " + ", ".join(f"{name} {fall:.1f}" for name, fall in losses.items()))
     settings = found.estimate.problem.settings
     search = replace(
         search, criterion=with_raised_odds(search.criterion, search.hypotheses, losses, settings.contradicted)
@@ -80,7 +83,7 @@ def add_terms_at_raised_odds(
     for each in retained.chosen:
         label = each.hypothesis.label
         if label in new and not better.get(label, False):
-            search.log(f"  predicts nothing better: {label}")
+            search.log(f"  does not improve prediction: {label}")
             retained = structure_without(retained, each)
     if not retained.labels_not_in(found):
         return search, found, refuted
