@@ -1,4 +1,4 @@
-"""Hypotheses that these recordings cannot tell from a chosen one: in its place they are nearly as likely."""
+"""Indistinguishable alternatives: hypotheses that are nearly as likely as a selected one when they replace it."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from aerosid.equation_error.settings import TRIALS
 _Result = TypeVar("_Result")
 
 LargestDeficit = Callable[[Hypothesis], float]
-"""How far behind a chosen one, in ln L, a hypothesis is of interest in its place."""
+"""Deficit in ln L to the selected hypothesis up to which a replacement is of interest."""
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """What could stand in place of a chosen hypothesis.
+    """An indistinguishable alternative of a selected hypothesis.
 
     `active`: effect with its parameter values, None for a term; `gain` in ln L as replacement; `deficit` in ln L to the
     selected hypothesis, not significant up to `margin`; `independent`: fraction of its columns that no other column
@@ -63,12 +63,12 @@ class Alternative:
 
     @property
     def ratio(self) -> float:
-        """Distance of its number from its null value in its own deviations; infinite without any."""
+        """Distance of the leading parameter from its null value in standard errors; infinite without any."""
         return abs(self.value - null_value(self.active)) / self.std_error if self.std_error > 0.0 else np.inf
 
 
 def gains_by_deletion(selected: SelectedStructure) -> dict[tuple[str, str, str], float]:
-    """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
+    """Gain in ln L of each selected hypothesis by label: the loss when it is deleted from the structure."""
     reduced_fits = deletions(selected, selected.chosen, with_columns=not uses_no_instruments(selected.estimate.design))
     return {
         each.hypothesis.label: selected.estimate.gain_over(reduced)
@@ -77,10 +77,10 @@ def gains_by_deletion(selected: SelectedStructure) -> dict[tuple[str, str, str],
 
 
 def alternatives_of(selected: SelectedStructure, hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
-    """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first.
+    """The alternatives of every selected hypothesis, the likeliest first.
 
-    At a size that is not too unusual: an aircraft whose centre of gravity lay half a chord from where it was weighed
-    would not have flown.
+    Alternatives of implausible size are left out: an aircraft with the centre of gravity half a chord from its weighed
+    position would not have flown.
     """
     rows = _for_each(
         selected,
@@ -97,7 +97,7 @@ def with_replacements(
     admitted: Admitted = lambda _found, _hypothesis: True,
     rounds: int = 2,
 ) -> SelectedStructure:
-    """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
+    """The structure with each hypothesis replaced by a likelier one, in terms of penalised likelihood."""
     for _ in range(rounds):
         better = functools.partial(
             _likeliest_replacement, selected, hypotheses=hypotheses, criterion=criterion, admitted=admitted
@@ -120,9 +120,9 @@ def _for_each(
     is_cached: Callable[[SelectedEffect], bool],
     until: Callable[[_Result], bool] = lambda _told: False,
 ) -> list[_Result]:
-    """What is told of each chosen one in turn, up to the first that ends it, by what could stand in its place.
+    """Evaluate a function of each selected hypothesis in turn, up to the first result for which `until` holds.
 
-    What was found on the way is kept. `is_cached`: whether that was asked of one before.
+    Entries that it adds to the structure's cache are kept. `is_cached`: whether the result needs no new estimate.
     """
 
     def with_new(each: SelectedEffect) -> tuple[_Result, dict[object, list[Any]]]:
@@ -146,7 +146,7 @@ def _likeliest_replacement(
     criterion: SelectionCriterion,
     admitted: Admitted,
 ) -> Alternative | None:
-    """The likeliest in place of one that is clearly better and admitted."""
+    """The likeliest replacement of an effect that is clearly better and admitted."""
     penalty, clearly = (
         criterion.penalty_at(each.hypothesis, selected.estimate.point),
         selected.estimate.problem.settings.clearly,
@@ -165,7 +165,7 @@ def _likeliest_replacement(
 def _largest_winning_deficit(
     selected: SelectedStructure, each: SelectedEffect, criterion: SelectionCriterion
 ) -> LargestDeficit:
-    """How far behind a chosen one others may be and yet clearly better, prices counted."""
+    """The deficit in ln L up to which a replacement can still have a clearly higher penalised likelihood."""
     penalty = (
         criterion.penalty_at(each.hypothesis, selected.estimate.point) - selected.estimate.problem.settings.clearly
     )
@@ -184,9 +184,9 @@ def replacements_of(
     hypotheses: Sequence[Hypothesis],
     largest_deficit: LargestDeficit | None = None,
 ) -> list[Alternative]:
-    """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew.
+    """Replacements of a selected effect, the likeliest first; cached with the structure.
 
-    `largest_deficit`: by default the alternatives' margin. What promises to stay further behind is not estimated.
+    `largest_deficit`: by default the margin of alternatives. Candidates predicted to exceed it are not estimated.
     """
     cached = _cached(selected, each, hypotheses, largest_deficit)
     if cached is None:
@@ -201,7 +201,7 @@ def _cached(
     hypotheses: Sequence[Hypothesis],
     largest_deficit: LargestDeficit | None = None,
 ) -> list[Alternative] | None:
-    """The answer that was given before; that without a limit holds all others."""
+    """Replacements found before; those without a limit include all others."""
     unlimited = selected.cache.get(_cache_key(each, hypotheses))
     return unlimited if unlimited is not None else selected.cache.get(_cache_key(each, hypotheses, largest_deficit))
 
@@ -209,7 +209,7 @@ def _cached(
 def _cache_key(
     each: SelectedEffect, hypotheses: Sequence[Hypothesis], largest_deficit: LargestDeficit | None = None
 ) -> tuple[object, ...]:
-    """Under what the answer is kept: the same hypotheses may be asked again within narrower limits."""
+    """Key of the cache: the same hypotheses may be tested again within narrower limits."""
     limits = ((h.label, limits_of(h), None if largest_deficit is None else largest_deficit(h)) for h in hypotheses)
     return each.hypothesis.label, tuple(limits)
 
@@ -247,8 +247,8 @@ def _made_replacements(
         if found is not None:
             hypothesis, estimated = found.hypothesis, found.estimate
             row = _row(estimated, hypothesis, each.hypothesis, replacement.loss - found.deficit, found.deficit)
-            # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
-            # another way in which the same channel is late says that it is late.
+            # Where the selected effect gains little more than the margin, having no effect would be an alternative as
+            # well. Another kind of time delay of the same channel remains an alternative.
             if row.ratio >= settings.deviations or is_redundant(hypothesis, [each]):
                 prior_deficit = size_penalty(effects_of(estimated.point, hypothesis)) - usual_penalty
                 rows.append(
@@ -263,11 +263,11 @@ def _made_replacements(
 
 
 class _NotEstimated(NamedTuple):
-    """What promises to stay behind: where another question is asked it may be of interest."""
+    """A candidate predicted to exceed the deficit of interest; another search may still need its estimate."""
 
 
 class _Estimated(NamedTuple):
-    """A hypothesis in place of a chosen one, its numbers where it began; where it is likeliest, and how far behind."""
+    """A replacement with its starting values, its maximum-likelihood estimate and its deficit in ln L."""
 
     hypothesis: Hypothesis
     estimate: Estimate
@@ -276,7 +276,7 @@ class _Estimated(NamedTuple):
 
 @dataclass(frozen=True)
 class _Replacement:
-    """A structure without one of its hypotheses, for others to stand in its place.
+    """A structure with one hypothesis removed, for the estimation of replacements.
 
     `removed`: the hypothesis; `reduced`: the structure without it; `loss`: its loss in ln L; `least_margin` in ln L.
     """
@@ -288,13 +288,13 @@ class _Replacement:
 
     @property
     def margin(self) -> float:
-        """How far behind in ln L nothing is decided."""
+        """Deficit in ln L up to which a difference is not significant."""
         return self.least_margin + 0.03 * self.loss
 
     def fit_candidate(
         self, candidate: Candidate, largest_deficit: LargestDeficit | None
     ) -> _Estimated | _NotEstimated | None:
-        """A hypothesis with its numbers estimated; None where it is no alternative, unasked where it may not win."""
+        """A candidate's estimate; None if it is no alternative, `_NotEstimated` if the predicted deficit is large."""
         trial, hypothesis = linearised(self.reduced, candidate)
         if self._is_hopeless(trial, hypothesis, TRIALS.hopeless * self.least_margin):
             return None
@@ -315,12 +315,13 @@ class _Replacement:
         return self.loss - self.reduced.gain_by(promised)
 
     def _is_hopeless(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # Other ways of being late are as far from their first order as the chosen one is.
+        # Other kinds of time delay are as nonlinear as the selected one.
         far = self._behind(promised) > most + TRIALS.hopeless_share * self.loss
         return far and not is_redundant(hypothesis, [self.removed])
 
     def _loses(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # What a lag, a limit or a moment brings is far from its first order: some that promised to lose won.
+        # The gain by a lag, a limit or an instant deviates strongly from its first-order prediction: some candidates
+        # that were predicted to lose won.
         is_linear = not hypothesis.effects and not self.removed.hypothesis.effects
         return is_linear and self._behind(promised) > most + TRIALS.losing_share * self.loss
 
@@ -331,7 +332,7 @@ def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: floa
 
 
 def last_parameter(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffect | None, float, float]:
-    """The last hypothesis of an estimate: its effect, None for a term, its leading number and that one's deviation."""
+    """Effect of the last hypothesis of an estimate, None for a term, with its leading parameter and standard error."""
     deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
     if hypothesis.entries:
         entry = hypothesis.entries[0]

@@ -1,9 +1,9 @@
-"""Cross-validation over contiguous blocks of a recording, where no other recording is left unseen.
+"""Cross-validation over contiguous blocks of a record, where there is no validation record.
 
-Each block is predicted with the numbers that the rest gives. With the innovations e, slopes S and information A of the
-whole regression, leaving rows b out moves the numbers by -(A - S_b' S_b)^-1 S_b' e_b, so that no regression is made
-anew (the block form of the deletion formula of Belsley, Kuh & Welsch, Regression Diagnostics, 1980, section 2.1).
-Innovations behind a block are made of it too, as many as the autoregression is long, and are left out with it.
+Each block is predicted with the parameters estimated from the rest. With the innovations e, slopes S and information A
+of the whole regression, deleting rows b changes the parameters by -(A - S_b' S_b)^-1 S_b' e_b, so that no regression is
+repeated (the block form of the deletion formula of Belsley, Kuh & Welsch, Regression Diagnostics, 1980, section 2.1).
+The innovations after a block depend on it too, as many as the autoregression's order, and are deleted with it.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from aerosid.equation_error.settings import EquationErrorSettings
 Array = NDArray[np.float64]
 
 FEWEST = 2
-"""Numerical: blocks below which nothing is left to predict from."""
+"""Numerical: blocks below which there is nothing to predict from."""
 
 SHOWN = 1e-9
-"""Numerical: share of the whole information, 1, below which the rest shows nothing of a number."""
+"""Numerical: fraction of the whole information, 1, below which the rest does not determine a parameter."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Block:
 
 
 def blocks_of(found: Estimate) -> tuple[Block, ...]:
-    """The blocks of the fitted recordings: of several recordings each is one, of a single one its own parts.
+    """The blocks of the identification records: each record of several is one, a single record is divided.
 
-    Parts hold equal shares of what moves the coefficients, so that each excites the motion; as many as the settings
-    allow, none shorter than they ask for. Empty where a single recording is too short for two.
+    Blocks of a single record hold equal shares of the coefficients' variance, so that each excites the motion; as many
+    as the settings allow, none shorter than their least length. Empty where a single record is too short for two.
     """
     design, settings = found.design, found.problem.settings
     lengths = _lengths(design)
@@ -62,7 +62,7 @@ def blocks_of(found: Estimate) -> tuple[Block, ...]:
 
 
 def _lengths(design: Design) -> dict[int, int]:
-    """Samples in the band of each recording, the fewest of its equations."""
+    """Samples in the band of each record, the fewest of its equations."""
     lengths: dict[int, int] = {}
     for s, (place, _) in enumerate(design.segments):
         rows = design.rows(s)
@@ -82,9 +82,9 @@ def _motion(design: Design, place: int, length: int) -> Array:
 
 
 def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResiduals:
-    """What the rest of the recordings leaves of each coefficient of every block, by block and coefficient.
+    """Prediction residual of each coefficient of every block from the rest of the records, by block and coefficient.
 
-    Constants are free there, and what follows the vane's reading beyond the inertial path is taken off.
+    Constants are fitted in the block, and the response to the vane's difference from the inertial path is removed.
     """
     design, solution, settings = found.design, found.solution, found.problem.settings
     bread = np.diag(solution.covariance)
@@ -113,7 +113,7 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
 def _rows(
     design: Design, block: Block, settings: EquationErrorSettings
 ) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.int64]]:
-    """The rows of a block by coefficient, and all that are left out with it."""
+    """The rows of a block by coefficient, and all rows deleted with it."""
     inside, out = {}, []
     for s, (place, equation) in enumerate(design.segments):
         if place != block.recording or equation not in COEFFICIENT:
@@ -125,9 +125,9 @@ def _rows(
 
 
 def _inverse(information: Array, whole: Array) -> Array:
-    """The inverse (P, P); what nothing shows any more keeps its number, as constants of a recording left out do.
+    """The pseudo-inverse (P, P); parameters without information keep their values, as constants of a deleted record do.
 
-    `whole` (P,): the information of each number with nothing left out.
+    `whole` (P,): information of each parameter with nothing deleted.
     """
     scale = np.sqrt(np.maximum(whole, 1e-300))
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""Hypotheses as columns of the regression: what each would add to every equation, to first order in its numbers."""
+"""Candidate hypotheses as columns of the regression: change of every equation to first order in their parameters."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 
 CURRENT_MODEL = ("beside",)
-"""The name of a structure's own estimate among what is kept of it; others are named for what they lack."""
+"""Cache key of the current structure's own estimate; others are named for the effects that they lack."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Candidate:
     ----------
     hypothesis : Hypothesis
     columns : ndarray, shape (R, k)
-        What one unit of each number adds.
+        Change of the equations by one unit of each parameter.
     trial : int
-        Which of its trial values the columns lead to.
+        Index of the trial value that the columns are secants to.
     """
 
     hypothesis: Hypothesis
@@ -56,14 +56,14 @@ class Candidate:
 
 
 def is_instrument_error(hypothesis: Hypothesis) -> bool:
-    """Whether a hypothesis says something of instruments alone, so that kinematics judge it."""
+    """Whether a hypothesis concerns instruments alone, so that kinematics can test it."""
     return bool(hypothesis.effects) and all(
         isinstance(active.effect, OutputEffect | PositionEffect) for active in hypothesis.effects
     )
 
 
 def distinct_name(hypothesis: Hypothesis) -> tuple[str, ...]:
-    """What tells a hypothesis from others of its own list: its label, of a place the axes too."""
+    """Name that distinguishes hypotheses of one list: the label, of a position error with its axes."""
     axes = (active.effect.axes for active in hypothesis.effects if isinstance(active.effect, PositionEffect))
     return (*hypothesis.label, *axes)
 
@@ -74,7 +74,7 @@ def unit_of(channel: str) -> str:
 
 
 def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
-    """The hypothesis with the limits of an instrument in use and of a flyable aircraft; most have those of their kind.
+    """The hypothesis with the limits of usable instruments and flyable aircraft; most have those of their kind.
 
     `mean_chord`: m.
     """
@@ -95,7 +95,7 @@ def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothes
 
 
 def with_aircraft_limits(hypothesis: Hypothesis, mean_chord: float, length: float | None) -> Hypothesis:
-    """The hypothesis of a sensor's place with the aircraft's size, m, as its limit; any other as it is."""
+    """The hypothesis of a sensor position limited to the aircraft's size, m; any other unchanged."""
     if not hypothesis.effects or not isinstance(hypothesis.effects[0].effect, PositionEffect):
         return hypothesis
     (active,) = hypothesis.effects
@@ -105,16 +105,16 @@ def with_aircraft_limits(hypothesis: Hypothesis, mean_chord: float, length: floa
 
 
 def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
-    """The number with a limit about its null."""
+    """The parameter with a limit about its null value."""
     lowest, highest = parameter.null - limit, parameter.null + limit
     trials = tuple(trial for trial in parameter.trials if lowest <= trial <= highest)
     return replace(parameter, lowest=lowest, highest=highest, trials=trials or (parameter.null,))
 
 
 def size_penalty(effects: Sequence[ActiveEffect]) -> float:
-    """What the size of an instrument's fault or of a wrong loading takes off ln L.
+    """Reduction of ln L by the prior of the size of an instrument error or of a wrong loading.
 
-    `effects`: a hypothesis' own with their numbers; none of a term.
+    `effects`: those of a hypothesis with their parameter values; none of a term.
     """
     if not effects:
         return 0.0
@@ -128,7 +128,7 @@ def size_penalty(effects: Sequence[ActiveEffect]) -> float:
 
 
 def within_limits(found: Estimate | Optimum, hypothesis: Hypothesis) -> bool:
-    """Whether the numbers of the last hypothesis of an estimate lie inside their limits: at one they prove nothing."""
+    """Whether the parameters of the last hypothesis of an estimate lie inside their limits, as they must."""
     if not hypothesis.effects:
         return True
     active = found.point.effects[-1]
@@ -136,7 +136,7 @@ def within_limits(found: Estimate | Optimum, hypothesis: Hypothesis) -> bool:
 
 
 def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
-    """Sensors that sit elsewhere, of the channels that are there."""
+    """Position errors of the sensors of the channels that there are."""
     return tuple(
         Hypothesis("sensor_position", channel, effects=(at_null(sensor_position(channel, axis)),))
         for channel, axis in SHOWN_BY_PITCHING
@@ -145,9 +145,9 @@ def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
 
 
 def in_either_order(hypotheses: Sequence[Hypothesis], effects: Sequence[ActiveEffect]) -> list[Hypothesis]:
-    """The hypotheses, those of a control beside what acts on the same one in either order.
+    """The hypotheses, those of a control that already has an effect in either order.
 
-    A lag and a rate limit, or a dead band, are another thing in the other order; which it is the flight tells.
+    A lag and a rate limit, or a dead band, do not commute; the data decide on the order.
     """
     known = {
         active.effect.where for active in effects if isinstance(active.effect, InputEffect) and not active.effect.column
@@ -171,7 +171,7 @@ def with_hypothesis(point: Point, hypothesis: Hypothesis) -> Point:
 
 
 def term_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    """All hypotheses that are one plain term, their columns made in one pass."""
+    """All hypotheses that are one plain term, their columns computed in one pass."""
     tested = {
         h.entries[0]: h
         for h in hypotheses
@@ -192,9 +192,9 @@ def _is_of(unknown: tuple[object, ...], entry: Entry) -> bool:
 
 
 def effect_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    """Hypotheses that are one effect each, with a column for every trial value: a delay is not linear in its number.
+    """Hypotheses that are one effect each, with a column for every trial value: a delay is nonlinear in its parameter.
 
-    A place is linear in its numbers, and has a column for each.
+    A position is linear in its parameters, and has a column for each.
     """
     known = linear_values(base.design, base.solution)
     at_base = residual_of(problem, known, base.point)
@@ -224,14 +224,14 @@ def effect_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Se
 def cached_candidates(
     cache: dict[object, list[Any]], name: tuple[object, ...], base: Estimate, hypotheses: Sequence[Hypothesis]
 ) -> list[Candidate]:
-    """Candidates beside an estimate, terms first; those that were asked of it before are not made anew.
+    """Candidates at an estimate, terms first; those computed before are reused.
 
     Parameters
     ----------
     cache : dict
-        What was made before, and what is made now.
+        Columns computed before; new ones are added.
     name : tuple
-        What tells the estimate from others of the same store.
+        Key of the estimate among others of the same cache.
     """
     either = in_either_order(hypotheses, base.point.effects)
     keys = {full_identity(h): ("columns", *name, *full_identity(h)) for h in either}
@@ -245,24 +245,24 @@ def cached_candidates(
 
 
 def drop_cached_columns(cache: dict[object, list[Any]], name: tuple[object, ...]) -> None:
-    """Lets go of the candidates beside an estimate that nothing will be asked of again: they are as long as records."""
+    """Delete the columns at an estimate that is not used again: they are as long as records."""
     for key in [key for key in cache if isinstance(key, tuple) and key[: 1 + len(name)] == ("columns", *name)]:
         del cache[key]
 
 
 def full_identity(hypothesis: Hypothesis) -> tuple[object, ...]:
-    """What tells a hypothesis from the same within other limits, or in the other order beside what acts already."""
+    """Key that also distinguishes a hypothesis' limits and its order relative to other effects of the same control."""
     orders = tuple(getattr(active.effect, "comes_first", False) for active in hypothesis.effects)
     return distinct_name(hypothesis), limits_of(hypothesis), orders
 
 
 def limits_of(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
-    """Least and greatest of every number of a hypothesis."""
+    """Lower and upper limit of every parameter of a hypothesis."""
     return tuple((p.lowest, p.highest) for active in hypothesis.effects for p in active.effect.parameters)
 
 
 def _displacements(active: ActiveEffect) -> list[list[tuple[float, ...]]]:
-    """For every trial the numbers to which the effect is moved, one set for each column."""
+    """For every trial the parameter values to which the effect is moved, one set for each column."""
     if isinstance(active.effect, PositionEffect):
         return [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
     return [[ends] for ends in _trials(active)]
@@ -276,7 +276,7 @@ def _trials(active: ActiveEffect) -> list[tuple[float, ...]]:
 
 
 def at_regressed_values(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
-    """The hypothesis with its numbers where the columns' regression puts them, within their limits."""
+    """The hypothesis at the parameter values given by the columns' regression, within their limits."""
     if not candidate.hypothesis.effects:
         return candidate.hypothesis
     (active,) = candidate.hypothesis.effects
@@ -292,27 +292,27 @@ def at_regressed_values(candidate: Candidate, step: Sequence[float]) -> Hypothes
 
 
 def regressed_with(base: Estimate, columns: Array, weights: Weights) -> Solution:
-    """The regression with further columns (R, K), the colour estimated anew from some weights on."""
+    """The regression with further columns (R, K), the colour re-estimated from given weights."""
     names = [("trial", i) for i in range(columns.shape[1])]
     return regress(base.design.beside(columns, names), base.problem.settings, weights, rounds=2)
 
 
 def linearised(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
-    """The regression with a candidate's columns, the colour estimated anew, and the hypothesis where it puts it."""
+    """The regression with a candidate's columns, the colour re-estimated, and the hypothesis at its values."""
     solution = regressed_with(base, candidate.columns, base.solution.weights)
     return solution, at_regressed_values(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
 
 
 @dataclass(frozen=True)
 class CandidateScores:
-    """What candidates would bring, to first order in their numbers.
+    """First-order gains of candidates (score test).
 
     Attributes
     ----------
     gains : ndarray, shape (C,)
         In ln L at the base's colour.
     independent : ndarray, shape (C,)
-        Share of each candidate's whitened columns that no other column explains, the least of its numbers.
+        Fraction of each candidate's whitened columns that no other column explains, the least of its parameters.
     """
 
     gains: Array
@@ -320,7 +320,7 @@ class CandidateScores:
 
 
 def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> CandidateScores:
-    """The gain of each candidate from its columns alone, and how far they are its own."""
+    """Score test of each candidate, and the independent fraction of its columns."""
     gains, own = np.zeros(len(candidates)), np.zeros(len(candidates))
     if not candidates:
         return CandidateScores(gains, own)
@@ -354,7 +354,7 @@ def best_candidates(
     most: int,
     is_eligible: Callable[[int], bool] = lambda _n: True,
 ) -> list[int]:
-    """Places of the candidates of highest gain, one of each name, at most so many."""
+    """Indices of the candidates of highest gain, one of each name, at most a given number."""
     order: list[int] = []
     seen: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
@@ -368,8 +368,9 @@ def best_candidates(
 
 
 def _points_away(candidate: Candidate, score: Array) -> bool:
-    """Whether a chord to a trial value leads to the other side of none: to no possible value, or to one that another
-    trial value is nearer to.
+    """Whether a secant to a trial value predicts a value beyond the null.
+
+    Such a value is impossible, or nearer to another trial value.
     """
     if not candidate.hypothesis.effects or score.size > 1:
         return False
@@ -383,5 +384,4 @@ def _points_away(candidate: Candidate, score: Array) -> bool:
 
 
 COLLINEAR = 1e-6
-"""Numerical: share of its own, 1, below which a column says nothing that others do not say: rounding of its
-square."""
+"""Numerical: independent fraction, 1, below which a column is collinear with others: rounding of its square."""

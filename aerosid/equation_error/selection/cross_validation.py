@@ -1,4 +1,4 @@
-"""Cross-validation on unseen recordings: explained variance of each coefficient, with and without an effect."""
+"""Cross-validation on validation records: residual and R^2 of predicted coefficients with and without an effect."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LAGS = 10
 
 @dataclass(frozen=True)
 class CoefficientFit:
-    """How well a model predicts one coefficient of one recording from the measured motion, constants free there.
+    """Fit of one coefficient of one record predicted from the measured motion, its constants fitted there.
 
     `r2` in the band of the motion; `theil`: Theil's inequality coefficient.
     """
@@ -37,10 +37,10 @@ class CoefficientFit:
 
 @dataclass(frozen=True)
 class PredictionResidual:
-    """One coefficient of one recording beside what a model says of it, constants free there.
+    """Prediction residual of one coefficient of one record, its constants fitted there.
 
-    `measured`, `left` (n,) about their means; `uncertain`: the mean square, on such a recording, of what the
-    deviations of the model's numbers do.
+    `measured`, `left` (n,): measured coefficient and residual about their means; `uncertain`: mean square, on such a
+    record, of the prediction's standard error due to the estimated parameters.
     """
 
     measured: Array
@@ -49,20 +49,20 @@ class PredictionResidual:
 
 
 PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
-"""By recording, or block of one, and coefficient."""
+"""By record, or block of one, and coefficient."""
 
 
 StepColumns = Mapping[tuple[int, str], Array]
-"""What happens suddenly in a recording of its own, (n, k), by recording and coefficient."""
+"""Regressors of the level shifts of a record, (n, k), by record and coefficient."""
 
 
 def prediction_residuals(
     problem: RegressionProblem, found: Estimate, *, gusts: bool = True, steps: StepColumns = MappingProxyType({})
 ) -> PredictionResiduals:
-    """What an estimate's own numbers leave of each coefficient of every recording.
+    """Prediction residuals of each coefficient of every record with given estimates.
 
-    `gusts`: whether what follows the vane's reading beyond the inertial path is left too; no model could predict it.
-    `steps`: free as constants are, for no other recording could tell them.
+    `gusts`: whether the response to the vane's difference from the inertial path is left in the residual, which no
+    model could predict. `steps`: level shifts, fitted like constants because they belong to one record.
     """
     design = design_of(problem.segments(found.point), problem.settings)
     known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
@@ -89,14 +89,14 @@ def prediction_residuals(
 
 
 def without_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
-    """A residual (n,) and columns (n, K) beside a constant and what is a recording's `own` (n, C), fitted there."""
+    """A residual (n,) and columns (n, K) after regression on a constant and a record's `own` columns (n, C)."""
     own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
     basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
     return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
 
 
 def without_random_walk(left: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
-    """A residual (n,) and columns (n, K) beside modes (n, M) of one standard deviation each, no larger than usual."""
+    """A residual (n,) and columns (n, K) after ridge regression on random-walk modes (n, M) of unit prior variance."""
     modes = modes[:, np.any(modes != 0.0, axis=0)]
     if not modes.size:
         return left, slopes
@@ -106,7 +106,7 @@ def without_random_walk(left: Array, slopes: Array, modes: Array) -> tuple[Array
 
 
 def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
-    """R^2 and Theil's coefficient of every coefficient and recording."""
+    """R^2 and Theil's coefficient of every coefficient and record."""
     rows = []
     for (place, equation), each in prediction_residuals(problem, found).items():
         recording, measured, left = problem.recordings[place], each.measured, each.left
@@ -127,17 +127,17 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
 def validation_residuals(
     problem: RegressionProblem, found: Estimate, steps: StepColumns = MappingProxyType({})
 ) -> PredictionResiduals:
-    """What an estimate's numbers leave of unseen recordings; what gusts do, which is as good as noise, taken off."""
+    """Prediction residuals of the validation records with the response to gusts, unpredictable noise, removed."""
     every = prediction_residuals(problem, found, gusts=False, steps=steps)
     return {key: each for key, each in every.items() if not problem.recordings[key[0]].fitted}
 
 
 def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doubt: float, least: float) -> bool:
-    """Whether an unseen recording's coefficient is predicted worse with an effect, and none gains more than that.
+    """Whether a validation coefficient is predicted worse with an effect, without a larger gain in another.
 
-    Worse: by more than `doubt` deviations of the mean of the squares and what the deviations of the numbers do, and in
-    R^2 by more than `least`. `before` and `after` beside gusts. An effect that one coefficient needs moves the
-    derivatives of the others a little, with what gusts left in them.
+    Worse: the mean square rises by more than `doubt` standard deviations of its mean and by more than the uncertainty
+    of the parameters explains, and R^2 falls by more than `least`. `before` and `after` without gusts. An effect that
+    one coefficient needs shifts the derivatives of the others slightly, through gusts left in them.
     """
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
@@ -153,7 +153,7 @@ def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doub
 
 
 def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:
-    """By how much the unexplained shares of all unseen coefficients rise together."""
+    """Sum of the rises of the unexplained variance fractions of all validation coefficients."""
     rises = [
         float(np.mean(each.left**2 - before[key].left ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
         for key, each in after.items()
@@ -162,7 +162,7 @@ def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) ->
 
 
 def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -> float:
-    """The largest share, of what is left of an unseen coefficient, that falls away with an effect."""
+    """The largest fractional reduction of a validation coefficient's residual variance by an effect."""
     falls = [
         1.0 - float(np.mean(each.left**2)) / max(float(np.mean(before[key].left ** 2)), 1e-300)
         for key, each in after.items()
@@ -171,7 +171,7 @@ def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -
 
 
 def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coefficient: str) -> bool:
-    """Whether no unseen recording's coefficient is predicted better with a term of it; False where none is unseen."""
+    """Whether a term improves the prediction of its coefficient on no validation record; False without such records."""
     falls = [
         float(np.mean(before[key].left ** 2 - each.left**2)) for key, each in after.items() if key[1] == coefficient
     ]
@@ -179,7 +179,7 @@ def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coef
 
 
 def _deviation_of_mean(values: Array) -> float:
-    """Standard deviation of the mean of a coloured series (Newey & West, 1987)."""
+    """Standard error of the mean of a coloured series (Newey & West, 1987)."""
     centred = values - values.mean()
     total = float(centred @ centred)
     for lag in range(1, min(LAGS, values.size - 1) + 1):

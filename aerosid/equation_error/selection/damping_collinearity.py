@@ -1,7 +1,7 @@
-"""Collinearity of pitch-rate and alphadot derivatives: the sum that manoeuvres show, and its parts.
+"""Collinearity of pitch-rate and alphadot derivatives: the sum that manoeuvres determine, and its parts.
 
-A term of alphadot that the model lacks is taken in by the others as far as its whitened column is theirs (omitted
-variables: Klein & Morelli, Aircraft System Identification, section 5.1).
+A term of alphadot that the model lacks is absorbed by the others in proportion to the collinearity of its whitened
+column (omitted-variable bias: Klein & Morelli, Aircraft System Identification, section 5.1).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ Dynamics of Flight, section 5.5, where both are tail terms and their ratio is th
 
 
 def downwash_prior(model: AerodynamicModel) -> Mapping[Entry, float]:
-    """Standard deviation about none of the alphadot derivatives of coefficients with a derivative of pitch rate, 1.
+    """Prior standard deviation about zero of the alphadot derivatives of coefficients with a pitch-rate derivative, 1.
 
-    Both are made by the tail, the one by the slope of the downwash times the other: its largest usual size is one
-    deviation.
+    Both are due to the tail, the one being the slope of the downwash times the other: its largest usual size is one
+    standard deviation.
 
     Parameters
     ----------
     model : AerodynamicModel
-        With declared values; a flight's own derivative of pitch rate goes wrong with that of alphadot.
+        With declared values; the estimated pitch-rate derivative is biased together with that of alphadot.
 
     References
     ----------
@@ -47,16 +47,16 @@ def downwash_prior(model: AerodynamicModel) -> Mapping[Entry, float]:
 
 @dataclass(frozen=True)
 class DampingCollinearity:
-    """What C_m q_hat holds of a C_m alpha_dot_hat that the model lacks.
+    """Part of a C_m alpha_dot_hat missing from the model that C_m q_hat contains.
 
     Attributes
     ----------
     value : float
         The estimate of C_m q_hat, which is the sum.
     aliased : float
-        How much of an alphadot derivative is in it, 1.
+        Fraction of an alphadot derivative contained in it, 1.
     independent : float
-        Share of alphadot's whitened column that no declared term explains, 1.
+        Fraction of alphadot's whitened column that no declared term explains, 1.
     """
 
     value: float
@@ -65,13 +65,13 @@ class DampingCollinearity:
 
     @property
     def parts(self) -> tuple[float, float]:
-        """C_m q_hat's own part for the usual alphadot derivatives, the smaller size first."""
+        """C_m q_hat without the usual alphadot derivatives, the smaller size first."""
         own = sorted((self.value / (1.0 + self.aliased * ratio) for ratio in USUAL), key=abs)
         return own[0], own[1]
 
 
 def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
-    """What C_m q_hat holds; None where the model has both terms or neither, or the flight tells them apart."""
+    """The part of C_m alpha_dot_hat in C_m q_hat; None where both or neither are modelled, or both are identifiable."""
     damping: tuple[object, ...] = ("term", (MOMENT, DAMPING))
     downwash = (MOMENT, DOWNWASH)
     if damping not in found.design.unknowns or downwash in found.point.free:

@@ -1,8 +1,8 @@
-"""Choice among instruments' faults that kinematics hardly tell apart, by the coefficients that they would leave.
+"""Choice among instrument errors that kinematics hardly distinguish, by the likelihood of the coefficient equations.
 
-A gyro's zero, an accelerometer's and an attitude's are one drift of the sideslip; a vane ahead of its place and an
-accelerometer behind it are one path. Kinematics give each the same likelihood; the side force does not, nor do the
-constants of an aircraft that is nearly symmetric.
+Biases of a gyro, an accelerometer and an attitude all appear as one drift of the sideslip; a vane ahead of its position
+and an accelerometer behind it give one path. Kinematics assign each the same likelihood; the side force does not, nor
+do the constants of a nearly symmetric aircraft.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ from aerosid.equation_error.selection.structure import SelectedEffect, SelectedS
 
 @dataclass(frozen=True)
 class CoefficientCheck:
-    """The coefficient equations beside some kinematic ones.
+    """The coefficient equations as a check of instrument errors identified by kinematics.
 
-    `problem` of them on all recordings; `start` the declared structure.
+    `problem`: the equations of all records; `start`: the declared structure.
     """
 
     problem: RegressionProblem
     start: Point
 
     def log_likelihood(self, kinematic: Estimate) -> float:
-        """Ln L of the declared structure's coefficients where the instruments have the faults of an estimate."""
+        """Ln L of the declared structure's coefficients with the instrument errors of a kinematic estimate."""
         effects = tuple(frozen(active) for active in kinematic.point.effects)
         return estimate(self.problem, replace(self.start, effects=effects)).log_likelihood
 
     def admits(self, found: Estimate, hypothesis: Hypothesis) -> bool:
-        """Whether the last fault of a kinematic estimate costs the coefficients less than it brings.
+        """Whether the coefficients lose less in ln L by the last error of a kinematic estimate than kinematics gain.
 
-        What it brings is asked of the kinematic equations with the same weights.
+        The kinematic gain is evaluated with the same weights.
         """
         count = len(hypothesis.effects)
         before = replace(found.point, effects=found.point.effects[:-count])
@@ -66,9 +66,9 @@ def choose_by_coefficients(
     coefficients: CoefficientCheck,
     may_replace: Callable[[Hypothesis, Hypothesis], bool] = lambda _chosen, _other: True,
 ) -> SelectedStructure:
-    """The faults, each changed for one that does about the same to the kinematics where the coefficients say so.
+    """The errors, each replaced by one of about equal kinematic likelihood where the joint likelihood prefers that.
 
-    `may_replace`: which other may stand in a chosen one's place at all.
+    `may_replace`: which errors may replace a selected one at all.
     """
     for each in selected.chosen:
         eligible = [hypothesis for hypothesis in hypotheses if may_replace(each.hypothesis, hypothesis)]
@@ -76,7 +76,7 @@ def choose_by_coefficients(
             continue
         settings, reduced = selected.estimate.problem.settings, estimate_without(selected, each)
         gain = selected.estimate.gain_over(reduced)
-        # Both leave about the same: each is judged by the noise that it leaves itself.
+        # Both leave about the same residual: each is weighted by its own noise.
         current = (
             coefficients.log_likelihood(selected.estimate)
             + selected.estimate.log_likelihood
@@ -104,9 +104,9 @@ def _replacements(
     criterion: SelectionCriterion,
     coefficients: CoefficientCheck,
 ) -> list[tuple[float, Estimate, Hypothesis]]:
-    """Estimates with each of the likeliest other faults in the place of a chosen one, beside the `reduced` structure.
+    """Estimates with each of the likeliest other errors in place of a selected one, added to the `reduced` structure.
 
-    Before each, ln L of both kinds of equations less its price; none that brings less than the `least_gain` gain.
+    Each is preceded by the joint ln L less its penalty; those of less than `least_gain` are left out.
     """
     problem = selected.estimate.problem
     rest = [other for other in selected.chosen if other is not each]

@@ -1,4 +1,4 @@
-"""Flight-path reconstruction: sensor faults estimated from the kinematic equations of all recordings jointly."""
+"""Flight-path reconstruction: instrument errors identified from the kinematic equations of all records jointly."""
 
 from __future__ import annotations
 
@@ -51,31 +51,31 @@ from aerosid.flight_model.axes import LONGITUDINAL
 Array = NDArray[np.float64]
 
 ANGULAR_ACCELERATIONS = ("p_dot", "q_dot", "r_dot")
-"""Channels that no equation compares: the moments are those of the rates' derivatives."""
+"""Channels that no equation compares: moments are obtained from the derivatives of the angular rates."""
 
 USUAL = EquationErrorSettings()
-"""The settings of a loop unless told otherwise."""
+"""Default settings of a loop."""
 
 TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
-"""Coefficients in which a term of alphadot says no more than a_z = V (alphadot - q), whatever the aerodynamics."""
+"""Coefficients in which a term of alphadot only restates a_z = V (alphadot - q), whatever the aerodynamics."""
 
 
 @dataclass(frozen=True)
 class InstrumentErrors:
-    """Sensor faults proved by the kinematic equations of a set of recordings.
+    """Instrument errors identified by the kinematic equations of a set of records.
 
     Attributes
     ----------
     start : Point
-        The declared model, as the coefficients' search begins with it.
+        The declared model, the starting point of the search in the coefficients.
     hypotheses : tuple of Hypothesis
-        Everything that may be missing, with its limits.
+        All hypotheses, with their limits.
     declared : Estimate
-        The kinematic equations with no fault of any instrument but what is declared.
+        The kinematic equations with the declared instrument errors only.
     selected : SelectedStructure
-        The faults, estimated from the kinematic equations.
+        The instrument errors, estimated from the kinematic equations.
     criterion : SelectionCriterion
-        By which they entered, prices shared among all that are asked.
+        By which they were selected, the prior odds shared among all hypotheses.
     """
 
     start: Point
@@ -86,11 +86,11 @@ class InstrumentErrors:
 
     @property
     def noise_ratio(self) -> float:
-        """The largest kinematic residual over what the noise that successive samples show leaves in the band, if white.
+        """The largest kinematic residual over the in-band noise predicted from successive differences, if white.
 
-        About one where white noise is all that is left; moving air, coloured noise and recordings that were filtered
-        afterwards leave more. Of white noise each frequency holds the same, so that a band of n of N has the square
-        root of n/N of its deviation.
+        About one where white noise is all that is left; moving air, coloured noise and records filtered after the
+        flight leave more. White noise has the same power at each frequency, so that a band of n of N samples has the
+        square root of n/N of its standard deviation.
         """
         found = self.selected.estimate
         ratios = []
@@ -103,16 +103,16 @@ class InstrumentErrors:
 
 
 def is_testable(hypothesis: Hypothesis) -> bool:
-    """Whether the equations can judge a hypothesis as it stands; sudden changes are looked for by the engine itself."""
+    """Whether the equations can test a hypothesis; step changes are searched for separately."""
     if hypothesis.time is not None or hypothesis.where in ANGULAR_ACCELERATIONS:
         return False
     return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
 
 
 def exceeds_mean_gust(found: Estimate, hypothesis: Hypothesis) -> bool:
-    """Whether the last zero of a vane is further off than the mean that gusts may have over a record.
+    """Whether the last bias of a vane exceeds the mean that gusts may have over a record.
 
-    By the deviation of the mean of a first-order autoregression with the residual's size and memory.
+    In terms of the standard error of the mean of a first-order autoregression with the residual's size and memory.
     """
     vanes = set(VANE_OF.values())
     if hypothesis.kind != "sensor_bias" or hypothesis.where not in vanes:
@@ -142,7 +142,7 @@ def identify_instrument_errors(
     log: Callable[[str], None] = lambda _text: None,
     length: float | None = None,
 ) -> InstrumentErrors | None:
-    """Select and estimate sensor faults from the kinematic equations; None where a recording is too short.
+    """Identify and estimate instrument errors by the kinematic equations; None where a record is too short.
 
     Parameters
     ----------
@@ -151,15 +151,15 @@ def identify_instrument_errors(
     free : sequence of Entry
         Its terms that are estimated.
     given : sequence of ActiveEffect
-        Declared effects, their numbers held.
+        Declared effects with fixed parameters.
     hypotheses : sequence of Hypothesis
-        What may be missing.
+        Candidates.
     identification, validation : sequence of Manoeuvre
-        Structure is chosen on all of them; derivatives come from the first alone.
+        The structure is determined from all of them, derivatives from the first alone.
     log : callable
-        Hears what enters and leaves, for a journal.
+        Receives a message for each effect that is added or removed.
     length : float, optional
-        Of the aircraft, m: how far from the centre of gravity a sensor can sit; by default a multiple of its chord.
+        Of the aircraft, m: largest distance of a sensor from the centre of gravity; by default a multiple of its chord.
     """
     recordings = read_recordings(identification, validation, settings)
     if any(recording.time_in_band.size < settings.fewest for recording in recordings):
@@ -181,12 +181,12 @@ def identify_instrument_errors(
         off_aircraft = _off_aircraft(found, length)
         if not off_aircraft:
             break
-        log(f"  not on this aircraft: {[hypothesis.label for hypothesis in off_aircraft]}")
+        log(f"  position outside the aircraft: {[hypothesis.label for hypothesis in off_aircraft]}")
         names = set(map(distinct_name, off_aircraft))
         testable = tuple(h for h in testable if distinct_name(h) not in names)
-        # What entered before the first of them would enter again.
+        # Steps before the first of them would be repeated identically.
         (*_, initial) = error_free, *itertools.takewhile(functools.partial(_has_none, names), path)
-    # Alternatives are held to the aircraft's size from the beginning: a search may pass beyond it.
+    # Alternatives are limited to the aircraft's size from the start; a search may pass beyond it.
     testable = tuple(with_aircraft_limits(h, model.constants.mean_chord, length) for h in testable)
     return InstrumentErrors(start, testable, error_free.estimate, found, criterion)
 
@@ -199,9 +199,10 @@ def _searched(
     off_aircraft: Callable[[SelectedStructure], list[Hypothesis]],
     log: Callable[[str], None],
 ) -> tuple[SelectedStructure, list[SelectedStructure]]:
-    """The faults that pay their price in the kinematic equations, each in its likeliest form, those that stand.
+    """Stepwise selection of instrument errors by the kinematic equations: selection, pairs, replacement, elimination.
 
-    And the structures that forward selection went through; it is the end where one of its faults is `off_aircraft`.
+    Also returned are the intermediate structures of forward selection; the search ends early where the position of a
+    sensor is `off_aircraft`.
     """
     problem, model = initial.estimate.problem, initial.estimate.point.model
     settings = problem.settings
@@ -227,7 +228,7 @@ def _searched(
     visited = {structure_key(found)}
     while (paired := add_pair(found, criterion, sensors, admitted, log)) is not None:
         *_, found = steps(paired)
-        if structure_key(found) in visited:  # a pair that pays and does not stand would come again and again
+        if structure_key(found) in visited:  # a pair that enters and is eliminated again would repeat endlessly
             break
         visited.add(structure_key(found))
     if off_aircraft(found):
@@ -243,17 +244,17 @@ def _searched(
 
 
 def _has_none(names: Collection[tuple[str, ...]], selected: SelectedStructure) -> bool:
-    """Whether a structure has none of some hypotheses."""
+    """Whether a structure contains none of some hypotheses."""
     return not any(distinct_name(each.hypothesis) in names for each in selected.chosen)
 
 
 def _off_aircraft(found: SelectedStructure, length: float | None) -> list[Hypothesis]:
-    """The chosen sensors' places that are not on the aircraft."""
+    """The selected sensor positions that are not on the aircraft."""
     return [each.hypothesis for each in found.chosen if _is_off_aircraft(found, each, length)]
 
 
 def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
-    """Whether a chosen sensor's place is further from the centre of gravity than the aircraft reaches."""
+    """Whether a selected sensor position is further from the centre of gravity than the aircraft extends."""
     names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
     chord = found.estimate.point.model.constants.mean_chord
     places = [active for active in found.estimate.point.effects if active.name in names]
@@ -265,7 +266,7 @@ def _any_error(_chosen: Hypothesis, _other: Hypothesis) -> bool:
 
 
 def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
-    """The faults re-estimated from the fitted recordings alone: zero offsets differ from flight to flight."""
+    """The errors re-estimated from the identification records alone: biases differ from flight to flight."""
     found = selected.estimate
     fitted = tuple(recording for recording in found.problem.recordings if recording.fitted)
     if len(fitted) == len(found.problem.recordings):
@@ -276,11 +277,11 @@ def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
 def with_instrument_errors(
     faults: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
 ) -> tuple[Estimate, Array]:
-    """The coefficients' estimate with the instruments' numbers among its unknowns, and the covariance of all.
+    """The coefficients' estimate with the instrument errors among its unknowns, and the covariance of all.
 
-    Biases, scales and places stay where kinematics put them: gusts and unmodelled forces would pull them elsewhere.
-    The uncertainty of all is passed on to the derivatives to first order. `confirmed`: unknowns that another recording
-    shows as well.
+    Biases, scale factors and positions keep their kinematic estimates: gusts and unmodelled forces would bias them. The
+    uncertainty of all is propagated to the derivatives to first order. `confirmed`: unknowns replicated by a validation
+    record.
     """
     point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
     free = free_parameters(faults.effects)
@@ -301,5 +302,5 @@ def with_instrument_errors(
 
 
 def _joint(own: Array, answers: Array, given: Array) -> Array:
-    """Covariance of some unknowns that answer others, and of those others."""
+    """Covariance of unknowns with some sensitivities to given parameters, and of those parameters."""
     return np.block([[own + answers @ given @ answers.T, answers @ given], [given @ answers.T, given]])

@@ -1,9 +1,9 @@
-"""Delays and lags of instruments from kinematic and coefficient equations together.
+"""Joint estimation of instrument time delays and lags from kinematic and coefficient equations.
 
-Kinematics prove that an instrument is late; in moving air they say by how much only roughly, since the gusts at a vane
-are no motion of the aircraft. The coefficients hold the same timing against forces and moments, which answer the same
-gusts. Both are joined as independent measurements: Gauss-Newton on the coefficients' likelihood with the kinematic
-estimate as prior (Bayes; Klein & Morelli, Aircraft System Identification, eq. 5.31).
+Kinematics establish that an instrument is late; in moving air they determine the delay only roughly, since the gusts at
+a vane are no motion of the aircraft. The coefficients relate the same delay to forces and moments, which respond to the
+same gusts. Both are combined as independent measurements: Gauss-Newton on the coefficients' likelihood with the
+kinematic estimate as prior (Bayes; Klein & Morelli, Aircraft System Identification, eq. 5.31).
 """
 
 from __future__ import annotations
@@ -38,30 +38,30 @@ from aerosid.equation_error.selection.wald_tests import least_significant
 Array = NDArray[np.float64]
 
 DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
-"""Kinds whose number is a time by which a channel comes late."""
+"""Kinds whose parameter is the time by which a channel is late."""
 
 STEPS = 6
 """Numerical: Gauss-Newton steps at most."""
 
 HALVINGS = 4
-"""Numerical: times that a step is halved before the search ends where it is."""
+"""Numerical: times that a step is halved before the search ends at the current point."""
 
 SETTLED = 0.1
-"""Numerical: standard deviations, 1, of a step that decides nothing any more."""
+"""Numerical: standard deviations, 1, of a step that counts as converged."""
 
 
 @dataclass(frozen=True)
 class JointDelays:
-    """The instruments' faults with their timings from both kinds of equations.
+    """Instrument errors with the time delays estimated jointly from both kinds of equations.
 
     Attributes
     ----------
     effects : tuple of ActiveEffect
-        All proven faults, the timings at their joint estimate.
+        All identified errors, the time delays at their joint estimate.
     covariance : ndarray, shape (n, n)
-        Of all their numbers, in order.
+        Of all their parameters, in order.
     penalty : float
-        What their distance from the kinematic estimate takes off ln L.
+        Reduction of ln L by their distance from the kinematic estimate.
     """
 
     effects: tuple[ActiveEffect, ...]
@@ -70,7 +70,7 @@ class JointDelays:
 
 
 def kinematic_delays(identified: Estimate) -> JointDelays:
-    """The faults as kinematics alone measure them."""
+    """The instrument errors as estimated by kinematics alone."""
     places = [identified.design.unknowns.index(("effect", i, k)) for i, k in free_parameters(identified.point.effects)]
     covariance = corrected_covariance(identified.design, identified.solution)[np.ix_(places, places)]
     return JointDelays(identified.point.effects, covariance, 0.0)
@@ -79,16 +79,16 @@ def kinematic_delays(identified: Estimate) -> JointDelays:
 def joint_delays(
     identified: Estimate, initial: JointDelays, found: Estimate, log: Callable[[str], None] = lambda _text: None
 ) -> JointDelays:
-    """The timings at the highest likelihood of both kinds of equations; other faults follow by their correlation.
+    """The delays at the maximum of the joint likelihood; other errors follow by their correlation.
 
     Parameters
     ----------
     identified : Estimate
         Of the kinematic equations.
     initial : JointDelays
-        Where to begin.
+        Starting values.
     found : Estimate
-        Of the coefficient equations, its first effects the proven faults, held at `initial`.
+        Of the coefficient equations, its first effects the identified errors, fixed at `initial`.
     """
     parameters = free_parameters(identified.point.effects)
     delayed = [n for n, (i, _) in enumerate(parameters) if identified.point.effects[i].effect.kind in DELAY_KINDS]
@@ -133,21 +133,21 @@ def joint_delays(
 def joint_gain(
     identified: SelectedStructure, each: SelectedEffect, delays: JointDelays, coefficients: Estimate
 ) -> float | None:
-    """What both kinds of equations gain in ln L by a proven lateness at their joint estimate; None of another fault.
+    """Gain in ln L of both kinds of equations by an identified time delay at its joint estimate; None of another error.
 
-    Kinematics prove it at their own number. Where forces and moments move it far from there, what it gained there is
-    gone, and a fit of both may be left with a number that neither needs.
+    Kinematics identify it at their own estimate. Where forces and moments shift it far from there, the kinematic gain
+    is lost, and the joint fit may retain a delay that neither kind of equations supports.
 
     Parameters
     ----------
     identified : SelectedStructure
-        The faults, from kinematics.
+        The errors, from kinematics.
     each : SelectedEffect
         One of them.
     delays : JointDelays
-        Their numbers from both.
+        Their parameters from both.
     coefficients : Estimate
-        Of the coefficient equations, its first effects the faults, held at `delays`.
+        Of the coefficient equations, its first effects the errors, fixed at `delays`.
     """
     if each.hypothesis.kind not in DELAY_KINDS:
         return None
@@ -167,9 +167,9 @@ def joint_gain(
 
 @dataclass(frozen=True)
 class _DelayModel:
-    """One way in which an instrument may be late, with its number by both kinds of equations.
+    """One model of an instrument's time delay, with its joint estimate.
 
-    `hypothesis` as kinematics took it with its `gain` there; `deficit`: what the one that they chose has more;
+    `hypothesis` as selected by kinematics with its `gain` there; `deficit` in ln L to the one that they selected;
     `likelihood`: ln L of both kinds of equations.
     """
 
@@ -182,12 +182,12 @@ class _DelayModel:
 
     @property
     def place(self) -> int:
-        """Of the lateness among the faults."""
+        """Index of the delay among the errors."""
         name = self.hypothesis.effects[0].name
         return next(n for n, active in enumerate(self.delays.effects) if active.values and active.name == name)
 
     def as_alternative_to(self, best: _DelayModel, margin: float) -> Alternative:
-        """As the alternative of a likelier way, by how much worse it does for the kinematics that proved both."""
+        """As alternative of a likelier model, with its deficit in the kinematic equations that identified both."""
         active = self.delays.effects[self.place]
         number = sum(len(each.values) for each in self.delays.effects[: self.place])
         error = float(np.sqrt(self.delays.covariance[number, number]))
@@ -211,16 +211,16 @@ def likeliest_delay_kinds(
     sensors: Sequence[Hypothesis],
     log: Callable[[str], None] = lambda _text: None,
 ) -> tuple[SelectedStructure, tuple[Alternative, ...]]:
-    """The faults, each lateness of the kind that both kinds of equations together find likelier, and the other kinds.
+    """The errors, each delay of the kind of highest joint likelihood, and the other kinds as alternatives.
 
-    Kinematics hardly tell a delay from a lag; forces and moments do, where their structure is right.
+    Kinematics hardly distinguish a delay from a lag; forces and moments do, where their structure is correct.
 
     Parameters
     ----------
     declared : Estimate
-        Of the coefficient equations of the declared structure, its first effects the faults, held.
+        Of the coefficient equations of the declared structure, its first effects the errors, fixed.
     sensors : sequence of Hypothesis
-        Instruments' faults that may stand in place of one another.
+        Instrument errors that may replace one another.
     """
     cached: dict[tuple[tuple[str, tuple[float, ...]], ...], tuple[JointDelays, float]] = {}
 
@@ -228,7 +228,7 @@ def likeliest_delay_kinds(
         selected: SelectedStructure, hypothesis: Hypothesis, gain: float, deficit: float = 0.0
     ) -> _DelayModel:
         initial = kinematic_delays(selected.estimate)
-        # The same faults are asked for each channel that is late.
+        # The same errors are evaluated for each delayed channel.
         name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in initial.effects)
         if name not in cached:
             delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial), log)
@@ -256,28 +256,28 @@ def likeliest_delay_kinds(
         )
         others.extend(model.as_alternative_to(best, margin) for model in models if model is not best)
         identified = best.selected
-    # What stood beside a lateness of the other kind may have been what that one left over.
+    # An error selected with a delay of the other kind may have compensated that kind.
     while (weak := least_significant(identified.estimate, identified.chosen)) is not None:
-        log(f"  does not stand beside the other kind: {weak.hypothesis.label}")
+        log(f"  not significant with the other kind of delay: {weak.hypothesis.label}")
         identified = structure_without(identified, weak)
     names = set(identified.labels)
     return identified, tuple(row for row in others if row.replaces.label in names)
 
 
 def _with_delays(declared: Estimate, delays: JointDelays) -> Estimate:
-    """The declared structure's coefficients with the faults held at some numbers."""
+    """The declared structure's coefficients with the errors fixed at given values."""
     return estimate(declared.problem, with_errors_held(declared.point, delays.effects), declared.solution.weights)
 
 
 def is_within(kinematic: JointDelays, other: JointDelays, deviations: float) -> bool:
-    """Whether no fault's number lies further than so many of its kinematic deviations from the kinematic one."""
+    """Whether every error lies within a number of kinematic standard deviations of its kinematic estimate."""
     distance = np.abs(free_values(other.effects) - free_values(kinematic.effects))
     return bool(np.all(distance <= deviations * np.sqrt(np.diag(kinematic.covariance))))
 
 
 @dataclass(frozen=True)
 class DelayDiscrepancy:
-    """How late a channel is by kinematics alone and by both kinds of equations, where these differ, s."""
+    """Time delay of a channel by kinematics alone and by both kinds of equations, where these differ, s."""
 
     channel: str
     kinematic: ActiveEffect
@@ -287,12 +287,12 @@ class DelayDiscrepancy:
 
 
 def delay_discrepancies(identified: Estimate, delays: JointDelays, deviations: float) -> tuple[DelayDiscrepancy, ...]:
-    """The channels whose lateness is of another kind, or further off than so many kinematic deviations, with forces.
+    """Channels whose joint time delay is of another kind or differs by more than some kinematic standard deviations.
 
     Parameters
     ----------
     identified : Estimate
-        Of the kinematic equations, with the kinds that they chose.
+        Of the kinematic equations, with the kinds that they selected.
     delays : JointDelays
         Of both kinds of equations.
     """
@@ -311,7 +311,7 @@ def delay_discrepancies(identified: Estimate, delays: JointDelays, deviations: f
 
 
 def _leading(delays: JointDelays) -> list[tuple[ActiveEffect, float]]:
-    """Each fault with the deviation of its first number."""
+    """Each error with the standard deviation of its first parameter."""
     errors, place, rows = np.sqrt(np.diag(delays.covariance)), 0, []
     for active in delays.effects:
         if active.values:
@@ -321,18 +321,18 @@ def _leading(delays: JointDelays) -> list[tuple[ActiveEffect, float]]:
 
 
 def with_errors_held(point: Point, effects: Sequence[ActiveEffect]) -> Point:
-    """A point whose first effects are some faults, held at their numbers."""
+    """A point whose first effects are given errors, fixed at their values."""
     held = tuple(frozen(active) for active in effects)
     return replace(point, effects=(*held, *point.effects[len(held) :]))
 
 
 def free_values(effects: Sequence[ActiveEffect]) -> Array:
-    """All numbers of some effects that are free, in order."""
+    """All free parameters of some effects, in order."""
     return np.array([value for active in effects for value in active.values])
 
 
 def _moved_to(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEffect, ...]:
-    """Effects moved to some values, within their limits."""
+    """Effects with given parameter values, within their limits."""
     placed, rest = [], list(values)
     for active in effects:
         aim = np.array([rest.pop(0) for _ in active.values])
@@ -343,10 +343,10 @@ def _moved_to(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEff
 def _information(
     found: Estimate, effects: tuple[ActiveEffect, ...], parameters: Sequence[tuple[int, int]], follow: Array
 ) -> tuple[Array, Array]:
-    """Information (n, n) of the coefficients on the timings, and its pull (n,), all linear unknowns estimated.
+    """Fisher information (n, n) of the coefficients on the delays and its score (n,), linear unknowns eliminated.
 
-    `follow`: what each number of the faults moves by with each timing. The information is less where the residuals'
-    whitening leaves correlation, as for every other number.
+    `follow`: change of each error parameter with each delay. The information is reduced where the whitened residuals
+    remain correlated, as for every other parameter.
     """
     free_point = replace(found.point, effects=(*effects, *found.point.effects[len(effects) :]))
     columns = (

@@ -1,12 +1,13 @@
-"""Sensor faults that kinematic and coefficient equations show together, neither of them by itself.
+"""Kinematic evidence of instrument errors that are significant only by kinematic and coefficient equations jointly.
 
-In moving air a vane's lateness, a pitot tube's bias or the place of a lateral accelerometer is a small part of what its
-kinematic equation leaves, and a large part of what the coefficients leave. Coefficients alone accuse no instrument: a
-lift that follows late looks the same to them. Where the kinematics show the fault too, with the same numbers, the
-likelihoods of both are one product (independent measurements; Klein & Morelli, Aircraft System Identification,
-eq. 5.31). A bias of airspeed alone is asked for where kinematics say nothing of it, and has to agree with them: it
-bends every coefficient by one number, for which terms would need one each. The place of the lateral accelerometer is
-asked of the coefficients alone where no vane shows sideslip: there its path is the accelerometer's own.
+In moving air the time delay of a vane, the bias of a pitot tube or the position of a lateral accelerometer is a small
+part of the residual of its kinematic equation, and a large part of the residuals of the coefficients. Coefficients
+alone cannot identify an instrument error: unsteady lift has the same signature. Where kinematics support the error too,
+with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
+System Identification, eq. 5.31). Only the bias of airspeed is a candidate without kinematic evidence, and must agree
+with the kinematics: it acts on every coefficient by one parameter, where terms would need one each. The position of the
+lateral accelerometer is estimated from the coefficients alone where no vane measures sideslip: there its path is the
+accelerometer's own.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.axes import LONGITUDINAL, Axes
 
 SIDE_FORCE = "C_Y"
-"""The coefficient that the place of its accelerometer bends, and that of the vane."""
+"""The coefficient affected by the position of its accelerometer and of the sideslip vane."""
 
 
 def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothesis]) -> dict[Name, KinematicEvidence]:
-    """What kinematics see of sensors' faults beside the proven ones, by what tells these apart."""
+    """Kinematic estimates of instrument errors in addition to the identified ones, by distinct name."""
     base, support = identified.estimate, identified.estimate.problem.settings.support
     axes = base.point.model.axes
     eligible = non_redundant([h for h in sensors if _is_eligible(h, axes)], identified.chosen)
@@ -58,13 +59,13 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         covariance = corrected_covariance(found.design, found.solution)
         covariance = covariance[-len(active.values) :, -len(active.values) :]
         distance = active.values[0] - active.effect.parameters[0].null
-        # Nothing is early; a place may lie along any axis, and its gain counts them together.
+        # Time delays are positive; a position error may lie along any axis, and its gain is that of all axes.
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = (is_significant and gain > support) or affects_all_coefficients(hypothesis)
         if not (is_significant and within_limits(found, hypothesis)):
             return None
-        # A lift that follows late looks like a late vane: a timing pays its price in the coefficients by itself.
+        # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
 
     fits = mapped(fitted, list(best.values()))
@@ -75,7 +76,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
 def _unobserved_positions(
     identified: SelectedStructure, eligible: Sequence[Hypothesis]
 ) -> dict[Name, KinematicEvidence]:
-    """Places of the lateral accelerometer where no vane shows sideslip: kinematics can say nothing of them."""
+    """Positions of the lateral accelerometer without a sideslip vane, on which kinematics contain no information."""
     if VANE_OF[SIDE_FORCE] in {channel for _, channel in identified.estimate.design.segments}:
         return {}
     found = {}
@@ -88,21 +89,21 @@ def _unobserved_positions(
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
-    """Whether a fault bends every coefficient by one number, as no term does: all are forces over dynamic pressure."""
+    """Whether an error scales every coefficient by one parameter, as an error of dynamic pressure does and no term."""
     return (hypothesis.kind, hypothesis.where) == ("sensor_bias", "V")
 
 
 def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
-    """Whether coefficients may be asked of a fault.
+    """Whether an error is a candidate of the coefficient equations.
 
-    Where sideslip is compared, lateness and the places of its instruments alone: the wind bends the rest.
+    Where sideslip is compared, only time delays and the positions of its sensors: wind affects the rest.
     """
     aside = SIDE_FORCE in axes.coefficients and _is_lateral_position(hypothesis)
     return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or aside
 
 
 def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], support: float) -> dict[Name, KinematicEvidence]:
-    """Of each instrument the place along the fewest axes that kinematics show as well, within a gain in ln L."""
+    """Of each sensor the position error along the fewest axes that is supported within a difference in ln L."""
     retained: dict[Name, KinematicEvidence] = {}
     for name, row in sorted(evidence.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
         if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in retained.items()):
@@ -111,6 +112,6 @@ def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], support: float) -> 
 
 
 def _is_lateral_position(hypothesis: Hypothesis) -> bool:
-    """Whether a hypothesis says where the lateral accelerometer or the vane of sideslip is."""
+    """Whether a hypothesis is a position error of the lateral accelerometer or of the sideslip vane."""
     where = (MEASURED_BY[SIDE_FORCE], VANE_OF[SIDE_FORCE])
     return hypothesis.where in where and isinstance(hypothesis.effects[0].effect, PositionEffect)

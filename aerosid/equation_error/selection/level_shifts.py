@@ -1,9 +1,9 @@
-"""Intervention analysis: level shifts of recordings outside the fit, estimated beside a structure as nuisance.
+"""Intervention analysis: level shifts of validation records, estimated with a structure as nuisance parameters.
 
-What happens suddenly on a recording that only confirms is no noise of it: taken for noise, it sets the size and the
-colour of that coefficient's residual, and the recording shows nothing of what else is missing (Box & Tiao, Journal of
-the American Statistical Association 70, 1975). A shift pays the price of any sudden change, belongs to its recording
-and is no finding.
+A step change in a record that serves validation only is not noise: counted as noise, it determines the size and colour
+of that coefficient's residual, and the record loses its power to test anything else (Box & Tiao, Journal of the
+American Statistical Association 70, 1975). A shift has the penalty of any step change, belongs to its record and is no
+finding.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ Array = NDArray[np.float64]
 
 
 def shifts_of(found: Estimate) -> tuple[ActiveEffect, ...]:
-    """The level shifts of unseen recordings in a structure."""
+    """The level shifts of validation records in a structure."""
     validation_names = {recording.name for recording in found.problem.recordings if not recording.fitted}
     return tuple(active for active in found.point.effects if active.values and active.log in validation_names)
 
 
 def with_shifts(point: Point, shifts: Sequence[ActiveEffect]) -> Point:
-    """The point with some level shifts beside what it has."""
+    """The point with additional level shifts."""
     return point.with_effects((*point.effects, *shifts)) if shifts else point
 
 
 def without_shifts(found: Estimate) -> Point:
-    """The point of a structure without the level shifts of unseen recordings."""
+    """The point of a structure without the level shifts of validation records."""
     own = shifts_of(found)
     effects = tuple(active for active in found.point.effects if not any(active is one for one in own))
     return replace(found.point, effects=effects)
 
 
 def as_hypothesis(shift: ActiveEffect) -> Hypothesis:
-    """A sudden change as a hypothesis."""
+    """A step change as a hypothesis."""
     return Hypothesis(shift.effect.kind, shift.effect.where, effects=(shift,))
 
 
@@ -58,14 +58,14 @@ def level_shifts(
     most: int,
     log: Callable[[str], None] = lambda _text: None,
 ) -> Estimate:
-    """A structure with what happens suddenly on unseen recordings beside the level shifts that it has.
+    """A structure with the step changes of validation records added to its level shifts.
 
     Parameters
     ----------
     coefficients : sequence of str
-        In which it is looked for.
+        In which they are searched for.
     most : int
-        Shifts of one recording.
+        Largest number of shifts of one record.
     """
     for recording in found.problem.recordings:
         if not recording.fitted:
@@ -85,7 +85,7 @@ def level_shifts(
 
 
 def further_level_shifts(base: Estimate, coefficients: Sequence[str], criterion: SelectionCriterion) -> list[Estimate]:
-    """Estimates with each further sudden change that an unseen recording has at its price, the change its last."""
+    """Estimates with each further significant step change of a validation record, as their last effect."""
     rows = []
     for recording in base.problem.recordings:
         for step_change in (
@@ -98,16 +98,16 @@ def further_level_shifts(base: Estimate, coefficients: Sequence[str], criterion:
 
 
 def recurs_on_validation(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
-    """Whether a sudden change happens on an unseen recording too: that cannot refute it by being there."""
+    """Whether a step change also happens on a validation record, which then cannot refute it."""
     return any(is_sudden(active) for active in hypothesis.effects) and any(
         (active.effect.kind, active.effect.where) == (hypothesis.kind, hypothesis.where) for active in shifts
     )
 
 
 def shift_columns(found: Estimate, further: Sequence[Estimate] = ()) -> dict[tuple[int, str], Array]:
-    """What a unit of each level shift adds to the equations of its recording, (n, k), by recording and coefficient.
+    """Change of the equations of its record by one unit of each level shift, (n, k), by record and coefficient.
 
-    `further`: estimates with another one each, their last effect.
+    `further`: estimates with another shift each, as their last effect.
     """
     columns: dict[tuple[int, str], list[Array]] = {}
     known = shifts_of(found)

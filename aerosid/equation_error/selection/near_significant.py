@@ -1,7 +1,8 @@
-"""Hypotheses that the likelihood prefers and that their prior odds keep from being named.
+"""Near-significant effects: preferred by the likelihood, but below the penalty for multiple testing.
 
-Of some sixty hypotheses chance alone makes a few look real, so that each has to pay for all that are asked. What would
-pay were it the only question is worth another flight, and an engineer who expects it should know how near it came.
+Among some sixty hypotheses a few appear real by chance, so each is penalised for the number tested. An effect that
+would be significant as a single hypothesis justifies another flight, and an engineer who expects it should know its
+distance from significance.
 """
 
 from __future__ import annotations
@@ -43,23 +44,23 @@ from aerosid.equation_error.selection.wald_tests import null_value
 
 @dataclass(frozen=True)
 class NearSignificant:
-    """A hypothesis that would be named were it the only one asked.
+    """A hypothesis that would be significant as the only one tested.
 
     Attributes
     ----------
     hypothesis : Hypothesis
     active : ActiveEffect or None
-        The effect with its numbers; None for a term.
+        The effect with its parameter values; None for a term.
     value, std_error : float
-        Of its leading number, from all recordings; the deviation corrected for coloured residuals.
+        Of its leading parameter, from all records; the standard error corrected for coloured residuals.
     gain, penalty : float
-        In ln L: what it brings beside the structure that stands, and what is asked among so many.
+        In ln L: gain over the selected structure, and penalty for the number of hypotheses tested.
     estimate : Estimate
         The structure with it.
     indistinguishable : tuple of Hypothesis
-        Others that would no longer be worth asking beside it: the recordings show one of them.
+        Others that lose their significance in its presence: the records support one of them.
     validation_fits : tuple of (CoefficientFit, CoefficientFit)
-        How well its coefficient is predicted on unseen recordings, by the structure that stands and with it.
+        Prediction of its coefficient in validation records by the selected structure and with it.
     """
 
     hypothesis: Hypothesis
@@ -79,18 +80,18 @@ def near_significant_effect(
     hypotheses: Sequence[Hypothesis],
     admitted: Admitted = lambda _found, _hypothesis: True,
 ) -> NearSignificant | None:
-    """The likeliest of what would be named beside a structure were it asked alone; None where nothing would.
+    """The likeliest effect that would be significant as a single hypothesis; None where there is none.
 
     Parameters
     ----------
     selected : SelectedStructure
-        The structure that stands.
+        The selected structure.
     criterion : SelectionCriterion
-        Prices among all that were asked.
+        With the penalties for all hypotheses tested.
     hypotheses : sequence of Hypothesis
-        What was asked and was neither named, nor refused, nor listed as an alternative.
+        Those that were tested and neither selected, nor refuted, nor listed as alternatives.
     admitted : callable
-        What may stand on other grounds than the likelihood.
+        Admission by criteria other than the likelihood.
     """
     base = selected.estimate
     candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, non_redundant(hypotheses, selected.chosen))
@@ -117,14 +118,14 @@ def with_validation_fits(
     fitted: RegressionProblem,
     compared: RegressionProblem,
 ) -> NearSignificant:
-    """A hypothesis with what it would do to the coefficients of unseen recordings.
+    """An effect with its influence on the prediction of the coefficients of validation records.
 
     Parameters
     ----------
     selected_fits : sequence of CoefficientFit
-        Of the structure that stands.
+        Of the selected structure.
     fitted, compared : RegressionProblem
-        The coefficient equations of the fitted recordings, and of all as shares are told.
+        The coefficient equations of the identification records, and of all with the settings of the reported R^2.
     """
     named = {coefficient for coefficient, _ in row.hypothesis.entries}
     if not named:
@@ -137,7 +138,7 @@ def with_validation_fits(
 
 
 class _Row(NamedTuple):
-    """A candidate with what it brings to first order."""
+    """A candidate with its first-order gain."""
 
     candidate: Candidate
     gain: float
@@ -146,7 +147,7 @@ class _Row(NamedTuple):
 
 
 def _linearised(base: Estimate, candidate: Candidate, criterion: SelectionCriterion) -> _Row | None:
-    """A candidate that would pay alone, to first order with the colour estimated anew."""
+    """A candidate significant as a single hypothesis to first order, the colour re-estimated."""
     solution, hypothesis = linearised(base, candidate)
     gain = base.gain_by(solution)
     if gain < schwarz_penalty(hypothesis, criterion.samples):
@@ -157,7 +158,7 @@ def _linearised(base: Estimate, candidate: Candidate, criterion: SelectionCriter
 def _indistinguishable(
     base: Estimate, chosen: _Row, others: Sequence[_Row], criterion: SelectionCriterion
 ) -> tuple[Hypothesis, ...]:
-    """What brings about as much by itself, and beside the one that is told would no longer pay alone."""
+    """Candidates of about the same gain that are no longer significant in the presence of the chosen one."""
 
     def pays_in_addition(row: _Row) -> bool:
         columns = np.column_stack([chosen.candidate.columns, row.candidate.columns])
@@ -171,7 +172,7 @@ def _indistinguishable(
 def _reestimated(
     base: Estimate, row: _Row, criterion: SelectionCriterion, admitted: Admitted
 ) -> NearSignificant | None:
-    """A candidate with all numbers estimated anew, where it still would pay alone and may stand."""
+    """A candidate with all parameters re-estimated, if still significant as a single hypothesis and admissible."""
     initial = with_hypothesis(base.point, row.hypothesis)
     found = maximise_likelihood(base.problem, initial, row.weights, steps=5).estimate
     gain, settings = found.gain_over(base), base.problem.settings

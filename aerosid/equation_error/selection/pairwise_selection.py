@@ -1,8 +1,9 @@
-"""Pairs of hypotheses that hide each other: neither pays its price alone, both together pay both.
+"""Pairwise forward selection: neither of two hypotheses is significant alone, both together are.
 
-A scale of theta and a delay of q bend the same equation in opposite ways; forward selection, which asks one hypothesis
-at a time, sees little of either (Miller, Subset Selection in Regression, section 3.2). Two independent hypotheses have
-the product of their prior odds, so that a pair costs the sum of both prices, and false alarms are no likelier by it.
+A scale factor of theta and a delay of q have opposite effects on one equation; forward selection, which tests one
+hypothesis at a time, detects neither (Miller, Subset Selection in Regression, section 3.2). Two independent hypotheses
+have the product of their prior odds, so that the penalty of a pair is the sum of both, and the false-alarm rate is not
+raised.
 """
 
 from __future__ import annotations
@@ -42,16 +43,16 @@ def add_pair(
     admitted: Admitted = lambda _found, _hypothesis: True,
     log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure | None:
-    """The structure of kinematic faults with the likeliest two that pay together; None where no two do.
+    """The structure of instrument errors with the likeliest pair that is significant jointly; None where there is none.
 
     Parameters
     ----------
     selected : SelectedStructure
-        The structure beside which no single hypothesis pays.
+        The structure to which no single hypothesis can be added.
     hypotheses : sequence of Hypothesis
-        Those of one number are asked; places along several axes are not.
+        Only those of one parameter are tested; positions along several axes are not.
     admitted : callable
-        What each of the two must pass beside the other.
+        Test that each of the two must pass in the presence of the other.
     """
     base, best, most = selected.estimate, None, 0.0
     if len(selected.chosen) + 2 > base.problem.settings.most:
@@ -64,8 +65,8 @@ def add_pair(
         found = _with_both(base, one, other, weights)
         gain = found.gain_over(base)
         net = gain - joint_penalty(criterion, found.point, initial)
-        log(f"   tried together {one.label} and {other.label} {net:.1f}")
-        # Each is judged as the last one of an estimate.
+        log(f"   pair {one.label} and {other.label} {net:.1f}")
+        # The test applies to the last hypothesis of an estimate.
         if (
             net > most
             and is_acceptable(found, other, admitted)
@@ -75,7 +76,7 @@ def add_pair(
     if best is None:
         return None
     found, pair, gain = best
-    log(f"  enter together {pair[0].label} and {pair[1].label}")
+    log(f"  enter as a pair {pair[0].label} and {pair[1].label}")
     chosen = (*selected.chosen, *(SelectedEffect(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
     return eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=pair, log=log)
 
@@ -88,7 +89,7 @@ def _with_both(base: Estimate, first: Hypothesis, last: Hypothesis, weights: Wei
 def _promising(
     base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion
 ) -> list[tuple[tuple[Hypothesis, Hypothesis], Weights]]:
-    """The pairs that may pay both prices, by their gain to first order with the colour estimated anew."""
+    """The pairs whose first-order gain, with the colour re-estimated, may exceed both penalties."""
     rows = []
     for one, other in itertools.combinations(_eligible(base, candidates, criterion), 2):
         if are_redundant(one.hypothesis, other.hypothesis):
@@ -104,9 +105,9 @@ def _promising(
 
 
 def _eligible(base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion) -> list[Candidate]:
-    """The candidates of one number that would pay by themselves were they all that is asked, one of each name.
+    """The candidates of one parameter that are significant as single hypotheses, one of each name.
 
-    To first order with the colour estimated anew: what is slow hides in a colour that was estimated without it.
+    To first order with the colour re-estimated: a slow effect is absorbed by a colour estimated without it.
     """
     white = replace(base, solution=uncoloured(base.design, base.solution.residuals))
     single = [each for each in candidates if each.columns.shape[1] == 1]

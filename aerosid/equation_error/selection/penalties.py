@@ -1,4 +1,4 @@
-"""Price of a hypothesis: Schwarz's criterion at prior odds that share a stated probability of a false alarm."""
+"""Penalty of a hypothesis: Schwarz's criterion with prior odds that share a stated false-alarm probability."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ Label = tuple[str, str, str]
 """Kind, channel or coefficient, and term of a hypothesis."""
 
 Name = tuple[str, ...]
-"""What tells a hypothesis apart: its label, of a place its axes too."""
+"""Name that distinguishes a hypothesis: its label, of a position error with its axes."""
 
 RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
-"""What a step of one coefficient, or the moment of a surface, says more simply; they take the share of a product of two
-factors."""
+"""Effects that a step of one coefficient, or the moment of a surface, explains more simply; their prior odds are those
+of a product of two factors."""
 
 
 @dataclass(frozen=True)
 class KinematicEvidence:
-    """What other, independent equations show of a hypothesis; infinite variances where they say nothing.
+    """Estimate of a hypothesis by other, independent equations; infinite variances where they contain no information.
 
     Attributes
     ----------
     values : tuple of float
-        Its numbers, in their units.
+        Parameter values, in their units.
     covariance : ndarray, shape (k, k)
-        Theirs.
+        Of the values.
     gain : float
         In ln L of those equations at these values.
     credit : float
-        What of that gain counts towards the price.
+        Part of that gain that counts towards the penalty.
     """
 
     values: tuple[float, ...]
@@ -54,7 +54,7 @@ class KinematicEvidence:
         return self.gain - 0.5 * self._distance(values)
 
     def agrees(self, values: Sequence[float], deviations: float) -> bool:
-        """Whether other values lie within so many deviations."""
+        """Whether other values lie within a number of standard deviations."""
         return self._distance(values) <= deviations**2
 
     def _distance(self, values: Sequence[float]) -> float:
@@ -65,27 +65,27 @@ class KinematicEvidence:
 
     @property
     def is_uninformative(self) -> bool:
-        """Whether those equations say nothing of it."""
+        """Whether those equations contain no information on the hypothesis."""
         return not np.isfinite(self.covariance).all()
 
 
 @dataclass(frozen=True)
 class SelectionCriterion:
-    """By which hypotheses enter: all that are asked share the stated odds of a false alarm.
+    """Criterion of selection: all hypotheses tested share the stated odds of a false alarm.
 
     Attributes
     ----------
     odds_shares : mapping of label to float
-        Of the odds, their sum one: simple terms take more of it than products of many factors.
+        Shares of the odds, their sum one: larger for simple terms than for products of many factors.
     samples : int
     false_alarm : float
-        Probability of any false alarm among all that are asked.
+        Probability of any false alarm among all hypotheses tested.
     evidence : mapping of name to KinematicEvidence
-        What other equations show; both likelihoods are one product, and have to pay the price together.
+        Estimates by other equations; the product of both likelihoods is tested against the penalty.
     prior_sizes : mapping of entry to float
-        Standard deviation of a term's value about none, for terms whose size physics tell.
+        Prior standard deviation of a term's value about zero, for terms of known physical size.
     odds_factors : mapping of label to float
-        By how much other evidence raises the odds of a hypothesis over its share, 1.
+        Factor by which other evidence raises the prior odds of a hypothesis, 1.
     """
 
     odds_shares: Mapping[Label, float]
@@ -96,7 +96,7 @@ class SelectionCriterion:
     odds_factors: Mapping[Label, float] = field(default_factory=dict)
 
     def allowed_false_alarm(self, hypothesis: Hypothesis) -> float:
-        """Probability of a false alarm that a hypothesis is allowed, its share of the whole."""
+        """Probability of a false alarm allotted to a hypothesis, its share of the whole."""
         share = self.odds_shares.get(hypothesis.label, max(self.odds_shares.values()))
         return share * self.false_alarm * self.odds_factors.get(hypothesis.label, 1.0)
 
@@ -106,18 +106,18 @@ class SelectionCriterion:
         return odds + schwarz_penalty(hypothesis, self.samples)
 
     def is_distinct(self, hypothesis: Hypothesis, own: float, gain: float, settings: EquationErrorSettings) -> bool:
-        """Whether a term tells more than what others' errors could, by its column's own share or by a gain in ln L."""
+        """Whether a term is identifiable, by its column's independent fraction or by an overwhelming gain in ln L."""
         if not hypothesis.entries or own >= settings.distinct:
             return True
         return gain >= settings.overwhelming * self.penalty(hypothesis)
 
     def least_penalty(self, hypothesis: Hypothesis) -> float:
-        """The price less the most that other equations gain by it: no number costs less."""
+        """The penalty less the largest credited gain of other equations: the lower bound over all parameter values."""
         evidence = self.evidence.get(distinct_name(hypothesis))
         return self.penalty(hypothesis) - (evidence.credit if evidence is not None else 0.0)
 
     def penalty_at(self, hypothesis: Hypothesis, point: Point) -> float:
-        """The price, with what its numbers at a point are unusual by, less what other equations gain by them."""
+        """The penalty at a point, with the prior of the parameter values, less the credited gain of other equations."""
         effects = effects_of(point, hypothesis)
         evidence = self.evidence.get(distinct_name(hypothesis))
         evidence_gain = 0.0
@@ -130,14 +130,14 @@ class SelectionCriterion:
 
 
 def schwarz_penalty(hypothesis: Hypothesis, samples: int) -> float:
-    """Schwarz's criterion in ln L for a hypothesis that is the only question, at even odds."""
+    """Schwarz's criterion in ln L for a hypothesis that is the only one tested, at even odds."""
     return 0.5 * max(hypothesis.parameters, 1) * float(np.log(samples))
 
 
 def criterion_for(
     hypotheses: Sequence[Hypothesis], samples: int, false_alarm: float, factor_odds: float
 ) -> SelectionCriterion:
-    """The rules by which some hypotheses are judged on so many samples."""
+    """The selection criterion for some hypotheses and a number of samples."""
     weights = {}
     for hypothesis in hypotheses:
         factors = sum(factor.power for _, term in hypothesis.entries for factor in term.factors)
@@ -149,11 +149,11 @@ def criterion_for(
 
 
 def effects_of(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
-    """The effects of a hypothesis with their numbers at a point."""
+    """The effects of a hypothesis with their parameter values at a point."""
     names = {(active.name, active.log) for active in hypothesis.effects}
     return tuple(active for active in point.effects if active.values and (active.name, active.log) in names)
 
 
 def joint_penalty(criterion: SelectionCriterion, point: Point, hypotheses: Sequence[Hypothesis]) -> float:
-    """What some hypotheses have to bring together with their numbers at a point."""
+    """Sum of the penalties of some hypotheses with their parameter values at a point."""
     return sum(criterion.penalty_at(hypothesis, point) for hypothesis in hypotheses)

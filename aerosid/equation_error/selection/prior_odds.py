@@ -1,9 +1,9 @@
-"""Coefficients that a proven fault of an instrument contradicts: they explain less of the flight once it is undone.
+"""Prior odds of the terms of coefficients that lose likelihood when the identified instrument errors are corrected.
 
-Kinematics prove a fault without aerodynamics. Where the terms of a coefficient hold all that there is, undoing the
-fault cannot take much off their likelihood: the probability that what is wrong is likelier than what is right by Delta
-in ln L is exp(-Delta) at most (Markov's inequality on the likelihood ratio). By so much it is likelier that the
-coefficient lacks something more, and that its terms bent to the fault in place of it.
+Kinematics identify instrument errors without aerodynamics. If the terms of a coefficient are complete, correcting an
+error cannot reduce their likelihood by much: the probability that the wrong data are likelier by Delta in ln L is
+exp(-Delta) at most (Markov's inequality on the likelihood ratio). By that factor it is likelier that the coefficient
+lacks a term, and that its terms compensated the instrument error.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 
 
 def likelihood_losses(corrected: Estimate, errors: slice) -> dict[str, float]:
-    """What each coefficient's equations lose in ln L by undoing the instruments' faults; those that lose any.
+    """Loss in ln L of each coefficient's equations by correcting the instrument errors; only those with a loss.
 
     Parameters
     ----------
     corrected : Estimate
         Of the coefficient equations.
     errors : slice
-        Those of its effects that are such faults and not declared.
+        Those of its effects that are identified instrument errors and not declared.
     """
     effects = corrected.point.effects
     if not effects[errors]:
@@ -41,7 +41,7 @@ def likelihood_losses(corrected: Estimate, errors: slice) -> dict[str, float]:
 
 
 def log_likelihood_by_coefficient(found: Estimate) -> dict[str, float]:
-    """Ln L of each coefficient's equations on all recordings, but for a constant."""
+    """Ln L of each coefficient's equations on all records, up to a constant."""
     each = log_likelihoods(found.design, found.solution.whitened, found.solution.weights)
     parts: dict[str, float] = defaultdict(float)
     for (_, name), part in zip(found.design.segments, each, strict=True):
@@ -52,14 +52,14 @@ def log_likelihood_by_coefficient(found: Estimate) -> dict[str, float]:
 def with_raised_odds(
     criterion: SelectionCriterion, hypotheses: Sequence[Hypothesis], losses: Mapping[str, float], most: float
 ) -> SelectionCriterion:
-    """The rules with higher odds for the terms of contradicted coefficients.
+    """The criterion with raised prior odds of the terms of coefficients that lose likelihood.
 
     Parameters
     ----------
     losses : mapping of coefficient to float
-        What each loses in ln L by undoing the proven faults.
+        Loss of each in ln L by correcting the identified instrument errors.
     most : float
-        Probability that any of one coefficient's terms is missing, at most.
+        Largest probability that any term of one coefficient is missing.
     """
     odds_factors: dict[Label, float] = {}
     for name, loss in losses.items():

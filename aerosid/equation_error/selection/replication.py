@@ -1,7 +1,7 @@
-"""Replication: effects that recordings outside the fit show by themselves.
+"""Replication: effects that validation records show by themselves.
 
-A number that one event of the fitted recordings shows is uncertain by whatever happened in that event; another
-recording that shows the same number tells that it was no chance.
+The estimate of an effect from a single event of the identification records is uncertain by whatever else happened in
+that event; a validation record that gives the same estimate shows that it was no coincidence.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from aerosid.equation_error.selection.structure import SelectedEffect, SelectedS
 
 
 def is_replicated(selected: SelectedStructure, fitted: SelectedStructure, each: SelectedEffect) -> bool:
-    """Whether the unseen recordings add to a chosen effect's gain what a value at the asked deviations has.
+    """Whether the validation records add to an effect's gain as much as an estimate of the required significance has.
 
-    All recordings share its number, so that their gain beyond that of the fitted ones is what the unseen ones say for
-    that number: half the square of its deviations where they agree, less or nothing where they do not.
+    All records share its parameters, so that the gain beyond that of the identification records is the validation
+    records' likelihood ratio for that estimate: half the square of its t-ratio where they agree, less or nothing where
+    they do not.
 
     Parameters
     ----------
     selected : SelectedStructure
-        The structure on all recordings.
+        The structure on all records.
     fitted : SelectedStructure
-        The same structure on the fitted recordings alone.
+        The same structure on the identification records alone.
     each : SelectedEffect
         One of its effects.
     """
@@ -36,10 +37,10 @@ def is_replicated(selected: SelectedStructure, fitted: SelectedStructure, each: 
 
 
 def is_needed(selected: SelectedStructure, fitted: SelectedStructure, each: SelectedEffect) -> bool:
-    """Whether an unseen recording shows a chosen effect by itself, or leaves much more of a coefficient without it.
+    """Whether a validation record replicates an effect, or a much larger residual of a coefficient remains without it.
 
-    Arguments as of `is_replicated`. A short unseen recording may gain little in ln L, its residual being coloured, and
-    yet have most of what its coefficients leave explained by the fitted recordings' number.
+    Arguments as of `is_replicated`. A short validation record may gain little in ln L, its residual being coloured, and
+    yet have most of its residual explained by the estimate from the identification records.
     """
     whole = selected.estimate.problem
     if all(recording.fitted for recording in whole.recordings):

@@ -1,4 +1,4 @@
-"""Hypotheses whose inner numbers are searched for before they are asked: sudden changes, flow separation."""
+"""Starting values of hypotheses with nonlinear parameters: instants of step changes, flow separation."""
 
 from __future__ import annotations
 
@@ -26,35 +26,34 @@ from aerosid.equation_error.selection.step_change_scores import step_change_scor
 Array = NDArray[np.float64]
 
 MAINLY = {name: name for name in COEFFICIENT} | {"C_D": "C_X", "C_L": "C_Z"}
-"""The body-axis equation in which a coefficient's sudden change shows most."""
+"""The body-axis equation in which a step change of a coefficient has its largest effect."""
 
 EDGE = 4
-"""Numerical: samples in the band at either end of a record in which nothing sudden is looked for."""
+"""Numerical: samples in the band at either end of a record in which no step change is searched for."""
 
 RISES = (1.0, 3.0)
-"""Numerical: s; a sudden change is tried at once and over these times: a flap or an engine takes them."""
+"""Numerical: s; rise times tried in addition to an instantaneous step: those of a flap or an engine."""
 
 STAR_SHARES = (0.6, 0.75, 0.9, 1.0)
-"""Numerical: where separation is tried to begin, shares, 1, of the highest angle of attack; and a little beyond
-it."""
+"""Numerical: trial values of the onset of separation as fractions, 1, of the highest angle of attack; and one slightly
+beyond it."""
 
 BEYOND = 0.03
-"""Numerical: rad; by how much separation is tried to begin beyond the highest angle of attack: it still bends the
-lift."""
+"""Numerical: rad; trial onset of separation beyond the highest angle of attack: it still reduces the lift slope."""
 
 SHARPNESS = (12.0, 25.0)
-"""Numerical: 1/rad; of the static curve of separation that is tried: slender and thick sections."""
+"""Numerical: 1/rad; trial values of the static separation curve's steepness: slender and thick sections."""
 
 LAGS = ((0.1, 0.1), (0.4, 0.4))
-"""Numerical: s; delay and relaxation that are tried: a few and some twenty chords over the airspeed."""
+"""Numerical: s; trial values of delay and relaxation: a few and some twenty chords over the airspeed."""
 
 
 def step_change_hypotheses(
     problem: RegressionProblem, base: Estimate, coefficients: Sequence[str], recording_name: str | None = None
 ) -> list[Hypothesis]:
-    """A step of each coefficient on each fitted recording, at the instant that the whitened residuals favour most.
+    """A step of each coefficient on each identification record, at the instant of highest score.
 
-    `recording_name`: on that recording alone, fitted or not.
+    `recording_name`: on that record alone, whether identification or validation.
     """
     found: list[Hypothesis] = []
     for n, recording in enumerate(problem.recordings):
@@ -77,13 +76,13 @@ def step_change_hypotheses(
 
 
 def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothesis:
-    """A sudden change as a hypothesis; of a slow one the rise was chosen from the flight too, which `time` counts."""
+    """A step change as a hypothesis; the rise time of a slow one is estimated too, which `time` counts."""
     active = ActiveEffect(effect, (effect.parameters[0].null, moment), log)
     return Hypothesis(effect.kind, effect.where, effects=(active,), time=moment if slow else None)
 
 
 def _likeliest_instant(base: Estimate, recording: Recording, place: int, equation: str, rise: float) -> float | None:
-    """When a jump of one equation's residual would gain most, s."""
+    """Instant, s, at which a step of one equation's residual has the highest score."""
     if (place, equation) not in base.design.segments:
         return None
     s = base.design.segments.index((place, equation))
@@ -106,7 +105,7 @@ def _likeliest_instant(base: Estimate, recording: Recording, place: int, equatio
 
 
 def shows_separation(problem: RegressionProblem) -> bool:
-    """Whether alpha spans enough on a fitted recording to show flow separation."""
+    """Whether the range of alpha of an identification record suffices to show flow separation."""
     return any(
         float(np.ptp(r.channels["alpha"])) >= problem.settings.separation_range
         for r in problem.recordings
@@ -115,7 +114,7 @@ def shows_separation(problem: RegressionProblem) -> bool:
 
 
 def is_control_term(hypothesis: Hypothesis) -> bool:
-    """Whether a hypothesis is the plain effect of a recorded control or of thrust on a coefficient."""
+    """Whether a hypothesis is the linear effect of a recorded control or of thrust on a coefficient."""
     if len(hypothesis.entries) != 1 or hypothesis.effects:
         return False
     factors = hypothesis.entries[0][1].factors
@@ -123,7 +122,7 @@ def is_control_term(hypothesis: Hypothesis) -> bool:
 
 
 def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:
-    """Flow separation from several starts, the likeliest first; none where alpha spans too little to show any."""
+    """Flow separation from several starting values, the likeliest first; none where the range of alpha is too small."""
     symmetric = [name for name in coefficients if is_symmetric(name)]
     if not symmetric or not shows_separation(problem):
         return []
@@ -146,7 +145,7 @@ def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficien
 
 
 def is_within_signed_limits(active: ActiveEffect) -> bool:
-    """Whether no number that may have either sign lies at one of its limits: there it stands for something else."""
+    """Whether no parameter of either sign lies at one of its limits, where it would model something else."""
     return all(
         not p.lowest < p.null < p.highest or p.lowest < value < p.highest
         for p, value in zip(active.effect.parameters, active.values, strict=True)
@@ -154,7 +153,7 @@ def is_within_signed_limits(active: ActiveEffect) -> bool:
 
 
 def _gain(problem: RegressionProblem, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
-    """Ln L with separation at its start values, its shares of the other coefficients regressed with the terms."""
+    """Ln L with separation at its starting values, its fractions in other coefficients regressed with the terms."""
     point = with_hypothesis(base.point, hypothesis)
     place = len(point.effects) - 1
     design = design_of(problem.segments(point), problem.settings)

@@ -1,4 +1,4 @@
-"""Score of a sudden change at every instant of a record, in work and memory linear in its length."""
+"""Score test of a step change at every instant of a record, in work and memory linear in its length."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def step_change_scores(
     target: Array, known: Array, covariance: Array, colour: Colour, ramp: float, moments: NDArray[np.int64]
 ) -> Array:
-    """What a jump at each of some samples takes off the squares of a regression, beside what it knows already.
+    """Reduction of the sum of squares by a step at each of some samples, in addition to the known regressors.
 
     Parameters
     ----------
@@ -24,22 +24,22 @@ def step_change_scores(
     covariance : ndarray, shape (p, p)
         Of their coefficients.
     colour : Colour
-        The filter that whitens; a jump goes through it too.
+        The whitening filter, applied to the step as well.
     ramp : float
-        Samples over which the jump rises, at least 1, its instant in the middle.
+        Rise time of the step, samples, at least 1, its instant in the middle.
     moments : ndarray, shape (m,)
         Samples at which it is tried.
 
     Returns
     -------
     ndarray, shape (m,)
-        Fall of the squares; 0 where the known columns leave nothing of the jump.
+        Reduction of the sum of squares; 0 where the step is collinear with the known columns.
 
     Notes
     -----
-    A whitened jump is the same sequence wherever it begins, then constant: all products with it are one correlation
-    with that sequence and one sum of what follows. Where it would begin within the samples that start the filter, it is
-    whitened as it stands.
+    A whitened step is the same sequence wherever it begins, then constant: all products with it are one correlation
+    with that sequence and one cumulative sum. Steps that begin within the first samples of the filter are whitened
+    individually.
     """
     count, order = target.size, colour.start.shape[0]
     half = int(np.ceil(0.5 * ramp))
@@ -72,5 +72,5 @@ def step_change_scores(
 
 
 def _ramps(samples: NDArray[np.int64], moments: NDArray[np.int64], ramp: float) -> Array:
-    """Jumps (N, m) from 0 to 1 about each moment."""
+    """Ramps (N, m) from 0 to 1 about each instant."""
     return np.clip((samples[:, None] - moments[None, :]) / ramp + 0.5, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Stepwise regression by Schwarz's criterion: selection, elimination and exchange at a stated false-alarm rate."""
+"""Stepwise regression by Schwarz's criterion: forward selection and elimination at a stated false-alarm rate."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ from aerosid.equation_error.settings import TRIALS
 Array = NDArray[np.float64]
 
 Admitted = Callable[[Estimate, Hypothesis], bool]
-"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+"""Whether an estimate, its last hypothesis among the effects, is admissible by criteria other than its likelihood."""
 
 
 def forward_selection(
@@ -69,14 +69,14 @@ def forward_selection(
     admitted: Admitted = lambda _found, _hypothesis: True,
     log: Callable[[str], None] = lambda _text: None,
 ) -> Iterator[SelectedStructure]:
-    """A structure, and that with everything that pays its price, the best at a time; what no longer pays leaves again.
+    """A structure, and its extensions by the best significant hypothesis at a time, with elimination after each step.
 
-    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given.
+    `most`: number of effects at which it ends; `coefficients`: those in which step changes are searched for, on the
+    identification records or on that record alone whose name is given.
 
-    What enters moves the numbers of the others, and a number that other equations know too costs more the further it is
-    moved from theirs: effects can chase one another out and in again. The structure that would come a second time is
-    the end, and last comes the likeliest of those between, prices paid.
+    An entering effect changes the parameters of the others, and a parameter with kinematic evidence has a penalty that
+    grows with its distance from that: effects may enter and be eliminated in a cycle. The selection ends when a
+    structure recurs, and yields last the structure of the cycle with the highest penalised likelihood.
     """
     inadmissible: set[tuple[str, str, str]] = set()
     met: dict[frozenset[tuple[object, ...]], SelectedStructure] = {}
@@ -99,7 +99,7 @@ def forward_selection(
 
 
 def structure_key(selected: SelectedStructure) -> frozenset[tuple[object, ...]]:
-    """What tells a structure from others: its hypotheses, and when they act."""
+    """Key of a structure: its hypotheses, and when they act."""
     return frozenset((*full_identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
 
 
@@ -139,7 +139,7 @@ def _best(
     tried: list[_Trial] = []
     ranked = _ranked(base, [candidates[n] for n in order], criterion)
     while len(tried) < problem.settings.fitted:
-        # As many at once as there are cores; which of them are asked at all is as on one.
+        # As many in parallel as there are cores; the set of those tested does not depend on that.
         next_ranked = ranked[len(tried) : min(len(tried) + allowed(), problem.settings.fitted)]
         tested = [linear for linear in next_ranked if not tried or linear.net >= tried[0].net - TRIALS.behind]
         for linear, trial in zip(tested, _estimated(base, tested, criterion), strict=True):
@@ -166,12 +166,12 @@ def _best(
 
 
 def is_acceptable(found: Estimate, hypothesis: Hypothesis, admitted: Admitted) -> bool:
-    """Whether the last hypothesis of an estimate lies within its limits and is admitted on other grounds."""
+    """Whether the last hypothesis of an estimate lies within its limits and is admitted by other criteria."""
     return within_limits(found, hypothesis) and admitted(found, hypothesis)
 
 
 def _estimated(base: Estimate, tested: Sequence[_Linear], criterion: SelectionCriterion) -> list[_Trial]:
-    """Hypotheses with all numbers estimated anew."""
+    """Hypotheses with all parameters re-estimated."""
 
     def fitted(linear: _Linear) -> _Trial:
         found = maximise_likelihood(base.problem, _initial_point(base.problem, base, linear), linear.weights, steps=6)
@@ -185,10 +185,10 @@ def _estimated(base: Estimate, tested: Sequence[_Linear], criterion: SelectionCr
 def _other_delay_kinds(
     base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], criterion: SelectionCriterion
 ) -> list[_Linear]:
-    """The other ways in which a control is late, where the likeliest of those tried says that it is.
+    """The other kinds of delay of a control, where the likeliest of those tried is one.
 
-    What a column to a trial value says of a delay between two trial values is little where the noise is small: a lag,
-    which bends less, would be asked alone.
+    In low noise the secant to a trial value predicts little of a delay between two trial values: a lag, which is less
+    nonlinear, would be tested alone.
     """
     if not tried or tried[0].hypothesis.kind not in CONTROL_DELAY_KINDS:
         return []
@@ -202,9 +202,9 @@ def _other_delay_kinds(
 
 
 def _initial_point(problem: RegressionProblem, base: Estimate, linear: _Linear) -> Point:
-    """The point to begin an estimate from: where the regression puts it, or at a trial value that is likelier.
+    """The starting point of an estimate: the regressed value, or a trial value that is likelier.
 
-    What one column says of a delay of the length of a control's steps is far off; from there Gauss-Newton goes astray.
+    The linear prediction of a delay comparable to a control's steps is far off, and Gauss-Newton diverges from there.
     """
     aimed = with_hypothesis(base.point, linear.hypothesis)
     if not linear.hypothesis.effects:
@@ -224,7 +224,7 @@ def _initial_point(problem: RegressionProblem, base: Estimate, linear: _Linear) 
 
 @dataclass(frozen=True)
 class _Trial:
-    """A hypothesis with all numbers estimated anew; `net`: its gain in ln L beyond its price."""
+    """A hypothesis with all parameters re-estimated; `net`: its gain in ln L less its penalty."""
 
     net: float
     peak: Optimum
@@ -233,7 +233,7 @@ class _Trial:
 
 @dataclass(frozen=True)
 class _Linear:
-    """A hypothesis to first order in its numbers, which are set where the regression puts them; `net` as above."""
+    """A hypothesis to first order at its regressed parameter values; `net` as above."""
 
     net: float
     hypothesis: Hypothesis
@@ -243,9 +243,9 @@ class _Linear:
 def _ranked(
     base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion, least: float | None = None
 ) -> list[_Linear]:
-    """Candidates that may pay their price, by their gain to first order with the colour estimated anew.
+    """Candidates that may exceed their penalty, by first-order gain with the colour re-estimated.
 
-    `least`: net gain from which on; by default that of the settings.
+    `least`: least net gain; by default that of the settings.
     """
     least = base.problem.settings.nearly if least is None else least
     rows = []
@@ -261,7 +261,7 @@ def _ranked(
 def _shortlist(
     base: Estimate, candidates: Sequence[Candidate], problem: RegressionProblem, criterion: SelectionCriterion
 ) -> list[int]:
-    """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
+    """The candidates of highest score, one of each name, that may exceed their penalty with the colour re-estimated."""
     scored = score_candidates(base, candidates)
     gains = scored.gains
 
@@ -280,7 +280,7 @@ def with_flow_separation(
     coefficients: Sequence[str],
     log: Callable[[str], None],
 ) -> SelectedStructure | None:
-    """The structure with flow separation beside what it has, where that pays its price; else None."""
+    """The structure with flow separation, where that exceeds its penalty; else None."""
     best: tuple[float, Estimate, Hypothesis] | None = None
     for hypothesis in separation_hypotheses(problem, selected.estimate, coefficients):
         found = estimate(
@@ -305,7 +305,7 @@ def eliminate_by_penalty(
     protected: Sequence[Hypothesis] = (),
     log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure:
-    """The structure without what no longer pays its price; `protected` stays."""
+    """Backward elimination of effects whose gain is below their penalty; `protected` ones are retained."""
     while True:
         worst: tuple[float, Optimum, SelectedEffect] | None = None
         others = [each for each in selected.chosen if not any(each.hypothesis is one for one in protected)]
@@ -316,12 +316,12 @@ def eliminate_by_penalty(
                 worst = net, reduced, each
         if worst is None:
             return selected
-        log(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
+        log(f"  eliminated {worst[2].hypothesis.label} {worst[0]:.1f}")
         selected = SelectedStructure(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
 
 
 def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
-    """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
+    """Whether estimates of an instrument error from each record alone agree within a few standard deviations."""
     places = [
         p
         for p, unknown in enumerate(found.design.unknowns)

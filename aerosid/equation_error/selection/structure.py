@@ -1,4 +1,4 @@
-"""Deletion of one effect at a time from a selected structure, the others estimated anew."""
+"""Selected structures, and re-estimates with one effect deleted at a time."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ STEPS = 4
 
 @dataclass(frozen=True)
 class SelectedEffect:
-    """A hypothesis that entered, with its numbers at the estimate's point.
+    """A hypothesis that was selected, with its parameters at the estimate's point.
 
-    `kinematic`: whether kinematics alone proved it. `gain` in ln L when it entered.
+    `kinematic`: whether it was identified by kinematics alone. `gain` in ln L when it entered.
     """
 
     hypothesis: Hypothesis
@@ -32,7 +32,7 @@ class SelectedEffect:
 class SelectedStructure:
     """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
 
-    `cache`: what was found without each and in its place, kept as long as the structure.
+    `cache`: re-estimates without and with replacements of each effect, kept as long as the structure.
     """
 
     estimate: Estimate
@@ -41,23 +41,23 @@ class SelectedStructure:
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """What the chosen ones are called, in their order."""
+        """Labels of the selected effects, in their order."""
         return tuple(each.hypothesis.label for each in self.chosen)
 
     def labels_not_in(self, other: SelectedStructure) -> tuple[Label, ...]:
-        """What of it another structure does not have."""
+        """Labels of its effects that another structure lacks."""
         cached = set(other.labels)
         return tuple(label for label in self.labels if label not in cached)
 
 
 def penalised_likelihood(selected: SelectedStructure, criterion: SelectionCriterion) -> float:
-    """Ln L of a structure less the cost of all that entered."""
+    """Ln L of a structure less the penalties of its effects."""
     chosen = [each.hypothesis for each in selected.chosen]
     return selected.estimate.log_likelihood - joint_penalty(criterion, selected.estimate.point, chosen)
 
 
 def point_without(point: Point, chosen: SelectedEffect) -> Point:
-    """The point without a hypothesis: its terms struck out, its effects gone."""
+    """The point without a hypothesis: its terms and effects removed."""
     hypothesis = chosen.hypothesis
     own = effects_of(point, hypothesis)
     effects = tuple(active for active in point.effects if not any(active is one for one in own))
@@ -69,9 +69,9 @@ def point_without(point: Point, chosen: SelectedEffect) -> Point:
 def deletions(
     selected: SelectedStructure, effects: Sequence[SelectedEffect], *, with_columns: bool = False
 ) -> list[Optimum]:
-    """The structure without each of some, estimated anew; asked again of the same structure, none is made anew.
+    """The structure without each of some effects, re-estimated; cached with the structure.
 
-    `with_columns`: those of the effects' numbers as well, where more is to be asked of the rest than its likelihood.
+    `with_columns`: with the columns of the effects' parameters, where more than the likelihood is needed.
     """
     found, problem = selected.estimate, selected.estimate.problem
 
@@ -96,13 +96,13 @@ def deletions(
 
 
 def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estimate:
-    """The structure without one, estimated anew."""
+    """The estimate of the structure without one effect."""
     (peak,) = deletions(selected, [each], with_columns=True)
     return peak.estimate
 
 
 def structure_without(selected: SelectedStructure, effect: SelectedEffect) -> SelectedStructure:
-    """The structure without one, estimated anew, and those that stay."""
+    """The structure without one effect, re-estimated."""
     return SelectedStructure(
         estimate_without(selected, effect), tuple(each for each in selected.chosen if each is not effect)
     )

@@ -1,8 +1,8 @@
-"""Choice of the time origin: several channels that are early by one time, or the others late.
+"""Choice of the time origin: several channels early by the same time, or all others late.
 
-Timings of a recording are known against one another only. Where a search has named some channels early, the same
-likelihood belongs to those channels on time and every other one late; and of these the slow ones show no lateness, so
-that fewer faults may say the same. Recorders make channels late and not early.
+Time delays of a record are identifiable only relative to one another. Where a search has found some channels early, the
+likelihood is the same with those channels on time and every other one late; and among these the slow ones show no
+delay, so that fewer errors may suffice. Recorders delay channels and do not advance them.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from aerosid.equation_error.selection.structure import (
 )
 
 DELAY = "sensor_delay"
-"""The kind whose number may have either sign."""
+"""The kind whose parameter may have either sign."""
 
 STEPS = 8
-"""Numerical: Gauss-Newton steps at most from the other origin."""
+"""Numerical: Gauss-Newton steps at most from the other time origin."""
 
 
 def with_other_time_origin(
@@ -41,14 +41,14 @@ def with_other_time_origin(
     admitted: Admitted,
     log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure:
-    """The structure with channels late in place of several early ones, where that is worth more, prices counted.
+    """The structure with late channels in place of several early ones, where its penalised likelihood is higher.
 
     Parameters
     ----------
     selected : SelectedStructure
-        Faults of sensors, estimated from kinematic equations.
+        Instrument errors, estimated from kinematic equations.
     hypotheses : sequence of Hypothesis
-        Faults of sensors that may be named.
+        Candidate instrument errors.
     """
     early = [each for each in selected.chosen if each.hypothesis.kind == DELAY and _delay(selected, each) < 0.0]
     if len(early) < selected.estimate.problem.settings.fewest_early:
@@ -61,7 +61,7 @@ def with_other_time_origin(
     found = with_replacements(found, hypotheses, criterion, admitted)
     if penalised_likelihood(found, criterion) <= penalised_likelihood(selected, criterion):
         return selected
-    log(f"  late in place of early: {[each.hypothesis.label for each in found.chosen]}")
+    log(f"  time origin moved, late channels replace early ones: {[each.hypothesis.label for each in found.chosen]}")
     return found
 
 
@@ -73,7 +73,7 @@ def _delay(selected: SelectedStructure, each: SelectedEffect) -> float:
 def _from_other_origin(
     selected: SelectedStructure, early: Sequence[SelectedEffect], shift: float, hypotheses: Sequence[Hypothesis]
 ) -> SelectedStructure:
-    """The structure whose early channels are on time, every other one later by the shift, s."""
+    """The structure with its early channels on time and every other one later by the shift, s."""
     point = selected.estimate.point
     for each in early:
         point = point_without(point, each)
@@ -90,7 +90,7 @@ def _from_other_origin(
 
 
 def _later(active: ActiveEffect, shift: float) -> ActiveEffect:
-    """A timing that is free, later by the shift; any other effect as it is."""
+    """A free delay increased by the shift; any other effect unchanged."""
     if active.effect.kind not in DELAY_KINDS or not active.values:
         return active
     return active.beside(0, shift)

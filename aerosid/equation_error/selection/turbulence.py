@@ -1,4 +1,4 @@
-"""Turbulence detection: what a vane sees beyond the inertial path, and lift or side force that answers by its slope."""
+"""Turbulence detection: vane residual over the inertial path, and the response of lift or side force to it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class GustSensors(NamedTuple):
-    """A vane, the force that answers what it sees, and the terms whose slopes say how, with the sign that they act by.
+    """A vane, the force that responds to its gusts, and the terms of that response with their signs.
 
     `kind`: of the effect, as in result.json.
     """
@@ -34,7 +34,7 @@ GUST_SENSORS = (
 
 @dataclass(frozen=True)
 class Turbulence:
-    """Gusts along one axis: standard deviation m/s and its own, scale m, and the answer of the force over the expected.
+    """Gusts along one axis: standard deviation m/s and its standard error, scale m, force response over the expected.
 
     `kind`: of the effect, as in result.json.
     """
@@ -48,19 +48,19 @@ class Turbulence:
 
 
 def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...]:
-    """The turbulence that a vane's kinematic equation and its force show together, along each axis where they agree.
+    """The turbulence along each axis on which a vane's kinematic equation and its force agree.
 
     `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of the flow
-    angle over the inertial path holds gusts and vane noise; the force answers the gusts in it with its derivative.
+    angle over the inertial path contains gusts and vane noise; the force responds to the gusts by its derivative.
     """
     gusts = (_along_axis(sensors, kinematic, found) for sensors in GUST_SENSORS)
     return tuple(each for each in gusts if each is not None)
 
 
 def gust_fraction(kinematic: Estimate, vane: str) -> float:
-    """What a vane shows beyond the inertial path of the fitted recordings, over what it shows in all, 1.
+    """RMS of a vane's residual over the inertial path of the identification records, over its total RMS, 1.
 
-    Root-mean-squares in the band; infinite where no path of the vane was compared.
+    In the band; infinite where no path of the vane was compared.
     """
     left, whole = 0.0, 0.0
     for s, (n, channel) in enumerate(kinematic.design.segments):
@@ -73,7 +73,7 @@ def gust_fraction(kinematic: Estimate, vane: str) -> float:
 
 
 def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
-    """The turbulence along one axis; None where the witnesses do not agree on any."""
+    """The turbulence along one axis; None where vane and force do not agree."""
     model, design = found.point.model, found.design
     slope = sum(
         sensors.slopes.get((coefficient, str(term)), 0.0) * value
@@ -84,7 +84,7 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
     place = design.unknowns.index(("gust", sensors.force))
     response = float(found.solution.values[place]) / slope
     error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
-    # The vane's noise makes the answer smaller, wherever it is not small beside the gusts.
+    # Vane noise reduces the estimated response unless it is small compared with the gusts.
     settings = found.problem.settings
     margin = settings.gust_answer * error
     if response < settings.gust_certain * error or not 0.5 - margin < response < 1.0 + margin:

@@ -1,4 +1,4 @@
-"""Wald tests of a selected structure: the numbers of each effect, and their distance from the null value."""
+"""Wald tests of a selected structure: parameters of each effect and their t-ratios from the null value."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EffectEstimate:
-    """One effect with its numbers on the fitted recordings.
+    """One effect with its parameters estimated from the identification records.
 
     Attributes
     ----------
     hypothesis : Hypothesis
     active : ActiveEffect or None
-        The effect with its numbers; None for a term.
+        The effect with its parameter values; None for a term.
     value, std_error : float
-        Of its leading number; the deviation corrected for coloured residuals.
+        Of its leading parameter; the standard error corrected for coloured residuals.
     std_errors : tuple of float
-        Of all its numbers.
+        Of all its parameters.
     gain : float
-        In ln L: the fall when it is struck out of the final structure, or the rise when it entered.
+        In ln L: the loss when it is deleted from the final structure, or the gain when it entered.
     source : "kinematics" or "coefficients"
-        Which equations proved it.
+        Equations that identified it.
     improves_prediction : bool or None
-        Whether the coefficients of unseen recordings, or blocks, are predicted better with it; None where not asked.
+        Whether it improves the prediction of validation coefficients or blocks; None where not tested.
     """
 
     hypothesis: Hypothesis
@@ -51,12 +51,12 @@ class EffectEstimate:
 
     @property
     def null(self) -> float:
-        """The null value: that at which the effect does nothing."""
+        """The null value, at which the effect vanishes."""
         return null_value(self.active)
 
     @property
     def ratio(self) -> float:
-        """Distance from the null value in its own deviations; of several numbers the most certain one counts."""
+        """Distance from the null value in standard errors; of several parameters the most significant one counts."""
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         if self.active is None or len(self.active.values) == 1:
@@ -72,7 +72,7 @@ class EffectEstimate:
 
 
 def null_value(active: ActiveEffect | None) -> float:
-    """The null value of an effect's leading number; of a term, None here, it is 0."""
+    """The null value of an effect's leading parameter; of a term, None here, it is 0."""
     return active.effect.parameters[0].null if active is not None else 0.0
 
 
@@ -83,10 +83,10 @@ def effect_estimates(
     gains: Mapping[tuple[str, str, str], float] = MappingProxyType({}),
     improvements: Mapping[tuple[str, str, str], bool] = MappingProxyType({}),
 ) -> tuple[EffectEstimate, ...]:
-    """The chosen with their numbers and corrected deviations: those of kinematics by certainty, then others by gain.
+    """The selected effects with parameters and corrected standard errors: kinematic ones by t-ratio, others by gain.
 
-    `gains`: their gain in the whole structure, by label; what is not in it keeps that of its entry. `improvements`:
-    whether validation records are predicted better with it.
+    `gains`: gain of each in the whole structure, by label; by default that of its entry. `improvements`: whether it
+    improves the prediction of validation coefficients, by label.
     """
     deviations = np.sqrt(np.diag(covariance))
     place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
@@ -112,16 +112,16 @@ def effect_estimates(
 
 
 def _rank(row: EffectEstimate) -> tuple[bool, float]:
-    """Of instruments' faults the most certain first: which of them entered first depends on what else was missing."""
+    """Instrument errors in order of t-ratio: their order of entry depends on what else was missing."""
     return (False, -row.ratio) if row.source == "kinematics" else (True, -row.gain)
 
 
 def least_significant(
     found: Estimate, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool] = lambda _each: False
 ) -> SelectedEffect | None:
-    """The chosen one nearest to none, where that is nearer than the deviations that a final value must keep.
+    """The effect of smallest t-ratio, where that is below the required one; else None.
 
-    `confirmed`: asked of those that are too near, whether another recording shows them as well.
+    `confirmed`: test, applied to insignificant effects, whether a validation record replicates them.
     """
     covariance = corrected_covariance(found.design, found.solution)
     shown = confirmed_unknowns(found, covariance, chosen, confirmed)
@@ -133,7 +133,7 @@ def least_significant(
 def confirmed_unknowns(
     found: Estimate, covariance: Array, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool]
 ) -> list[Unknown]:
-    """The numbers of those chosen that are too near to none by some covariance, and confirmed."""
+    """The parameters of those effects that are insignificant by some covariance, and confirmed."""
     insignificant = insignificant_effects(
         effect_estimates(found, covariance, chosen), chosen, found.problem.settings.deviations
     )
@@ -148,7 +148,7 @@ def confirmed_unknowns(
 def insignificant_effects(
     rows: Sequence[EffectEstimate], chosen: Sequence[SelectedEffect], deviations: float
 ) -> list[SelectedEffect]:
-    """The chosen ones whose finding is nearer to none than so many of its deviations."""
+    """The selected effects whose t-ratio is below a limit."""
     insignificant = {row.hypothesis.label for row in rows if row.ratio < deviations}
     return [each for each in chosen if each.hypothesis.label in insignificant]
 
@@ -156,7 +156,7 @@ def insignificant_effects(
 def least_significant_of(
     rows: Sequence[EffectEstimate], chosen: Sequence[SelectedEffect], deviations: float
 ) -> SelectedEffect | None:
-    """The chosen one whose finding is nearest to none, where that is nearer than so many of its deviations."""
+    """The effect of smallest t-ratio, where that is below a limit; else None."""
     labels = {each.hypothesis.label for each in insignificant_effects(rows, chosen, deviations)}
     insignificant = [row for row in rows if row.hypothesis.label in labels]
     if not insignificant:
@@ -166,7 +166,7 @@ def least_significant_of(
 
 
 def unknown_indices(found: Estimate, hypothesis: Hypothesis) -> list[int]:
-    """Where the numbers of a hypothesis stand among the unknowns."""
+    """Indices of a hypothesis' parameters among the unknowns."""
     names = {(active.name, active.log) for active in hypothesis.effects}
     effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
     return [
@@ -178,7 +178,7 @@ def unknown_indices(found: Estimate, hypothesis: Hypothesis) -> list[int]:
 
 
 def distances_from_null(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
-    """Place among the unknowns of each of a hypothesis' numbers, and its distance from the null value."""
+    """Index among the unknowns of each of a hypothesis' parameters, and its distance from the null value."""
     rows = []
     for n in unknown_indices(found, hypothesis):
         unknown, distance = found.design.unknowns[n], float(found.solution.values[n])
