@@ -53,7 +53,7 @@ def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
         free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "gust")]
         own = np.column_stack([np.ones(left.size), design.columns[rows][:, free]])
         left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
-        assert_allclose(each.left, left, atol=1e-7 * float(np.std(design.target[rows])) + 1e-12)
+        assert_allclose(each.residual, left, atol=1e-7 * float(np.std(design.target[rows])) + 1e-12)
 
 
 def test_blocks_are_contiguous_long_enough_and_share_the_motion() -> None:

@@ -199,13 +199,13 @@ def test_what_happens_suddenly_in_an_unseen_flight_is_free_there_as_its_constant
     problem = replace(faults.selected.estimate.problem, kinds=COEFFICIENT, all_fitted=True)
     found = estimate(problem, faults.start)
     plain = validation_residuals(problem, found)
-    samples = plain[1, "C_m"].left.size
+    samples = plain[1, "C_m"].residual.size
     jump = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
     freed = validation_residuals(problem, found, {(1, "C_m"): jump[:, None]})
     assert set(freed) == set(plain)
-    np.testing.assert_allclose(freed[1, "C_Z"].left, plain[1, "C_Z"].left, atol=1e-12)
+    np.testing.assert_allclose(freed[1, "C_Z"].residual, plain[1, "C_Z"].residual, atol=1e-12)
     # The projection off the step: nothing is left along it, and what is taken is at right angles to what is left.
-    before, after = plain[1, "C_m"].left, freed[1, "C_m"].left
+    before, after = plain[1, "C_m"].residual, freed[1, "C_m"].residual
     assert abs(after @ jump) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(jump)
     assert abs(after @ (before - after)) < 1e-9 * float(before @ before)
     assert np.linalg.norm(before - after) > 0.0

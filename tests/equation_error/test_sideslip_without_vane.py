@@ -62,7 +62,7 @@ def test_residuals_need_no_columns_where_paths_drift() -> None:
     equations, point = equations_and_point()
     design = design_of(equations.at(point), SETTINGS)
     values = np.random.default_rng(3).standard_normal(len(design.unknowns))
-    assert {("drift", "C_n", 0), ("wander", "C_n", 0, 0)} <= set(design.unknowns)
+    assert {("drift", "C_n", 0), ("random_walk", "C_n", 0, 0)} <= set(design.unknowns)
     left = equations.residuals(point, dict(zip(design.unknowns, values, strict=True)))
     np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())
 
@@ -74,7 +74,7 @@ def test_what_noise_makes_of_a_path_does_not_depend_on_what_was_asked_before() -
     other.at(point.with_effects([slow]))
     for one, two in zip(plain.at(point), other.at(point), strict=True):
         assert one.equation == two.equation
-        assert (one.wander is None and two.wander is None) or np.array_equal(one.wander, two.wander)  # type: ignore[arg-type]
+        assert (one.random_walk is None and two.random_walk is None) or np.array_equal(one.random_walk, two.random_walk)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

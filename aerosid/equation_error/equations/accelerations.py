@@ -1,15 +1,15 @@
-"""What a model, thrust, levers and turning axes make of the accelerations, in a few compiled passes over the samples.
+"""Accelerations by a model, thrust, lever arms and inertial coupling, in a few compiled passes over the samples.
 
     q_bar S C_X/m + T cos(incidence)/m + arms,  q_bar S C_Y/m + arms,  q_bar S C_Z/m - T sin(incidence)/m + arms,
     (q_bar S b C_l + I_xz (r' + p q) - (I_zz - I_yy) q r)/I_xx,
     (q_bar S c C_m - (I_xx - I_zz) p r - I_xz (p^2 - r^2) + T z_arm)/I_yy,
     (q_bar S b C_n + I_xz (p' - q r) - (I_yy - I_xx) p q)/I_zz
 
-at the accelerometers and gyros: the equations of `coefficient.py`, each solved for what its sensor shows. A search asks
-for them thousands of times, and hundreds of short steps over a record of a thousand samples each would cost more to
-call than to do. Klein & Morelli, Aircraft System Identification, section 5.1.
+at the accelerometers and gyros: the equations of `coefficient.py`, each solved for the output of its sensor. A search
+evaluates them thousands of times, and hundreds of short steps over a record of a thousand samples each would cost more
+in calls than in work. Klein & Morelli, Aircraft System Identification, section 5.1.
 
-Series of a record are rows (., N) here, so that one step runs along them. The eight coefficients have fixed places,
+Series of a record are rows (., N) here, so that one step runs along them. The eight coefficients have fixed indices,
 those that a case does not model among them: C_X C_Y C_Z C_l C_m C_n C_L C_D.
 """
 
@@ -70,14 +70,14 @@ class Accelerations(NamedTuple):
     Attributes
     ----------
     known : float64[6, N]
-        Of what is known.
+        The known part.
     per_unit : float64[6, N]
         Of one unit of each coefficient.
     in_units : float64[6, N]
-        What one m/s^2 or rad/s^2 is in units of the coefficient, by airspeed as measured and inertia as declared:
-        others would make residuals look small.
+        One m/s^2 or rad/s^2 in units of the coefficient, by airspeed as measured and inertia as declared: others would
+        make residuals look small.
     series : float64[V + 1 + B + P, N]
-        All that terms are made of, as `fill_values` has it.
+        All variables and products of the terms, as `fill_values` has it.
     """
 
     known: Array
@@ -90,14 +90,14 @@ class Accelerations(NamedTuple):
 def accelerations(
     course: MotionSeries, inputs: Array, terms: Terms, aircraft: Aircraft, linear_inputs: bool
 ) -> Accelerations:
-    """The accelerations that are known, and what one unit of each coefficient makes.
+    """The known accelerations, and those by one unit of each coefficient.
 
     Parameters
     ----------
     inputs : float64[N, C]
-        With what effects add to them.
+        Including the contributions of effects.
     linear_inputs : bool
-        Whether inputs run along lines between samples: the derivatives of rates then show less of them.
+        Whether inputs are linear between samples: the derivatives of rates then show less of them.
     """
     acting, declared, table = aircraft.acting, aircraft.declared, terms.table
     samples, columns = inputs.shape
@@ -118,8 +118,8 @@ def accelerations(
     _weigh(course, inputs, aircraft, result)
     thrust_shown = derivative_of_linear(thrust) if linear_inputs else thrust
 
-    # Specific forces as the model gives them, m/s^2: measured ones hold the gusts that the moment answers, and a term
-    # or a lever with them in it would explain those.
+    # Specific forces by the model, m/s^2: measured ones contain the gusts to which the moment responds, and a term or a
+    # lever with them in it would explain those.
     elsewhere = is_moved(inputs, acting)
     forces = np.zeros((len(COEFFICIENTS), samples))
     if table.uses_alpha_dot or elsewhere:
@@ -141,7 +141,7 @@ def accelerations(
         add_further_arms(course, inputs, aircraft, totals, result.known)
     if are_others(acting, declared):
         totals = shown_terms(terms, terms.values, series, linear_inputs)
-        # The model's angular accelerations: gusts roll and yaw, and would look like I_xz.
+        # The model's angular accelerations: rolling and yawing by gusts would look like I_xz.
         _to_angular_accelerations(course, aircraft, result, totals)
         p_dot, r_dot = totals[ROLL], totals[YAW]
         add_moments(course, thrust_shown, acting, aircraft.modelled, 1.0, p_dot, r_dot, result.known)
@@ -155,21 +155,26 @@ def accelerations(
 
 @njit
 def stacked(
-    course: MotionSeries, terms: Terms, found: Accelerations, hypotheses: Places, equations: Places, linear_inputs: bool
+    course: MotionSeries,
+    terms: Terms,
+    found: Accelerations,
+    term_indices: Places,
+    equations: Places,
+    linear_inputs: bool,
 ) -> Array:
-    """What is known of some equations and what one unit of some terms adds to them, (N, M), m/s^2 or rad/s^2.
+    """Known part of some equations and contribution of one unit of some terms to them, (N, M), m/s^2 or rad/s^2.
 
     Parameters
     ----------
-    hypotheses : int64[M]
-        Terms; -1 for what is known.
+    term_indices : int64[M]
+        Terms; -1 for the known part.
     equations : int64[M]
-        Places of the equations.
+        Indices of the equations.
     """
     samples = found.known.shape[1]
-    out = np.empty((samples, hypotheses.size))
-    for m in range(hypotheses.size):
-        entry, place = hypotheses[m], equations[m]
+    out = np.empty((samples, term_indices.size))
+    for m in range(term_indices.size):
+        entry, place = term_indices[m], equations[m]
         if entry < 0:
             out[:, m] = found.known[place]
             continue
@@ -196,19 +201,19 @@ def stacked(
 
 @njit
 def subtract_from_measured(
-    columns: Array, measured: Array, in_units: Array, hypotheses: Places, equations: Places
+    columns: Array, measured: Array, in_units: Array, term_indices: Places, equations: Places
 ) -> None:
-    """What is measured (6, N) less what is known, and the other columns (N, M) of `stacked`, to units, in place."""
-    for m in range(hypotheses.size):
+    """Measured signals (6, N) less the known part, and the other columns (N, M) of `stacked`, in units, in place."""
+    for m in range(term_indices.size):
         place = equations[m]
         for n in range(columns.shape[0]):
-            shown = measured[place, n] - columns[n, m] if hypotheses[m] < 0 else columns[n, m]
+            shown = measured[place, n] - columns[n, m] if term_indices[m] < 0 else columns[n, m]
             columns[n, m] = shown * in_units[place, n]
 
 
 @njit
 def _thrust(inputs: Array, body: Body) -> Array:
-    """The thrust, N, (N,), with what effects add to it."""
+    """The thrust, N, (N,), including the contributions of effects."""
     thrust = inputs[:, THRUST].copy()
     if body.thrust_change >= 0:
         thrust += inputs[:, body.thrust_change]
@@ -217,7 +222,7 @@ def _thrust(inputs: Array, body: Body) -> Array:
 
 @njit_inline
 def _weigh(course: MotionSeries, inputs: Array, aircraft: Aircraft, result: Accelerations) -> None:
-    """Accelerations that one unit of each coefficient makes, and the unit of its equation."""
+    """Accelerations by one unit of each coefficient, and the unit of its equation."""
     acting, declared = aircraft.acting, aircraft.declared
     samples, per_unit, in_units = inputs.shape[0], result.per_unit, result.in_units
     for n in range(samples):
@@ -251,7 +256,7 @@ def _to_body_axes(course: MotionSeries, totals: Array) -> None:
 
 @njit_inline
 def _push(totals: Array, aircraft: Aircraft, per_unit: Array, known: Array) -> None:
-    """Add what coefficients (8, N), turned to body axes, make of the accelerations (6, N)."""
+    """Add the accelerations (6, N) by coefficients (8, N) in body axes."""
     for place in range(known.shape[0]):
         if aircraft.modelled[place]:
             for n in range(known.shape[1]):

@@ -1,4 +1,4 @@
-"""Angular rates with their derivatives, and what accelerometers away from the centre of gravity read of them."""
+"""Angular rates and their derivatives, and the lever-arm accelerations of accelerometers off the centre of gravity."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
 
 
 def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
-    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
+    """Additional acceleration of an accelerometer at a position, m from the centre of gravity, (N,) m/s^2."""
     x, y, z = map(float, place)
     return np.asarray(levers(ACCELEROMETERS.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
 
@@ -53,7 +53,7 @@ def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> A
 def forces_at_centre(
     recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], rates: Rates
 ) -> dict[str, Array]:
-    """Specific forces at the centre of gravity of the accelerometers that there are, m/s^2, (N,) each."""
+    """Specific forces at the centre of gravity from the accelerometers that there are, m/s^2, (N,) each."""
     return {
         name: true[name] - lever_accelerations(name, position(recording, effects, name).tolist(), rates)
         for name in ACCELEROMETERS

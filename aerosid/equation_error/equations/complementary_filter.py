@@ -1,4 +1,4 @@
-"""Complementary filter of inertial path and air sensors: what is fast from the one, what is slow from the others."""
+"""Complementary filter: high frequencies of the inertial path, low frequencies of the air sensors."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Array = NDArray[np.float64]
 
 
 def without_gusts(measured: Array, path: Array, samples: float) -> Array:
-    """Paths with the wind's drift, (K, N): what was measured beyond them, smoothed over scales of gusts.
+    """Paths with the wind's low-frequency drift, (K, N): smoothed difference of the measurement over scales of gusts.
 
-    Held beyond the ends, where a line would follow the last gust out of the record.
+    Constant beyond the ends, where a line would extrapolate the last gust out of the record.
     """
     left, drifting = _about_lines(measured, path)
     return np.asarray(drifting + gaussian_filtered(left, samples))
@@ -23,7 +23,7 @@ def without_gusts(measured: Array, path: Array, samples: float) -> Array:
 
 @njit
 def _about_lines(measured: Array, path: Array) -> tuple[Array, Array]:
-    """What was measured beyond paths, about a line, and the paths with that line, (K, N) each."""
+    """Detrended difference of measurement and paths, and the paths with that trend, (K, N) each."""
     left, drifting = np.empty(path.shape), np.empty(path.shape)
     count = path.shape[1]
     middle, square = 0.5 * (count - 1), count * (count * count - 1.0) / 12.0
@@ -42,7 +42,7 @@ def _about_lines(measured: Array, path: Array) -> tuple[Array, Array]:
 
 
 def blended(measured: Array, path: Array, samples: float) -> Array:
-    """Paths (..., N) with the difference of what was measured from them, smoothed by a Gaussian of that deviation."""
+    """Paths (..., N) plus the smoothed difference of the measurement; `samples`: deviation of the Gaussian."""
     if samples < 0.5:
         return measured
     return np.asarray(path + locally_smoothed(measured - path, samples))

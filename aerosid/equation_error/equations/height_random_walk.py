@@ -24,11 +24,11 @@ Array = NDArray[np.float64]
 
 def height_random_walk(recording: Recording, time: Array, settings: EquationErrorSettings) -> Array:
     """Modes (N, K + 1), m, of unit standard deviation each, at instants (N,) s."""
-    cosines, slow, length = random_walk_modes(time, settings)
+    cosines, integrals, length = random_walk_modes(time, settings)
     speed = float(np.mean(recording.held("V")))
-    twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * slow**2
-    once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * slow
+    twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * integrals**2
+    once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * integrals
     modes = cosines * np.hypot(twice, once)
     airspeed = np.interp(time, recording.time, recording.held("V"))
-    astray = settings.drifts["h"] * running_integral(airspeed / airspeed.mean() - 1.0, float(time[1] - time[0]))
-    return np.column_stack([modes, astray])
+    gust_mode = settings.drifts["h"] * running_integral(airspeed / airspeed.mean() - 1.0, float(time[1] - time[0]))
+    return np.column_stack([modes, gust_mode])

@@ -1,4 +1,4 @@
-"""What turning axes, arms of sensors and a centre of gravity elsewhere make of the accelerations, compiled."""
+"""Inertial coupling, lever arms of sensors and a displaced centre of gravity in the accelerations, compiled."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ Array = NDArray[np.float64]
 
 
 ACCELEROMETERS = ("a_x", "a_y", "a_z")
-"""Channels whose sensors read what turning makes of their place."""
+"""Channels whose sensors measure lever-arm accelerations."""
 
 
 class Aircraft(NamedTuple):
-    """The aircraft as it acts, as it is declared, and where its accelerometers sit.
+    """The aircraft as it acts, as it is declared, and the positions of its accelerometers.
 
     `modelled`, bool[6]: which of the body-axis coefficients have an equation. `positions`, float64[3, 3]: of the
     accelerometers along x, y, z, m from the declared centre of gravity; zero of those that are not recorded. `further`,
-    float64[3, 3]: how far from there effects put them, m.
+    float64[3, 3]: position errors by effects, m.
     """
 
     acting: Body
@@ -36,7 +36,7 @@ class Aircraft(NamedTuple):
 def _lever(
     place: int, x: float, y: float, z: float, p: float, q: float, r: float, turning: tuple[float, float, float]
 ) -> float:
-    """What an accelerometer at (x, y, z), m, reads beyond one at the centre of gravity, m/s^2.
+    """Acceleration of an accelerometer at (x, y, z), m, relative to one at the centre of gravity, m/s^2.
 
     `turning`: the angular accelerations.
     """
@@ -52,7 +52,7 @@ def _lever(
 def levers(
     place: int, x: float, y: float, z: float, p: Array, q: Array, r: Array, p_dot: Array, q_dot: Array, r_dot: Array
 ) -> Array:
-    """What the accelerometer along an axis reads beyond one at the centre of gravity, (N,) m/s^2."""
+    """Acceleration of the accelerometer along an axis relative to one at the centre of gravity, (N,) m/s^2."""
     found = np.empty(p.shape[0])
     for n in range(p.shape[0]):
         found[n] = _lever(place, x, y, z, p[n], q[n], r[n], (p_dot[n], q_dot[n], r_dot[n]))
@@ -61,7 +61,7 @@ def levers(
 
 @njit_inline
 def add_thrust_and_arms(course: MotionSeries, thrust: Array, inputs: Array, aircraft: Aircraft, known: Array) -> None:
-    """Forces that no term makes: thrust, and the declared arms of the accelerometers by the rates as measured."""
+    """Forces that are no terms: thrust, and the declared lever arms of the accelerometers by the rates as measured."""
     ahead, below = np.cos(aircraft.acting.thrust_incidence), -np.sin(aircraft.acting.thrust_incidence)
     if aircraft.modelled[X]:
         for n in range(thrust.shape[0]):
@@ -88,7 +88,7 @@ def add_moments(
     r_dot: Array,
     known: Array,
 ) -> None:
-    """Add angular accelerations that no term makes, times `sign`: thrust and the coupling of turning axes."""
+    """Add angular accelerations that are no terms, times `sign`: by thrust and by inertial coupling."""
     samples = thrust.shape[0]
     if modelled[PITCH]:
         share = sign / c.I_yy
@@ -110,7 +110,7 @@ def add_moments(
 
 @njit_inline
 def _centre_at(inputs: Array, n: int, body: Body) -> tuple[float, float, float]:
-    """How far the centre of gravity lies ahead of, right of and below the declared one at a sample, m."""
+    """Position of the centre of gravity ahead of, right of and below the declared one at a sample, m."""
     ahead = inputs[n, body.cg_x] if body.cg_x >= 0 else 0.0
     right = inputs[n, body.cg_y] if body.cg_y >= 0 else 0.0
     below = inputs[n, body.cg_z] if body.cg_z >= 0 else 0.0
@@ -119,7 +119,7 @@ def _centre_at(inputs: Array, n: int, body: Body) -> tuple[float, float, float]:
 
 @njit_inline
 def is_moved(inputs: Array, body: Body) -> bool:
-    """Whether the centre of gravity lies elsewhere than declared at any time."""
+    """Whether the centre of gravity differs from the declared one at any time."""
     if body.cg_x < 0 and body.cg_y < 0 and body.cg_z < 0:
         return False
     for n in range(inputs.shape[0]):
@@ -131,7 +131,7 @@ def is_moved(inputs: Array, body: Body) -> bool:
 
 @njit_inline
 def add_levers(inputs: Array, aircraft: Aircraft, forces: Array, known: Array) -> None:
-    """Add the moments that modelled forces, m/s^2, make about a centre of gravity elsewhere."""
+    """Add the moments of modelled forces, m/s^2, about a displaced centre of gravity."""
     c, modelled = aircraft.acting, aircraft.modelled
     for n in range(inputs.shape[0]):
         ahead, right, below = _centre_at(inputs, n, c)
@@ -147,11 +147,11 @@ def add_levers(inputs: Array, aircraft: Aircraft, forces: Array, known: Array) -
 
 @njit_inline
 def add_further_arms(course: MotionSeries, inputs: Array, aircraft: Aircraft, turning: Array, known: Array) -> None:
-    """Add what further arms add at the accelerometers: sensors that sit elsewhere, a centre of gravity that moved.
+    """Add the accelerations at further lever arms: of sensor position errors and of a displaced centre of gravity.
 
-    By the model's angular accelerations, rows 3 to 5 of `turning`: the measured ones answer the gusts that the forces
-    answer, and an arm would be seen where there is none. Sensors keep their places in the aircraft when the centre of
-    gravity moves.
+    By the model's angular accelerations, rows 3 to 5 of `turning`: the measured ones respond to the gusts to which the
+    forces respond, and an arm would be found where there is none. Sensors keep their places in the aircraft when the
+    centre of gravity moves.
     """
     for place in range(3):
         if not aircraft.modelled[place]:
@@ -166,7 +166,7 @@ def add_further_arms(course: MotionSeries, inputs: Array, aircraft: Aircraft, tu
 
 @njit_inline
 def are_others(acting: Body, declared: Body) -> bool:
-    """Whether effects change what turns the aircraft."""
+    """Whether effects change the inertia or the thrust arm."""
     return not (
         acting.I_xx == declared.I_xx
         and acting.I_yy == declared.I_yy

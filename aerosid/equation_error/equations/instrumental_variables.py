@@ -1,11 +1,11 @@
 """Instrumental variables of the kinematic equations: Laguerre functions of the recorded controls.
 
-Gusts move the vane, the accelerometers and the gyros of a flight together: the residual of the equation for alpha is
-correlated with its own regressors, and least squares gives the sensors faults that they do not have. What the controls
-drive of the motion is not correlated with the gusts. The kinematic equations are therefore compared in the space that
-Laguerre functions of the controls span (two-stage least squares: Soderstrom & Stoica, System Identification, section
-8.2; Laguerre functions: Wahlberg, IEEE Transactions on Automatic Control 36 (1991) 551). It is consistent as long as
-the controls do not answer the gusts.
+Gusts affect the vane, the accelerometers and the gyros of a flight together: the residual of the equation for alpha is
+correlated with its own regressors, and least squares finds errors that the sensors do not have. The response to the
+controls is not correlated with the gusts. The kinematic equations are therefore compared in the space spanned by
+Laguerre functions of the controls (two-stage least squares: Soderstrom & Stoica, System Identification, section 8.2;
+Laguerre functions: Wahlberg, IEEE Transactions on Automatic Control 36 (1991) 551). It is consistent as long as the
+controls do not respond to the gusts.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from aerosid.signals.recursive_filter import filtered_from_rest
 Array = NDArray[np.float64]
 
 CONTROLS = ("delta_", "thrust")
-"""How the names of the input columns begin that a pilot moves; the others are states of the air and the motion."""
+"""Prefixes of the input columns that a pilot moves; the others are states of the air and the motion."""
 
 TRENDS = 3
-"""Numerical: constant, line and parabola; what zeros, drifts and initial conditions make of the integrated paths."""
+"""Numerical: constant, line and parabola; effects of biases, drifts and initial conditions on the integrated paths."""
 
 
 def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:
-    """A signal (N,) through the first Laguerre filters of a time constant, s: (N, order)."""
+    """A signal (N,) filtered by the first Laguerre filters of a time constant, s: (N, order)."""
     kept = float(np.exp(-interval / time_constant))
     low_pass, all_pass = np.array([[[1.0 - kept, 0.0, 0.0, -kept, 0.0]], [[-kept, 1.0, 0.0, -kept, 0.0]]])
     columns = [filtered_from_rest(low_pass, signal)]
@@ -42,10 +42,10 @@ def laguerre_functions(signal: Array, interval: float, time_constant: float, ord
 def instrumental_variables(
     recordings: Sequence[Recording], settings: EquationErrorSettings
 ) -> tuple[Array, ...] | tuple[None, ...]:
-    """The instruments of each recording in the band, orthonormal, (n, K) each; None where no control is recorded.
+    """The instrumental variables of each record in the band, orthonormal, (n, K) each; None without a recorded control.
 
-    Of the settings' time constants the one is taken that explains most of the angular rates that moments act on, each
-    rate by its share.
+    The time constant of the settings is chosen that explains most of the angular rates on which moments act, each rate
+    by its fraction of variance explained.
     """
     if not any(_moving_controls(recording) for recording in recordings):
         return (None,) * len(recordings)

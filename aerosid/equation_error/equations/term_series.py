@@ -1,6 +1,6 @@
 """Terms of a model along a record, compiled: their factors and products as rows, and their sums by coefficient.
 
-Series of a record are rows (., N), so that one step runs along them. The eight coefficients have fixed places, those
+Series of a record are rows (., N), so that one step runs along them. The eight coefficients have fixed indices, those
 that a case does not model among them: C_X C_Y C_Z C_l C_m C_n C_L C_D.
 """
 
@@ -34,9 +34,9 @@ ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
 
 
 class MotionSeries(NamedTuple):
-    """A motion at every sample, (N,) each, SI: what terms and equations take of it.
+    """The motion at every sample as used by terms and equations, (N,) each, SI.
 
-    `airspeed` as measured, by which residuals are weighed; `sine` and `cosine` of alpha; `gravity` across the path,
+    `airspeed` as measured, by which residuals are weighted; `sine` and `cosine` of alpha; `gravity` normal to the path,
     g cos(theta - alpha) cos phi.
     """
 
@@ -113,7 +113,7 @@ class Body(NamedTuple):
 
 @njit_inline
 def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDArray[np.bool_], series: Array) -> None:
-    """Those of the variables that terms name: `VARIABLES` in their order, then the columns of the inputs."""
+    """The variables contained in terms: `VARIABLES` in their order, then the columns of the inputs."""
     samples, columns = inputs.shape
     for c in range(columns):
         if needed[VARIABLE_COUNT + c]:
@@ -194,7 +194,7 @@ def _multiply(table: TermTable, series: Array) -> None:
 
 @njit_inline
 def _add_term(terms: Terms, entry: int, value: float, series: Array, total: Array) -> None:
-    """Add a term of a value to a row, with what belongs to it beside."""
+    """Add a term of a value to a row, with its additional series."""
     along = terms.table.value[entry]
     for n in range(total.shape[0]):
         total[n] += value * series[along, n]
@@ -206,7 +206,7 @@ def _add_term(terms: Terms, entry: int, value: float, series: Array, total: Arra
 
 @njit_inline
 def moves_with_inputs(terms: Terms, entry: int) -> bool:
-    """Whether a term holds an input, thrust among them; motion that is measured is none."""
+    """Whether a term contains an input, thrust included; measured motion is none."""
     table = terms.table
     first, last = VARIABLE_COUNT + len(ATMOSPHERE_AND_BODY), VARIABLE_COUNT + len(ATMOSPHERE_AND_BODY) + terms.measured
     for f in range(table.first[entry], table.first[entry + 1]):

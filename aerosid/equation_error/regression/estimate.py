@@ -1,4 +1,4 @@
-"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts beside them."""
+"""Gauss-Newton on the stacked equations: terms, instrument errors, controls and all other effects."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ STEPS = 8
 """Numerical: Gauss-Newton steps at most."""
 
 HALVINGS = 4
-"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends where it is."""
+"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends at the current point."""
 
 REPETITIONS = 6
 """Numerical: times at most that a regression is repeated with the lift that it gave itself."""
 
 SETTLED = 1e-4
-"""Numerical: change of every term's value, as a share of it, below which that ends."""
+"""Numerical: fractional change of every term's value below which that ends."""
 
 CLOSE = 0.05
-"""Numerical: change of ln L in a step that decides nothing any more."""
+"""Numerical: change of ln L in a step that counts as converged."""
 
 
 @dataclass(frozen=True)
 class RegressionProblem:
-    """What is compared: some equations of some recordings, with the settings.
+    """Some equations of some records, with the settings of their regression.
 
-    `all_fitted`: whether coefficients are regressed on the validation recordings too.
+    `all_fitted`: whether coefficients are regressed on the validation records too.
     """
 
     recordings: tuple[Recording, ...]
@@ -62,7 +62,7 @@ class RegressionProblem:
         return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
 
     def acting(self, point: Point) -> Point:
-        """The point without what belongs to a recording whose coefficients are not compared: nothing shows it here."""
+        """The point without effects of records whose coefficients are not compared: they are not identifiable here."""
         if self.all_fitted or self.kinds != COEFFICIENT:
             return point
         names = {recording.name for recording in self.recordings if recording.fitted}
@@ -88,13 +88,13 @@ class RegressionProblem:
         return {}
 
     def residuals(self, point: Point, values: Mapping[Unknown, float]) -> Array:
-        """Residuals (R,) of coefficient equations at a point, the linear unknowns given."""
+        """Residuals (R,) of coefficient equations at a point for given linear unknowns."""
         return self._equations.residuals(point, values)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A point of highest likelihood: the regression there, effects' columns among the others."""
+    """Maximum-likelihood estimate: the regression at its point, with columns of the effects' parameters."""
 
     problem: RegressionProblem
     point: Point
@@ -107,14 +107,14 @@ class Estimate:
         return self.solution.log_likelihood
 
     def gain_over(self, base: Estimate | Optimum) -> float:
-        """Gain in ln L over the estimate of a structure that lacks something."""
+        """Gain in ln L over the estimate of a reduced structure."""
         if uses_no_instruments(base.design):
             return self.log_likelihood - base.log_likelihood
         design = base.estimate.design if isinstance(base, Optimum) else base.design
         return gain_over(design, base.log_likelihood, self.solution, self.problem.settings)
 
     def gain_by(self, wider: Solution) -> float:
-        """Gain in ln L over this estimate of a solution with further columns."""
+        """Gain in ln L over this estimate by a solution with further columns."""
         return gain_over(self.design, self.log_likelihood, wider, self.problem.settings)
 
     def value(self, unknown: Unknown) -> float:
@@ -124,11 +124,11 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Optimum:
-    """A point of highest likelihood, the columns of its effects' numbers made when they are asked for.
+    """A maximum-likelihood point, the columns of its effects' parameters computed when needed.
 
-    They cost as much as a step towards it, and a structure that loses its contest needs none.
+    They cost as much as a step, and a structure that is rejected needs none.
 
-    `columns`, (R, K): those of the numbers in order, where they were made for a step that was not taken.
+    `columns`, (R, K): those of the parameters in order, where they were computed for a step that was not taken.
     """
 
     problem: RegressionProblem
@@ -144,7 +144,7 @@ class Optimum:
 
     @cached_property
     def estimate(self) -> Estimate:
-        """With the effects' columns among the others."""
+        """With the columns of the effects' parameters."""
         free = free_parameters(self.point.effects)
         if not free:
             return Estimate(self.problem, self.point, self.design, self.solution)
@@ -159,16 +159,16 @@ class Optimum:
 
     @property
     def has_columns(self) -> bool:
-        """Whether the effects' columns are made already."""
+        """Whether the columns of the effects' parameters have been computed."""
         return "estimate" in vars(self)
 
     def with_columns(self) -> Optimum:
-        """The same, the effects' columns made."""
+        """The same, the columns of the effects' parameters computed."""
         _ = self.estimate
         return self
 
     def gain_over(self, base: Estimate) -> float:
-        """Gain in ln L over the estimate of a structure that lacks something."""
+        """Gain in ln L over the estimate of a reduced structure."""
         if uses_no_instruments(base.design):
             return self.log_likelihood - base.log_likelihood
         return self.estimate.gain_over(base)
@@ -184,15 +184,15 @@ def residual_of(problem: RegressionProblem, known: Mapping[Unknown, float], poin
 
 
 def effect_sensitivities(
-    problem: RegressionProblem, known: Mapping[Unknown, float], point: Point, numbers: Sequence[tuple[int, int]]
+    problem: RegressionProblem, known: Mapping[Unknown, float], point: Point, parameters: Sequence[tuple[int, int]]
 ) -> Array:
-    """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
+    """Sensitivities of every equation to some effects' parameters, (R, K), by finite differences.
 
-    `known`: values of the linear unknowns; `numbers`: place of the effect and of its number.
+    `known`: values of the linear unknowns; `parameters`: index of the effect and of its parameter.
     """
     here = residual_of(problem, known, point)
-    columns = np.zeros((here.size, len(numbers)))
-    for column, (place, number) in enumerate(numbers):
+    columns = np.zeros((here.size, len(parameters)))
+    for column, (place, number) in enumerate(parameters):
         active = point.effects[place]
         parameter = active.effect.parameters[number]
         side = active.beside(number, parameter.step)
@@ -204,7 +204,7 @@ def effect_sensitivities(
 
 
 def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
-    """The values of a solution's unknowns that are no effect's numbers."""
+    """The values of a solution's linear unknowns, without the effects' parameters."""
     pairs = zip(design.unknowns, solution.values.tolist(), strict=False)
     return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
 
@@ -216,7 +216,7 @@ def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> t
 
 
 def estimate(problem: RegressionProblem, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
-    """The likeliest numbers of a structure, as `maximise_likelihood`, with the columns of its effects."""
+    """Maximum-likelihood estimate of a structure, as `maximise_likelihood`, with the columns of its effects."""
     return maximise_likelihood(problem, point, weights, steps).estimate
 
 
@@ -227,17 +227,17 @@ def maximise_likelihood(
     steps: int = STEPS,
     is_promising: Callable[[Solution], bool] = lambda _promised: True,
 ) -> Optimum:
-    """The likeliest numbers of a structure.
+    """Maximum-likelihood parameters of a structure by Gauss-Newton.
 
     Parameters
     ----------
     point : Point
-        Where to begin.
+        Starting values.
     weights : Weights, optional
-        What the residuals are like to begin with.
+        Initial noise model.
     is_promising : callable
-        Whether what a step promises to first order, the solution with all numbers among its unknowns, is of any
-        interest; where it is not, the search ends before the step.
+        Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
+        the search ends before the step.
     """
     point, design, solution = _regressed(problem, problem.acting(point), weights)
     free = free_parameters(point.effects)
@@ -262,14 +262,14 @@ def maximise_likelihood(
 
 
 def free_parameters(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
-    """The place of each effect and of each of its numbers that are free."""
+    """Index of each effect and of each of its free parameters."""
     return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
 
 
 def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
-    """The regression of the terms, repeated where columns are made of the terms' values: lift in a drag polar.
+    """The regression of the terms, repeated where columns depend on the terms' values: lift in a drag polar.
 
-    Lift's own numbers come from lift and hardly from drag, so that a few rounds are enough.
+    Lift parameters are determined by lift and hardly by drag, so that a few rounds suffice.
     """
     design = problem.design(point)
     solution = regress(design, problem.settings, weights)
@@ -288,7 +288,7 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
 
 
 def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> Estimate:
-    """An estimate, or that of the same structure in another frame, whichever is likeliest; it is kept where none is."""
+    """The likeliest of an estimate and those of the same structure in other problems."""
     best = found
     for problem in frames:
         tried = estimate(problem, found.point, found.solution.weights)
@@ -298,7 +298,7 @@ def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> 
 
 
 def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
-    """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
+    """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
     place = {segment: s for s, segment in enumerate(found.design.segments)}
     own = [place[each.recording, each.equation] for each in problem.segments(point)]
     weights = found.solution.weights
@@ -318,7 +318,7 @@ def _stepped(
     free: Sequence[tuple[int, int]],
     step: Array,
 ) -> tuple[Point | None, Design, Solution]:
-    """The point after the step, shortened until the likelihood with the same colours does not fall."""
+    """The point after the step, shortened until the likelihood with the same colours does not decrease."""
     start = solve(design, full.weights)
     share = 1.0
     for _ in range(HALVINGS):
@@ -335,7 +335,7 @@ def _stepped(
 
 
 def _with_terms(point: Point, design: Design, values: Array) -> Point:
-    """The point with the regression's values of its terms; of a constant the mean over recordings."""
+    """The point with the regression's values of its terms; of a constant the mean over records."""
     changed = np.array(point.model.values)
     constants: dict[Entry, list[float]] = {}
     for unknown, value in zip(design.unknowns, values, strict=False):

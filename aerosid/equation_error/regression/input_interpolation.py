@@ -1,8 +1,8 @@
-"""Interpolation of recorded inputs between samples, straight or smooth, chosen by likelihood.
+"""Interpolation of recorded inputs between samples, linear or smooth, selected by likelihood.
 
-A simulation holds its inputs linear between samples; a control that went through the recorder's filter, as the motion
-did, bends smoothly. The derivative of a sampled rate shows of the first a few parts in a hundred less at the band's end
-(`running_integral.linear_as_differentiated`), and derivatives estimated with the wrong one are off by as much.
+A simulation interpolates its inputs linearly between samples; a control that passed the recorder's filter, as the
+motion did, is smooth. The derivative of a sampled rate shows a few parts in a hundred less of the first at the band's
+edge (`running_integral.linear_as_differentiated`), and derivatives estimated with the wrong one are biased by as much.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from aerosid.equation_error.regression.estimate import Estimate, likeliest_estim
 
 
 def likelier_input_interpolation(found: Estimate) -> Estimate:
-    """The estimate with its recordings' inputs straight or smooth between samples, whichever is likelier.
+    """The estimate with its records' inputs linear or smooth between samples, whichever is likelier.
 
     Parameters
     ----------
@@ -29,5 +29,5 @@ def likelier_input_interpolation(found: Estimate) -> Estimate:
 
 
 def _other(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """The recordings with their inputs the other way; those that splines made finer stay smooth."""
+    """The records with the other interpolation; those refined by splines remain smooth."""
     return tuple(r if r.refined else replace(r, linear_inputs=not r.linear_inputs) for r in recordings)

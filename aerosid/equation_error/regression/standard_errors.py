@@ -1,17 +1,17 @@
-"""Standard deviations corrected for what whitening leaves: correlation in time and between equations, few events.
+"""Standard errors corrected for residual correlation in time and between equations, and for few events.
 
-The covariance of generalised least squares is right where the innovations are white and independent. A gust moves
-alpha, C_Z and C_m at once, and an autoregression holds a colour only roughly. What a derivative is known by lies in a
-few steps of a control, where the residual is largest too: the covariance of summed scores (Newey & West, Econometrica
+The covariance of generalised least squares is valid where the innovations are white and independent. A gust affects
+alpha, C_Z and C_m at once, and an autoregression models a colour only roughly. The information on a derivative lies in
+a few steps of a control, where the residual is largest too: the covariance of summed scores (Newey & West, Econometrica
 55, 1987; for flight data Morelli & Klein, Journal of Aircraft 34, 1997) is then too small, for the fit follows those
-events. So contiguous blocks of all equations together are deleted one after the other and the moves of the numbers
+events. So contiguous blocks of all equations together are deleted one after the other and the changes of the parameters
 squared and summed: the delete-a-block jackknife (Kuensch, Annals of Statistics 17, 1989), of clustered residuals the
-form CR3 (Bell & McCaffrey, Survey Methodology 28, 2002). Where equations are compared in a space of instruments rows
+form CR3 (Bell & McCaffrey, Survey Methodology 28, 2002). Where equations are compared by instrumental variables rows
 cannot be deleted, and the summed scores are taken. The larger of both variances counts.
 
-CR3 is too large where one block alone shows a number: right for a number that only one event shows, too strict for one
-that another recording shows as well. Of those the bias-reduced form CR2 (the same authors) counts, whose mean is the
-variance wherever the weights are right.
+CR3 is too large where one block alone determines a parameter: appropriate for one that only one event shows, too strict
+for one that another record replicates. For those the bias-reduced form CR2 (the same authors) is used, whose mean is
+the variance wherever the weights are right.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CR3, CR2 = 1.0, 0.5
 def corrected_covariance(design: Design, solution: Solution, confirmed: Collection[Unknown] = ()) -> Array:
     """Covariance (P, P) of the unknowns, its diagonal no smaller than that of generalised least squares.
 
-    `confirmed`: the unknowns that a recording outside this regression shows as well.
+    `confirmed`: the unknowns replicated by a record outside this regression.
     """
     bread = solution.covariance
     samples = design.target.size
@@ -56,10 +56,10 @@ def corrected_covariance(design: Design, solution: Solution, confirmed: Collecti
 
 
 def block_deletion_changes(design: Design, solution: Solution, power: float = CR3) -> Array:
-    """By how much the numbers move when each block of a recording is left out, (B, P).
+    """Changes of the parameters when each block of a record is deleted, (B, P).
 
-    With the slopes S_b and innovations e_b of a block and the covariance C of the numbers, C S_b' (1 - S_b C S_b')^-1
-    e_b: no regression is made anew. `power`: in place of that one, for the bias-reduced form.
+    With the slopes S_b and innovations e_b of a block and the covariance C of the parameters, C S_b' (1 - S_b C
+    S_b')^-1 e_b: no regression is repeated. `power`: exponent in place of that -1, for the bias-reduced form.
     """
     bread, moves = solution.covariance, []
     for out in rows_of_blocks(design):
@@ -72,7 +72,7 @@ def block_deletion_changes(design: Design, solution: Solution, power: float = CR
 
 
 def rows_of_blocks(design: Design) -> Iterator[NDArray[np.int64]]:
-    """The rows of each block of each recording, of all its equations together."""
+    """The rows of each block of each record, of all its equations together."""
     for recording in sorted({recording for recording, _ in design.segments}):
         members = [design.rows(s) for s, (place, _) in enumerate(design.segments) if place == recording]
         length = min(rows.stop - rows.start for rows in members)

@@ -101,12 +101,14 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
         covariance = covariance * np.outer(scale, scale)
         for equation, rows in inside.items():
             columns = design.columns[rows]
-            left = solution.residuals[rows] - columns @ change
+            residual = solution.residuals[rows] - columns @ change
             own = columns[:, free]
-            left, tilted = without_constants(left, columns[:, retained], own)
-            uncertain = float(np.mean(np.sum((tilted @ covariance[np.ix_(retained, retained)]) * tilted, axis=1)))
+            residual, tilted = without_constants(residual, columns[:, retained], own)
+            parameter_variance = float(
+                np.mean(np.sum((tilted @ covariance[np.ix_(retained, retained)]) * tilted, axis=1))
+            )
             measured = design.target[rows]
-            result[number, equation] = PredictionResidual(measured - measured.mean(), left, uncertain)
+            result[number, equation] = PredictionResidual(measured - measured.mean(), residual, parameter_variance)
     return result
 
 

@@ -39,13 +39,13 @@ class CoefficientFit:
 class PredictionResidual:
     """Prediction residual of one coefficient of one record, its constants fitted there.
 
-    `measured`, `left` (n,): measured coefficient and residual about their means; `uncertain`: mean square, on such a
-    record, of the prediction's standard error due to the estimated parameters.
+    `measured`, `residual` (n,): measured coefficient and residual about their means; `parameter_variance`: mean square,
+    on such a record, of the prediction's standard error due to the estimated parameters.
     """
 
     measured: Array
-    left: Array
-    uncertain: float
+    residual: Array
+    parameter_variance: float
 
 
 PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
@@ -71,7 +71,7 @@ def prediction_residuals(
     covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
     free = ("one", "drift") if gusts else ("one", "drift", "gust")
     own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
-    wander = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "wander"]
+    random_walk = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "random_walk"]
     result = {}
     for s, (recording, equation) in enumerate(design.segments):
         if equation not in COEFFICIENT:
@@ -81,43 +81,43 @@ def prediction_residuals(
         constant = design.columns[rows][:, own]
         if (recording, equation) in steps:
             constant = np.column_stack([constant, steps[recording, equation]])
-        left, slopes = without_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
-        left, slopes = without_random_walk(left, slopes, design.columns[rows][:, wander])
-        uncertain = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
-        result[recording, equation] = PredictionResidual(target - target.mean(), left, uncertain)
+        residual, slopes = without_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
+        residual, slopes = without_random_walk(residual, slopes, design.columns[rows][:, random_walk])
+        parameter_variance = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
+        result[recording, equation] = PredictionResidual(target - target.mean(), residual, parameter_variance)
     return result
 
 
-def without_constants(left: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
+def without_constants(residual: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
     """A residual (n,) and columns (n, K) after regression on a constant and a record's `own` columns (n, C)."""
-    own = np.column_stack([np.ones(left.size), own[:, np.any(own != 0.0, axis=0)]])
+    own = np.column_stack([np.ones(residual.size), own[:, np.any(own != 0.0, axis=0)]])
     basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
-    return left - basis @ (basis.T @ left), slopes - basis @ (basis.T @ slopes)
+    return residual - basis @ (basis.T @ residual), slopes - basis @ (basis.T @ slopes)
 
 
-def without_random_walk(left: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
+def without_random_walk(residual: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
     """A residual (n,) and columns (n, K) after ridge regression on random-walk modes (n, M) of unit prior variance."""
     modes = modes[:, np.any(modes != 0.0, axis=0)]
     if not modes.size:
-        return left, slopes
-    usual = modes.T @ modes + max(float(np.var(left)), 1e-300) * np.eye(modes.shape[1])
+        return residual, slopes
+    usual = modes.T @ modes + max(float(np.var(residual)), 1e-300) * np.eye(modes.shape[1])
     taken = np.linalg.solve(usual, modes.T)
-    return left - modes @ (taken @ left), slopes - modes @ (taken @ slopes)
+    return residual - modes @ (taken @ residual), slopes - modes @ (taken @ slopes)
 
 
 def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
     """R^2 and Theil's coefficient of every coefficient and record."""
     rows = []
     for (place, equation), each in prediction_residuals(problem, found).items():
-        recording, measured, left = problem.recordings[place], each.measured, each.left
+        recording, measured, residual = problem.recordings[place], each.measured, each.residual
         spread = max(float(measured @ measured), 1e-300)
-        inequality = theil(measured, measured - left)
+        inequality = theil(measured, measured - residual)
         rows.append(
             CoefficientFit(
                 recording.name,
                 recording.fitted,
                 equation,
-                1.0 - float(left @ left) / spread,
+                1.0 - float(residual @ residual) / spread,
                 inequality.coefficient if inequality else 0.0,
             )
         )
@@ -142,9 +142,9 @@ def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doub
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
     for (place, equation), each in after.items():
-        change = each.left**2 - before[place, equation].left ** 2
+        change = each.residual**2 - before[place, equation].residual ** 2
         rise, power = float(change.mean()), float(np.mean(each.measured**2))
-        beyond = rise - each.uncertain
+        beyond = rise - each.parameter_variance
         worse[place] = worse.get(place, False) or (
             beyond > doubt * _deviation_of_mean(change) and beyond > least * power
         )
@@ -155,7 +155,7 @@ def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doub
 def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:
     """Sum of the rises of the unexplained variance fractions of all validation coefficients."""
     rises = [
-        float(np.mean(each.left**2 - before[key].left ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
+        float(np.mean(each.residual**2 - before[key].residual ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
         for key, each in after.items()
     ]
     return float(sum(rises))
@@ -164,7 +164,7 @@ def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) ->
 def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -> float:
     """The largest fractional reduction of a validation coefficient's residual variance by an effect."""
     falls = [
-        1.0 - float(np.mean(each.left**2)) / max(float(np.mean(before[key].left ** 2)), 1e-300)
+        1.0 - float(np.mean(each.residual**2)) / max(float(np.mean(before[key].residual ** 2)), 1e-300)
         for key, each in after.items()
     ]
     return max(falls, default=0.0)
@@ -173,7 +173,9 @@ def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -
 def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coefficient: str) -> bool:
     """Whether a term improves the prediction of its coefficient on no validation record; False without such records."""
     falls = [
-        float(np.mean(before[key].left ** 2 - each.left**2)) for key, each in after.items() if key[1] == coefficient
+        float(np.mean(before[key].residual ** 2 - each.residual**2))
+        for key, each in after.items()
+        if key[1] == coefficient
     ]
     return bool(falls) and max(falls) <= 0.0
 
