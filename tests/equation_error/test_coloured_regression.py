@@ -133,7 +133,7 @@ def test_a_jump_of_one_record_gains_though_the_other_keeps_its_own(seed: int) ->
     design, jump = two_records_with_jumps(seed)
     settings = EquationErrorSettings()
     base = regress(design, settings)
-    wide = design.beside(jump[:, None], [("trial", 0)])
+    wide = design.extended(jump[:, None], [("trial", 0)])
     at_given_colour = solve(wide, base.weights).log_likelihood - base.log_likelihood
     gain = regress(wide, settings, base.weights, rounds=2).log_likelihood - base.log_likelihood
     assert at_given_colour > 20.0
@@ -193,8 +193,8 @@ def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int)
         (None,),
     )
     base, base_alone = regress(design, settings), regress(alone, settings)
-    both = regress(design.beside(jump[:, None], [("trial", 0)]), settings, base.weights)
-    one = regress(alone.beside(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
+    both = regress(design.extended(jump[:, None], [("trial", 0)]), settings, base.weights)
+    one = regress(alone.extended(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
     gain, gain_alone = both.log_likelihood - base.log_likelihood, one.log_likelihood - base_alone.log_likelihood
     penalty = 0.5 * settings.order * np.log(design.target.size)
     # Burg's colours are the likeliest ones to about one unit of ln L a record.

@@ -47,9 +47,9 @@ class Band:
         after = 2.0 * values[-1] - values[-2 : -half - 2 : -1]
         whole = np.concatenate([before, values, after])
         first = CUT_AT_ENDS * self.step
-        kept = self.rows(values.shape[0])
+        rows = self.rows(values.shape[0])
         columns = np.ascontiguousarray(whole[first:], dtype=np.float64).reshape(whole.shape[0] - first, -1)
-        return decimated(self.weights, columns, self.step)[: kept.size].reshape(kept.size, *values.shape[1:])
+        return decimated(self.weights, columns, self.step)[: rows.size].reshape(rows.size, *values.shape[1:])
 
 
 def band_end(

@@ -31,8 +31,8 @@ TRENDS = 3
 
 def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:
     """A signal (N,) filtered by the first Laguerre filters of a time constant, s: (N, order)."""
-    kept = float(np.exp(-interval / time_constant))
-    low_pass, all_pass = np.array([[[1.0 - kept, 0.0, 0.0, -kept, 0.0]], [[-kept, 1.0, 0.0, -kept, 0.0]]])
+    pole = float(np.exp(-interval / time_constant))
+    low_pass, all_pass = np.array([[[1.0 - pole, 0.0, 0.0, -pole, 0.0]], [[-pole, 1.0, 0.0, -pole, 0.0]]])
     columns = [filtered_from_rest(low_pass, signal)]
     while len(columns) < order:
         columns.append(filtered_from_rest(all_pass, columns[-1]))

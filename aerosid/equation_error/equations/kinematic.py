@@ -123,8 +123,8 @@ class Motion:
             return added_along(active, model, flight, values, self.states, ground)
         place = slope_of(model, effect)
         slope = 0.0 if place is None else float(values[place])
-        for known, beside, added in self._added:
-            if known is active and beside == slope:
+        for known, known_slope, added in self._added:
+            if known is active and known_slope == slope:
                 return added
         added = added_along(active, model, flight, values, self.states, ground)
         self._added.insert(0, (active, slope, added))

@@ -65,17 +65,17 @@ class Terms(NamedTuple):
     ----------
     table : TermTable
     places : int64[L]
-        Place of each of the model's coefficients among the eight.
+        Index of each of the model's coefficients among the eight.
     measured : int
-        Columns of the inputs, behind the leading four, that hold motion.
+        Columns of the inputs, after the leading four, that contain motion.
     values : float64[T]
-        Of the model: what lift, levers and angular accelerations are made of.
+        Of the model, for lift, levers and angular accelerations.
     known : float64[T]
         Of those that are not estimated; zero for the others.
     added : float64[S, N]
-        Series that belong to one unit of some terms beside what the term itself says, as separation of the flow.
+        Additional series per unit of some terms, as of flow separation.
     added_to : int64[S]
-        Those terms.
+        Indices of those terms.
     """
 
     table: TermTable

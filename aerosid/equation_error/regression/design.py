@@ -69,7 +69,7 @@ class Design:
         edges = self.bounds.tolist()
         return [slice(first, stop) for first, stop in pairwise(edges)]
 
-    def beside(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
+    def extended(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
         """The design with further columns (R, K)."""
         return Design(
             self.segments,

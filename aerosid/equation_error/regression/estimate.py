@@ -151,7 +151,7 @@ class Optimum:
         columns = self.columns
         if columns is None:
             columns = effect_sensitivities(self.problem, linear_values(self.design, self.solution), self.point, free)
-        wide = self.design.beside(columns, [("effect", i, k) for i, k in free])
+        wide = self.design.extended(columns, [("effect", i, k) for i, k in free])
         full = solve(wide, self.solution.weights)
         # The likelihood of the point itself, not of the linear step beyond it.
         full = replace(full, log_likelihood=self.log_likelihood, residuals=self.solution.residuals)
@@ -245,7 +245,7 @@ def maximise_likelihood(
     for _ in range(steps if free else 0):
         columns = effect_sensitivities(problem, linear_values(design, solution), point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
-        wide = design.beside(columns, names)
+        wide = design.extended(columns, names)
         full = regress(wide, problem.settings, solution.weights)
         if not is_promising(full):
             break

@@ -30,24 +30,24 @@ NEWTON = 20
 """Numerical: steps of Newton's method at most; each gains two digits."""
 
 
-def moderated_p_value(design: Design, solution: Solution, place: int, distance: float) -> float:
+def moderated_p_value(design: Design, solution: Solution, index: int, distance: float) -> float:
     """Two-sided probability that noise alone takes a parameter so far from its null value.
 
     Parameters
     ----------
-    place : int
-        Index of the parameter among the unknowns.
+    index : int
+        Of the parameter among the unknowns.
     distance : float
         From its null value, in its unit.
     """
-    own, freedom = block_variance(design, solution, place)
-    usual = usual_freedom(design, solution, _mainly(design, solution, place))
-    plain = float(solution.covariance[place, place])
-    variance = plain if np.isinf(usual) else (freedom * own + usual * plain) / (freedom + usual)
+    rotated, freedom = block_variance(design, solution, index)
+    usual = usual_freedom(design, solution, _mainly(design, solution, index))
+    plain = float(solution.covariance[index, index])
+    variance = plain if np.isinf(usual) else (freedom * rotated + usual * plain) / (freedom + usual)
     return float(2.0 * stdtr(freedom + usual, -abs(distance) / np.sqrt(max(variance, 1e-300))))
 
 
-def block_variance(design: Design, solution: Solution, place: int) -> tuple[float, float]:
+def block_variance(design: Design, solution: Solution, index: int) -> tuple[float, float]:
     """Variance of a parameter from the residuals of the blocks that determine it, and its degrees of freedom.
 
     With the slopes S_b and innovations e_b of a block, the parameter's row c of the covariance and the symmetric root
@@ -57,11 +57,11 @@ def block_variance(design: Design, solution: Solution, place: int) -> tuple[floa
     variance, weights = 0.0, []
     for rows in rows_of_blocks(design):
         slopes = solution.slopes[rows]
-        shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-        own = directions.T @ (slopes @ bread[place])
-        own = own / np.sqrt(1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed))
-        variance += float(own @ (directions.T @ solution.whitened[rows])) ** 2
-        weights.append(float(own @ own))
+        leverages, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
+        rotated = directions.T @ (slopes @ bread[index])
+        rotated = rotated / np.sqrt(1.0 - np.clip(leverages, 0.0, DEVIATIONS.most_followed))
+        variance += float(rotated @ (directions.T @ solution.whitened[rows])) ** 2
+        weights.append(float(rotated @ rotated))
     total = sum(weights)
     if total <= 0.0:
         return 0.0, 1.0
@@ -105,10 +105,10 @@ def _trigamma_inverse(value: float) -> float:
     return x
 
 
-def _mainly(design: Design, solution: Solution, place: int) -> str:
+def _mainly(design: Design, solution: Solution, index: int) -> str:
     """The equation with most information on a parameter."""
     shown: dict[str, float] = {}
     for s, (_, equation) in enumerate(design.segments):
-        part = solution.slopes[design.rows(s), place]
+        part = solution.slopes[design.rows(s), index]
         shown[equation] = shown.get(equation, 0.0) + float(part @ part)
     return max(shown, key=lambda equation: shown[equation])

@@ -61,14 +61,14 @@ def block_deletion_changes(design: Design, solution: Solution, power: float = CR
     With the slopes S_b and innovations e_b of a block and the covariance C of the parameters, C S_b' (1 - S_b C
     S_b')^-1 e_b: no regression is repeated. `power`: exponent in place of that -1, for the bias-reduced form.
     """
-    bread, moves = solution.covariance, []
-    for out in rows_of_blocks(design):
-        slopes = solution.slopes[out]
-        shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-        rest = 1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed)
-        own = directions.T @ solution.whitened[out] / rest**power
-        moves.append(bread @ (slopes.T @ (directions @ own)))
-    return np.array(moves)
+    bread, changes = solution.covariance, []
+    for deleted in rows_of_blocks(design):
+        slopes = solution.slopes[deleted]
+        leverages, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
+        rest = 1.0 - np.clip(leverages, 0.0, DEVIATIONS.most_followed)
+        rotated = directions.T @ solution.whitened[deleted] / rest**power
+        changes.append(bread @ (slopes.T @ (directions @ rotated)))
+    return np.array(changes)
 
 
 def rows_of_blocks(design: Design) -> Iterator[NDArray[np.int64]]:

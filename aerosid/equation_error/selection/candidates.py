@@ -33,7 +33,7 @@ from aerosid.nomenclature import CHANNELS
 Array = NDArray[np.float64]
 
 
-CURRENT_MODEL = ("beside",)
+CURRENT_MODEL = ("current",)
 """Cache key of the current structure's own estimate; others are named for the effects that they lack."""
 
 
@@ -294,7 +294,7 @@ def at_regressed_values(candidate: Candidate, step: Sequence[float]) -> Hypothes
 def regressed_with(base: Estimate, columns: Array, weights: Weights) -> Solution:
     """The regression with further columns (R, K), the colour re-estimated from given weights."""
     names = [("trial", i) for i in range(columns.shape[1])]
-    return regress(base.design.beside(columns, names), base.problem.settings, weights, rounds=2)
+    return regress(base.design.extended(columns, names), base.problem.settings, weights, rounds=2)
 
 
 def linearised(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
@@ -334,14 +334,14 @@ def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> Candida
     place = 0
     for n, each in enumerate(candidates):
         k = each.columns.shape[1]
-        part, toward = white[:, place : place + k], products[:, place : place + k]
+        whitened_part, along_known = white[:, place : place + k], products[:, place : place + k]
         place += k
-        total = part.T @ part
-        residuals = total - toward.T @ covariance @ toward
+        total = whitened_part.T @ whitened_part
+        residuals = total - along_known.T @ covariance @ along_known
         own[n] = float(np.linalg.eigvalsh(residuals)[0]) / max(float(np.trace(total)), 1e-300)
         if own[n] <= COLLINEAR:
             continue
-        score = part.T @ innovations
+        score = whitened_part.T @ innovations
         if _points_away(each, score):
             continue
         gains[n] = 0.5 * float(score @ np.linalg.solve(residuals, score))

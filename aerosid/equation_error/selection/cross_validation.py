@@ -110,14 +110,14 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
     rows = []
     for (place, equation), each in prediction_residuals(problem, found).items():
         recording, measured, residual = problem.recordings[place], each.measured, each.residual
-        spread = max(float(measured @ measured), 1e-300)
+        total = max(float(measured @ measured), 1e-300)
         inequality = theil(measured, measured - residual)
         rows.append(
             CoefficientFit(
                 recording.name,
                 recording.fitted,
                 equation,
-                1.0 - float(residual @ residual) / spread,
+                1.0 - float(residual @ residual) / total,
                 inequality.coefficient if inequality else 0.0,
             )
         )

@@ -82,6 +82,8 @@ def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
     if own >= found.problem.settings.distinct:
         return None
     white = whiten(found.design, candidates[0].columns, found.solution.weights)
-    answers = found.solution.covariance @ (found.solution.slopes.T @ white)
+    sensitivities = found.solution.covariance @ (found.solution.slopes.T @ white)
     place = found.design.unknowns.index(damping)
-    return DampingCollinearity(float(found.solution.values[place]), float(np.asarray(answers)[place, 0]), float(own))
+    return DampingCollinearity(
+        float(found.solution.values[place]), float(np.asarray(sensitivities)[place, 0]), float(own)
+    )

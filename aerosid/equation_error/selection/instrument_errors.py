@@ -275,7 +275,7 @@ def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
 
 
 def with_instrument_errors(
-    faults: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
+    errors: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
 ) -> tuple[Estimate, Array]:
     """The coefficients' estimate with the instrument errors among its unknowns, and the covariance of all.
 
@@ -283,24 +283,26 @@ def with_instrument_errors(
     uncertainty of all is propagated to the derivatives to first order. `confirmed`: unknowns replicated by a validation
     record.
     """
-    point = replace(found.point, effects=(*faults.effects, *found.point.effects[len(faults.effects) :]))
-    free = free_parameters(faults.effects)
+    point = replace(found.point, effects=(*errors.effects, *found.point.effects[len(errors.effects) :]))
+    free = free_parameters(errors.effects)
     covariance = corrected_covariance(found.design, found.solution, confirmed)
     if not free:
         return replace(found, point=point), covariance
     columns = effect_sensitivities(found.problem, linear_values(found.design, found.solution), point, free)
     white = whiten(found.design, columns, found.solution.weights)
-    answers = -found.solution.covariance @ found.solution.slopes.T @ white
+    sensitivities = -found.solution.covariance @ found.solution.slopes.T @ white
     solution = replace(
         found.solution,
-        values=np.append(found.solution.values, free_values(faults.effects)),
-        covariance=_joint(found.solution.covariance, answers, faults.covariance),
+        values=np.append(found.solution.values, free_values(errors.effects)),
+        covariance=_joint(found.solution.covariance, sensitivities, errors.covariance),
         slopes=np.column_stack([found.solution.slopes, white]),
     )
-    design = found.design.beside(columns, [("effect", i, k) for i, k in free])
-    return Estimate(found.problem, point, design, solution), _joint(covariance, answers, faults.covariance)
+    design = found.design.extended(columns, [("effect", i, k) for i, k in free])
+    return Estimate(found.problem, point, design, solution), _joint(covariance, sensitivities, errors.covariance)
 
 
-def _joint(own: Array, answers: Array, given: Array) -> Array:
+def _joint(own: Array, sensitivities: Array, given: Array) -> Array:
     """Covariance of unknowns with some sensitivities to given parameters, and of those parameters."""
-    return np.block([[own + answers @ given @ answers.T, answers @ given], [given @ answers.T, given]])
+    return np.block(
+        [[own + sensitivities @ given @ sensitivities.T, sensitivities @ given], [given @ sensitivities.T, given]]
+    )

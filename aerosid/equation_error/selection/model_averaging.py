@@ -31,7 +31,8 @@ LEAST = 0.01
 """Numerical: probability of an alternative below which it is neglected: less than a deviation where it is ten away."""
 
 STEPS = 2
-"""Numerical: Gauss-Newton steps from the alternative's numbers on all recordings to those on the fitted ones."""
+"""Numerical: Gauss-Newton steps from the alternative's parameters on all records to those on the identification
+records."""
 
 
 def averaged_covariance(

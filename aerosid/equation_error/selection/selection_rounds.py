@@ -64,7 +64,7 @@ def add_terms_at_raised_odds(
     losses = likelihood_losses(found.estimate, errors)
     if not losses:
         return search, found, refuted
-    search.log("  likelihood losses " + ", ".join(f"{name} {fall:.1f}" for name, fall in losses.items()))
+    search.log("  likelihood losses " + ", ".join(f"{name} {loss:.1f}" for name, loss in losses.items()))
     settings = found.estimate.problem.settings
     search = replace(
         search, criterion=with_raised_odds(search.criterion, search.hypotheses, losses, settings.contradicted)

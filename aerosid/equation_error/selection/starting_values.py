@@ -159,7 +159,7 @@ def _gain(problem: RegressionProblem, base: Estimate, hypothesis: Hypothesis) ->
     design = design_of(problem.segments(point), problem.settings)
     known = {unknown: _value_of(base, unknown) for unknown in design.unknowns}
     columns = effect_sensitivities(problem, known, point, [(place, 4), (place, 5)])
-    wide = design.beside(columns, [("effect", place, 4), ("effect", place, 5)])
+    wide = design.extended(columns, [("effect", place, 4), ("effect", place, 5)])
     found = regress(wide, problem.settings, base.solution.weights, 2)
     return found.log_likelihood, found.values[-2:]
 

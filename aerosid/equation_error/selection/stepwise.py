@@ -289,8 +289,8 @@ def with_flow_separation(
         net = found.gain_over(selected.estimate) - criterion.penalty(hypothesis)
         log(f"  separation {net:.1f} at {found.point.effects[-1].values}")
         active = found.point.effects[-1]
-        stands = is_within_signed_limits(active) and is_breakdown(active)
-        if net > 0.0 and stands and (best is None or net > best[0]):
+        is_valid = is_within_signed_limits(active) and is_breakdown(active)
+        if net > 0.0 and is_valid and (best is None or net > best[0]):
             best = net, found, hypothesis
     if best is None:
         return None
@@ -346,7 +346,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
         unknowns=tuple(found.design.unknowns[p] for p in protected),
         precisions=found.design.precisions[protected],
     )
-    wide = reduced.beside(split, [("alone", recording) for recording in recordings])
+    wide = reduced.extended(split, [("alone", recording) for recording in recordings])
     solved = solve(wide, found.solution.weights)
     covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]
     values = solved.values[-len(recordings) :]
