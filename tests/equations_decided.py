@@ -23,22 +23,22 @@ from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 
 
 def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
-    return decide(proved(aircraft, logs, others), aircraft.coefficients)
+    return decide(identified(aircraft, logs, others), aircraft.coefficients)
 
 
-def proved(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> InstrumentErrors:
-    """The first stage alone."""
+def identified(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> InstrumentErrors:
+    """The instrument errors identified by kinematics, the first stage alone."""
     candidates = candidate_entries(aircraft, [*logs, *others])
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
-    faults = identify_instrument_errors(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
-    assert faults is not None
-    return faults
+    errors = identify_instrument_errors(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
+    assert errors is not None
+    return errors
 
 
 def declared(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> Estimate:
-    """The coefficients of the declared structure, as `decided` has them in `before`, without its search."""
+    """The coefficients of the declared structure, as in `before` of `decided`, without a search."""
     candidates = candidate_entries(aircraft, [*logs, *others])
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     settings = EquationErrorSettings()

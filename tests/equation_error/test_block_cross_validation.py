@@ -1,4 +1,4 @@
-"""The vote of a single recording's own blocks: deletion against regressions made anew, blocks, and what it costs."""
+"""Cross-validation over blocks: deletion formula against separate regressions, division into blocks, and its cost."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def estimated(flights: int = 1, seconds: float = 24.0, seed: int = 1, air: float
 
 
 def regressed_without(found: Estimate, block: Block) -> np.ndarray:
-    """The numbers from all whitened rows but those made of the block, by ordinary least squares anew."""
+    """The parameters by ordinary least squares on all whitened rows that do not depend on the block."""
     design, keep = found.design, np.ones(found.design.target.size, dtype=bool)
     for s, (place, _) in enumerate(design.segments):
         if place == block.recording:
@@ -39,7 +39,7 @@ def regressed_without(found: Estimate, block: Block) -> np.ndarray:
     return np.linalg.lstsq(rows, np.append(y[keep], np.zeros(prior.sum())), rcond=None)[0]
 
 
-def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
+def test_the_deletion_formula_matches_a_regression_without_the_block() -> None:
     found = estimated()
     design, blocks = found.design, blocks_of(found)
     assert len(blocks) > 1
@@ -56,7 +56,7 @@ def test_a_block_is_predicted_as_by_a_regression_made_anew_without_it() -> None:
         assert_allclose(each.residual, left, atol=1e-7 * float(np.std(design.target[rows])) + 1e-12)
 
 
-def test_blocks_are_contiguous_long_enough_and_share_the_motion() -> None:
+def test_blocks_are_contiguous_long_enough_and_of_equal_variance() -> None:
     found = estimated(seconds=40.0)
     settings = found.problem.settings
     blocks = blocks_of(found)
@@ -87,7 +87,7 @@ def left(seed: int, size: float) -> PredictionResidual:
     return PredictionResidual(generator.standard_normal(200), size * generator.standard_normal(200), 0.0)
 
 
-def test_a_block_that_is_predicted_worse_refuses_unless_another_coefficient_gains_more() -> None:
+def test_a_worse_prediction_refutes_unless_another_coefficient_gains_more() -> None:
     same = {(0, "C_Z"): left(1, 0.1), (1, "C_Z"): left(2, 0.1)}
     worse = same | {(1, "C_Z"): left(3, 0.3)}
     assert predicts_worse(same, worse, 2.0, 0.002)
@@ -97,7 +97,7 @@ def test_a_block_that_is_predicted_worse_refuses_unless_another_coefficient_gain
     assert not predicts_worse(same | gaining[0], worse | gaining[1], 2.0, 0.002)
 
 
-def test_the_unseen_is_predicted_better_where_its_unexplained_shares_fall_together() -> None:
+def test_prediction_improves_where_the_unexplained_fractions_fall_in_sum() -> None:
     same = {(0, "C_Z"): left(1, 0.1), (0, "C_m"): left(2, 0.1)}
     better = same | {(0, "C_m"): left(2, 0.05)}
     assert unexplained_rise(same, same) == 0.0
@@ -105,8 +105,8 @@ def test_the_unseen_is_predicted_better_where_its_unexplained_shares_fall_togeth
     assert unexplained_rise(better, same) == pytest.approx(-unexplained_rise(same, better))
 
 
-def test_what_the_left_out_block_cannot_bear_is_not_named() -> None:
-    """Two flights with moments of opposite sign: the whole is better with the term, neither predicts the other."""
+def test_a_term_that_predicts_the_left_out_flight_worse_is_not_selected() -> None:
+    """Two flights with moments of opposite sign: the term improves the whole fit, but predicts neither flight."""
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(1))
     logs = [
@@ -118,7 +118,7 @@ def test_what_the_left_out_block_cannot_bear_is_not_named() -> None:
 
 
 @pytest.mark.parametrize("n", range(3))
-def test_one_flight_alone_shows_what_is_planted(n: int) -> None:
+def test_a_planted_effect_is_found_on_a_single_flight(n: int) -> None:
     body = BODIES[(0, 2, 4)[n]]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(n))
     log = flown("one", body, SEEDS + 100 + n, air=0.3, wrong=BENT, seconds=30.0)
@@ -128,7 +128,7 @@ def test_one_flight_alone_shows_what_is_planted(n: int) -> None:
     assert abs(row.value + 2.5) < 4.0 * row.std_error
 
 
-def test_one_flight_alone_with_nothing_missing_is_given_nothing() -> None:
+def test_nothing_is_selected_on_a_single_complete_flight() -> None:
     body = BODIES[1]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(5))
     log = flown("one", body, SEEDS + 200, air=0.6, wrong=NOTHING, seconds=30.0)

@@ -1,4 +1,4 @@
-"""Exchange of chosen hypotheses: what is likelier comes in, and nothing that was struck out."""
+"""Replacement of selected hypotheses: by likelier ones, and by none that is excluded."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def search_and_start() -> tuple[CoefficientSearch, SelectedStructure]:
     return search, initial
 
 
-def test_a_term_is_exchanged_for_the_likelier_one_unless_that_is_struck_out(
+def test_a_term_is_replaced_by_the_likelier_one_unless_excluded(
     search_and_start: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
     search, initial = search_and_start
@@ -53,7 +53,7 @@ def test_a_term_is_exchanged_for_the_likelier_one_unless_that_is_struck_out(
     assert not {each.hypothesis.label for each in without.chosen} & set(estimate_without)
 
 
-def test_what_promises_to_lose_is_left_out_and_asked_when_all_are(
+def test_replacements_of_large_predicted_deficit_are_estimated_only_without_a_limit(
     search_and_start: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
     search, initial = search_and_start
@@ -73,7 +73,7 @@ def test_what_promises_to_lose_is_left_out_and_asked_when_all_are(
     assert every[0][0] == "alpha^3"
     assert response(again, 0.0)[0] == every[0]
     far_ahead = SelectedStructure(initial.estimate, initial.chosen)
-    assert not response(far_ahead, -1e3)  # nothing promises so much
+    assert not response(far_ahead, -1e3)  # no predicted gain is so large
     assert response(far_ahead, 0.0)[0] == every[0]
     assert response(again) == response(far_ahead) == every
-    assert response(fresh, -1e3) == every  # known already
+    assert response(fresh, -1e3) == every  # cached already

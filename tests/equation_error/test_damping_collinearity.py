@@ -1,4 +1,4 @@
-"""What C_m q_hat takes in of an undeclared alphadot, against a regression whose target holds one."""
+"""Part of an undeclared alphadot derivative in C_m q_hat, against a regression whose target contains one."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
-def test_an_alphadot_in_the_target_moves_the_derivative_of_pitch_rate_by_its_share() -> None:
+def test_an_omitted_alphadot_biases_the_pitch_rate_derivative_by_the_aliased_fraction() -> None:
     body = BODIES[0]
     logs = [flown(name, body, 6100 + n, air=0.3, seconds=24.0) for n, name in enumerate(("one", "two"))]
     decision = decided(aircraft_of(body, 0.08, np.random.default_rng(6)), logs[:1], logs[1:])
@@ -38,14 +38,14 @@ def test_an_alphadot_in_the_target_moves_the_derivative_of_pitch_rate_by_its_sha
     assert damping.aliased > 0.5
 
 
-def test_the_own_part_is_what_gives_the_sum_with_an_alphadot_of_the_usual_size() -> None:
+def test_the_parts_and_a_usual_alphadot_add_up_to_the_estimate() -> None:
     least, most = DampingCollinearity(value=-24.0, aliased=0.8, independent=0.002).parts
     assert least * (1.0 + 0.8 * 0.5) == pytest.approx(-24.0)
     assert most * (1.0 + 0.8 * 0.3) == pytest.approx(-24.0)
 
 
 @pytest.mark.parametrize(("value", "unusual"), [(12.0, 0.5), (-12.0, 0.5), (98.7, 33.82), (0.0, 0.0)])
-def test_an_alphadot_pays_half_the_square_of_its_size_over_half_of_the_declared_damping(
+def test_the_prior_penalty_of_an_alphadot_is_half_its_squared_ratio_to_half_the_damping(
     value: float, unusual: float
 ) -> None:
     columns, constants = input_columns_of(LONGITUDINAL), Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)

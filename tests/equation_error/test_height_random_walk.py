@@ -1,4 +1,4 @@
-"""How far noise leads the integrated height astray, against its Monte Carlo, and what gusts do to the path."""
+"""Random walk of the integrated height against its Monte Carlo, and the effect of gusts on the path."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def about_a_parabola(time: Array, values: Array) -> Array:
     return np.asarray(values - basis @ (basis.T @ values))
 
 
-def test_modes_leave_what_integrated_noise_leaves() -> None:
+def test_modes_have_the_covariance_of_integrated_noise() -> None:
     recording = recorded(BODIES[2], 8000, 0.0)
     settings = EquationErrorSettings(wander_modes=40)
     manoeuvre, step = recording.manoeuvre, recording.interval
@@ -42,12 +42,12 @@ def test_modes_leave_what_integrated_noise_leaves() -> None:
         acceleration, angle = generator.standard_normal((2, recording.time.size)) * rate
         climb = np.cumsum(size["a_z"] * acceleration) * step + size["theta"] * angle * recording.channels["V"].mean()
         trials.append(about_a_parabola(recording.time, np.cumsum(climb) * step))
-    # Four hundred trials know the size to three parts in a hundred; slow parts, of which there are few, count most.
+    # Four hundred trials determine the size to three parts in a hundred; the few slow modes count most.
     assert predicted == pytest.approx(float(np.sqrt(np.mean(np.square(trials)))), rel=0.12)
 
 
-def test_gusts_do_not_lead_the_path_astray() -> None:
-    """Of a glider in gusts of 1 m/s; integrated from velocities as measured the height is .5 m off, its noise is .3."""
+def test_gusts_do_not_bias_the_height_path() -> None:
+    """Glider in gusts of 1 m/s; integrated from velocities as measured the height is .5 m off, its noise is .3."""
     away = []
     for seed in range(8100, 8112):
         recording = recorded(BODIES[1], seed, 1.0)

@@ -1,4 +1,4 @@
-"""Instrumental variables against the textbook's formula, and on a residual that its own regressors follow."""
+"""Instrumental variables against the textbook formula, and on a residual correlated with its own regressors."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def design_over(target: Array, columns: Array, instruments: Array | None) -> Des
     )
 
 
-def test_laguerre_functions_are_orthogonal_and_of_one_size() -> None:
+def test_laguerre_functions_are_orthonormal_up_to_a_factor() -> None:
     impulse = np.zeros(4000)
     impulse[0] = 1.0
     functions = laguerre_functions(impulse, 0.02, 0.3, 5)
@@ -55,7 +55,7 @@ def test_values_are_those_of_two_stage_least_squares() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_regressor_that_follows_the_residual_misleads_least_squares_and_not_the_instruments(seed: int) -> None:
+def test_a_correlated_regressor_biases_least_squares_but_not_instrumental_variables(seed: int) -> None:
     generator = np.random.default_rng(seed)
     control = np.repeat(generator.choice([-1.0, 1.0], SAMPLES // 20), 20)
     gust = lfilter([1.0], [1.0, -0.7], 0.5 * generator.standard_normal(SAMPLES))
@@ -63,13 +63,13 @@ def test_a_regressor_that_follows_the_residual_misleads_least_squares_and_not_th
     target = 2.0 * motion + gust
     plain = solved(target, motion[:, None], None, float(np.std(gust)))
     found = solved(target, motion[:, None], laguerre_functions(control, 0.1, 0.3, 6), float(np.std(gust)))
-    # The colour of the gust widens the deviation of white innovations at most by sqrt((1 + .7)/(1 - .7)).
+    # The colour of the gust increases the standard error of white innovations at most by sqrt((1 + .7)/(1 - .7)).
     wide = np.sqrt(1.7 / 0.3)
     assert abs(plain.values[0] - 2.0) > 6.0 * wide * np.sqrt(plain.covariance[0, 0])
     assert abs(found.values[0] - 2.0) < 4.0 * wide * np.sqrt(found.covariance[0, 0])
 
 
-def test_a_gain_is_that_of_the_noise_averaged_over_what_is_known_of_it_and_what_is_left() -> None:
+def test_the_gain_integrates_out_the_noise_size() -> None:
     generator = np.random.default_rng(6)
     instruments = generator.standard_normal((80, 9))
     columns = instruments @ generator.standard_normal((9, 2))
@@ -84,7 +84,7 @@ def test_a_gain_is_that_of_the_noise_averaged_over_what_is_known_of_it_and_what_
         along = basis.T @ white[:, : 1 + x.shape[1]]
         left = along[:, 0] - along[:, 1:] @ np.linalg.lstsq(along[:, 1:], along[:, 0], rcond=None)[0]
         power[name] = float(left @ left)
-    # A scaled inverse chi squared prior integrated out: Student's t of nine directions less three for the trends.
+    # A scaled inverse chi squared prior integrated out: Student's t of nine degrees of freedom less three for trends.
     size = found.weights.sizes[0] ** 2 / found.weights.excess["alpha", 0.1]
     known = 12.0 * 1.7 * size
     expected = 0.5 * (6 + 12) * np.log((power["narrow"] + known) / (power["wide"] + known))

@@ -1,4 +1,4 @@
-"""How far noise leads an integrated path astray, against its Monte Carlo."""
+"""Random walk of an integrated path against its Monte Carlo."""
 
 import lateral_flights as commuter
 import numpy as np
@@ -13,7 +13,7 @@ from aerosid.equation_error.settings import EquationErrorSettings
 SETTINGS = EquationErrorSettings()
 
 
-def test_modes_leave_what_integrated_white_noise_leaves() -> None:
+def test_modes_have_the_covariance_of_integrated_white_noise() -> None:
     log = commuter.Lateral(seed=9401, duration=20.0).log()
     (recording,) = read_recordings([questioned(commuter.aircraft(commuter.SIDE), log)[1]], [], SETTINGS)
     shares = {"a_y": 1.0 / commuter.SPEED, "r": 1.0}
@@ -26,12 +26,12 @@ def test_modes_leave_what_integrated_white_noise_leaves() -> None:
     phase = np.pi * (time - time[0]) / np.ptp(time)
     for order in range(1, SETTINGS.wander_modes + 1):
         parts = 2.0 * np.trapezoid(walks * np.cos(order * phase), time, axis=1) / np.ptp(time)
-        # Four thousand trials know a deviation to one part in ninety.
+        # Four thousand trials determine a standard deviation to one part in ninety.
         assert np.max(np.abs(modes[:, order - 1])) == pytest.approx(float(np.std(parts)), rel=0.05)
 
 
-def test_modes_take_no_more_than_their_size_lets_them() -> None:
-    """Of a residual that is a mode: all of it where modes are large beside it, nothing where they are small."""
+def test_modes_remove_no_more_than_their_prior_allows() -> None:
+    """Of a residual that is a mode: all of it where the prior is large compared with it, nothing where it is small."""
     mode = np.cos(np.linspace(0.0, np.pi, 200))[:, None]
     left, slopes = 0.01 * mode[:, 0], np.ones((200, 1))
     for size, most, least in ((1.0, 1e-3, 0.0), (1e-6, 1.0, 1.0 - 1e-3)):

@@ -1,11 +1,11 @@
-"""Timings of instruments from kinematics and coefficients together, on planted flights in gusts."""
+"""Time delays of instruments from kinematics and coefficients jointly, on planted flights in gusts."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from equations_decided import decided, proved
+from equations_decided import decided, identified
 from scipy.signal import lfilter
 
 from aerosid.aircraft import load_aircraft
@@ -22,18 +22,18 @@ SEEDS = 7000
 
 
 @pytest.mark.parametrize(("body", "late"), [(BODIES[0], 0.12), (BODIES[4], 0.05)], ids=["single", "business jet"])
-def test_forces_say_by_how_much_a_vane_is_late_better_than_gusts_let_kinematics(body: Body, late: float) -> None:
+def test_the_joint_delay_of_a_vane_is_more_accurate_than_the_kinematic_one_in_gusts(body: Body, late: float) -> None:
     logs = [flown(name, body, SEEDS + n, air=0.6, wrong=Wrong(delay={"alpha": late})) for n, name in enumerate("ab")]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
-    faults = proved(aircraft, logs[:1], logs[1:])
-    alone = float(np.sqrt(kinematic_delays(faults.selected.estimate).covariance[0, 0]))
-    (row,) = decide(faults, aircraft.coefficients).findings
+    errors = identified(aircraft, logs[:1], logs[1:])
+    alone = float(np.sqrt(kinematic_delays(errors.selected.estimate).covariance[0, 0]))
+    (row,) = decide(errors, aircraft.coefficients).findings
     assert (row.hypothesis.kind, row.source) == ("sensor_delay", "kinematics")
     assert abs(row.value - late) < 4.0 * row.std_error
     assert row.std_error < 0.5 * alone
 
 
-def test_a_lag_is_told_from_a_delay_by_the_forces() -> None:
+def test_forces_distinguish_a_lag_from_a_delay() -> None:
     body = BODIES[5]
     logs = [flown(name, body, SEEDS + 20 + n, air=0.3) for n, name in enumerate("ab")]
     slow = [with_lagging_vane(log, 0.2) for log in logs]
@@ -51,7 +51,7 @@ def with_lagging_vane(log: FlightLog, constant: float) -> FlightLog:
     return replace(log, channels={**log.channels, "alpha": late})
 
 
-def test_a_vane_that_kinematics_hardly_show_late_in_gusts_is_named_where_forces_agree() -> None:
+def test_a_vane_delay_hidden_by_gusts_is_identified_jointly() -> None:
     body = BODIES[1]
     logs = [
         flown(name, body, SEEDS + 40 + n, air=0.6, wrong=Wrong(delay={"alpha": 0.12})) for n, name in enumerate("ab")
@@ -62,7 +62,7 @@ def test_a_vane_that_kinematics_hardly_show_late_in_gusts_is_named_where_forces_
     assert abs(row.value - 0.12) < 4.0 * row.std_error
 
 
-def test_a_pitot_tube_below_the_centre_of_gravity_is_told_from_an_accelerometer_above_it() -> None:
+def test_a_low_pitot_tube_is_distinguished_from_a_high_accelerometer() -> None:
     body = BODIES[2]
     logs = [flown(name, body, SEEDS + 60 + n, air=0.0) for n, name in enumerate("ab")]
     low = [replace(log, channels={**log.channels, "V": log["V"] + 1.5 * log["q"]}) for log in logs]
@@ -76,8 +76,8 @@ def test_a_pitot_tube_below_the_centre_of_gravity_is_told_from_an_accelerometer_
 
 
 @pytest.mark.slow
-def test_what_a_lag_left_over_does_not_stand_beside_the_delay_that_takes_its_place(tmp_path: Path) -> None:
-    """Kinematics alone take the pitot's delay for a lag, and its remainder for another one of a_x."""
+def test_a_residual_error_of_a_lag_is_eliminated_when_a_delay_replaces_it(tmp_path: Path) -> None:
+    """Kinematics alone take the pitot's delay for a lag, and the remainder for another one of a_x."""
     _, (plant,), _ = written(tmp_path, [FIRST, 5, 34], 34)
     assert plant.label == "delay V 0.615"
     logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]

@@ -1,11 +1,11 @@
-"""Kinematic and coefficient equations with rolling and yawing motion, on flights of the suite's own rigid body."""
+"""Kinematic and coefficient equations with lateral motion, on flights of the suite's own rigid-body simulation."""
 
 from dataclasses import replace
 
 import lateral_flights as commuter
 import numpy as np
 import pytest
-from equations_decided import decided, proved, questioned
+from equations_decided import decided, identified, questioned
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
@@ -45,13 +45,13 @@ def test_paths_and_coefficients_are_those_of_an_independent_rigid_body(aircraft:
     nothing = CoefficientEquations(recording, model.with_values(0.0 * model.values), (), motion, ())
     assert set(equations.names) == set(aircraft.coefficients)
     for name in equations.names:
-        # The controls jump: the spline's derivative of a rate rings there, and nowhere else.
+        # The controls are stepped: the spline's derivative of a rate rings there, and nowhere else.
         assert np.median(np.abs(equations.target(name))) < 2e-3 * np.ptp(nothing.target(name))
 
 
 @pytest.mark.parametrize("mean", [-0.6, 0.0, 0.6])
-def test_a_side_gust_does_not_bend_the_path_in_the_plane_of_symmetry(mean: float) -> None:
-    """The vane sees the gust and the aircraft hardly does: r v and p v by the vane would tell of other sensors."""
+def test_a_side_gust_does_not_bias_the_path_in_the_plane_of_symmetry(mean: float) -> None:
+    """The vane measures the gust and the aircraft hardly responds: r v and p v by the vane would bias other paths."""
     generator, kept = np.random.default_rng(5), np.exp(-commuter.SPEED * 0.04 / 150.0)
     air = [0.0]
     for shock in generator.standard_normal(commuter.Lateral().time.size - 1):
@@ -66,7 +66,7 @@ def test_a_side_gust_does_not_bend_the_path_in_the_plane_of_symmetry(mean: float
         assert np.std(away) < most, name
 
 
-def test_a_heading_that_does_not_follow_the_rates_is_left_out() -> None:
+def test_an_inconsistent_heading_is_left_out() -> None:
     log = commuter.Lateral(noise=1.0, duration=12.0).log()
     swinging = replace(log, channels={**log.channels, "psi": 0.1 * np.sin(log.time)})
     for each, expected in ((log, ()), (swinging, ("psi",))):
@@ -83,7 +83,7 @@ def late(delay: float) -> commuter.Lateral:
 
 
 @pytest.mark.slow
-def test_a_zero_a_place_and_a_late_surface_are_told_together() -> None:
+def test_a_bias_a_position_error_and_a_control_delay_are_found_together() -> None:
     logs = [replace(late(0.04), seed=seed).log(mirrored=seed == 8, name=f"flight {seed}") for seed in (7, 8)]
     found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
     numbers = {(row.hypothesis.kind, row.hypothesis.where): row for row in found.findings}
@@ -108,7 +108,7 @@ def gusts(seed: int, sigma: float, samples: int, interval: float, length: float 
 
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
-def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed: int) -> None:
+def test_nothing_is_selected_in_side_gusts_for_a_complete_model(seed: int) -> None:
     calm = commuter.Lateral(seed=seed, size=1.3)
     logs = [
         replace(calm, seed=10 * seed + n, inputs={"side_gust": gusts(20 * seed + n, 0.7, calm.time.size, 0.04)}).log(
@@ -125,8 +125,8 @@ def test_in_side_gusts_nothing_is_named_where_nothing_is_wrong_but_the_air(seed:
 
 
 @pytest.mark.slow
-def test_a_place_that_gusts_keep_kinematics_from_proving_is_named_where_the_side_force_agrees() -> None:
-    """A term of C_Y would do nearly the same; the place moves the path of sideslip too."""
+def test_a_position_error_hidden_by_gusts_is_identified_with_the_side_force() -> None:
+    """A term of C_Y would do nearly the same; the position also changes the path of sideslip."""
     generator = np.random.default_rng(11)
     kept = np.exp(-commuter.SPEED * 0.04 / 150.0)
 
@@ -139,8 +139,8 @@ def test_a_place_that_gusts_keep_kinematics_from_proving_is_named_where_the_side
         return flight.log(mirrored=mirrored, name=name)
 
     logs = [flown("one", mirrored=False), flown("two", mirrored=True)]
-    faults = proved(LATERAL, logs[:1], logs[1:])
-    assert not faults.selected.chosen
-    (row,) = decide(faults, LATERAL.coefficients).findings
+    errors = identified(LATERAL, logs[:1], logs[1:])
+    assert not errors.selected.chosen
+    (row,) = decide(errors, LATERAL.coefficients).findings
     assert row.hypothesis.label == ("sensor_position", "a_y", "")
     assert abs(row.value - 1.2) < 3.0 * row.std_errors[0]

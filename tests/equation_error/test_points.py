@@ -47,7 +47,7 @@ def test_residuals_need_no_columns(seconds: float) -> None:
 
 
 def visited() -> list[Point]:
-    """A point with a lag, a step, a shifted centre of gravity, a displaced sensor and separation, and those beside."""
+    """A point with a lag, a step, a shifted centre of gravity, a displaced sensor and separation, and neighbours."""
     first = declared().point
     (lift, *_) = (entry[0] for entry in first.free if entry[0] in ("C_L", "C_Z"))
     effects = [
@@ -67,8 +67,8 @@ def visited() -> list[Point]:
     return [point, *(replace(point, effects=(*point.effects[:i], a, *point.effects[i + 1 :])) for i, a in beside)]
 
 
-def test_what_is_kept_of_the_last_points_changes_no_bit() -> None:
-    """Each point by equations that saw the others before, there and back, and by ones that saw none."""
+def test_the_cache_of_points_changes_no_bit() -> None:
+    """Each point by equations that evaluated the others before, there and back, and by fresh ones."""
     problem, points = declared().problem, visited()
 
     def left(equations: Equations, point: Point) -> bytes:
@@ -76,7 +76,7 @@ def test_what_is_kept_of_the_last_points_changes_no_bit() -> None:
         return equations.residuals(point, values).tobytes()
 
     def fresh() -> Equations:
-        recordings = [replace(recording) for recording in problem.recordings]  # with nothing kept
+        recordings = [replace(recording) for recording in problem.recordings]  # with empty caches
         return Equations(recordings, problem.settings, problem.kinds, all_fitted=True)
 
     kept = fresh()
@@ -86,12 +86,12 @@ def test_what_is_kept_of_the_last_points_changes_no_bit() -> None:
         assert left(kept, points[n]) == by_itself[n]
 
 
-def test_kinematic_equations_beside_other_faults_are_those_made_anew() -> None:
-    """Of the height's sensor too, whose faults leave the path in the air as it is."""
+def test_cached_kinematic_equations_match_fresh_ones() -> None:
+    """Also with errors of the height sensor, which do not change the path relative to the air."""
     found = declared()
     problem = replace(found.problem, kinds=KINEMATIC)
-    faults = [(sensor_scale("h"), (1.05,)), (sensor_delay("alpha"), (0.04,)), (sensor_delay("h"), (0.1,))]
-    acting = [replace(at_null(effect), values=values) for effect, values in faults]
+    errors = [(sensor_scale("h"), (1.05,)), (sensor_delay("alpha"), (0.04,)), (sensor_delay("h"), (0.1,))]
+    acting = [replace(at_null(effect), values=values) for effect, values in errors]
     for n in range(len(acting) + 1):
         point = found.point.with_effects(acting[:n])
         design = problem.design(point)

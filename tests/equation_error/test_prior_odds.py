@@ -1,4 +1,4 @@
-"""Coefficients that a proven fault contradicts: what they lose in ln L, and what odds their terms have by it."""
+"""Likelihood loss of coefficients by correcting an identified instrument error, and the prior odds of their terms."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from equations_decided import proved
+from equations_decided import identified
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,28 +36,26 @@ def errors_of(seed: int, air: float, wrong: Wrong) -> InstrumentErrors:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
     one, two = (flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=wrong) for n, name in enumerate(("one", "two")))
-    return proved(aircraft, [one], [two])
+    return identified(aircraft, [one], [two])
 
 
-def undone(faults: InstrumentErrors, effects: Sequence[ActiveEffect]) -> Estimate:
-    """The declared coefficients of all flights with some faults of instruments undone."""
-    found = faults.selected.estimate
+def with_errors_removed(errors: InstrumentErrors, effects: Sequence[ActiveEffect]) -> Estimate:
+    """The declared coefficients of all flights with some instrument errors corrected."""
+    found = errors.selected.estimate
     whole = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, all_fitted=True)
-    return estimate(whole, with_errors_held(faults.start, effects))
+    return estimate(whole, with_errors_held(errors.start, effects))
 
 
 @pytest.mark.parametrize(("seed", "air"), [(70, 0.0), (71, 0.6)])
-def test_a_delay_that_is_there_costs_complete_coefficients_nothing_and_one_that_is_not_costs_much(
-    seed: int, air: float
-) -> None:
+def test_correcting_a_true_delay_loses_no_likelihood_and_a_false_one_much(seed: int, air: float) -> None:
     late, clean = errors_of(seed, air, LATE), errors_of(seed, air, NOTHING)
     effects = late.selected.estimate.point.effects
     assert [active.effect.where for active in effects] == ["alpha"]
     assert not clean.selected.chosen
-    assert likelihood_losses(undone(clean, ()), slice(0, 0)) == {}
-    assert likelihood_losses(undone(clean, effects), slice(1, 1)) == {}  # declared
-    assert sum(likelihood_losses(undone(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in twenty
-    wrong = undone(clean, effects)
+    assert likelihood_losses(with_errors_removed(clean, ()), slice(0, 0)) == {}
+    assert likelihood_losses(with_errors_removed(clean, effects), slice(1, 1)) == {}  # declared
+    assert sum(likelihood_losses(with_errors_removed(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in 20
+    wrong = with_errors_removed(clean, effects)
     assert sum(log_likelihood_by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
     assert likelihood_losses(wrong, slice(0, 1))["C_Z"] > 20.0
 
@@ -66,7 +64,7 @@ TERMS = [("C_X", "alpha^2"), ("C_X", "q_hat"), ("C_m", "alpha^3"), ("C_L", "alph
 
 
 @given(st.dictionaries(st.sampled_from(["C_X", "C_Z", "C_m"]), st.floats(0.0, 1e4), max_size=3))
-def test_odds_rise_by_the_fall_and_are_even_at_most(falls: dict[str, float]) -> None:
+def test_odds_rise_by_the_likelihood_loss_up_to_even_odds(falls: dict[str, float]) -> None:
     hypotheses = term_hypotheses([(name, parse_term(term)) for name, term in TERMS])
     before = criterion_for(hypotheses, 500, 0.01, 0.25)
     after = with_raised_odds(before, hypotheses, falls, EVEN)

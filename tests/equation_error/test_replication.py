@@ -1,4 +1,4 @@
-"""Effects that another recording shows as well, of flights of which one, both or none has them."""
+"""Effects replicated by another record, on flights of which one, both or none has them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SINGLE, GLIDER = BODIES[:2]
 
 
 @pytest.mark.parametrize(("unseen", "shown"), [(BENT, True), (NOTHING, False)])
-def test_a_term_is_replicated_where_the_unseen_flight_has_it_too(unseen: Wrong, shown: bool) -> None:
+def test_a_term_is_replicated_if_the_validation_flight_has_it(unseen: Wrong, shown: bool) -> None:
     aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(8300))
     first = flown("one", SINGLE, 8301, air=0.3, wrong=BENT, seconds=24.0)
     other = flown("two", SINGLE, 8302, air=0.3, wrong=unseen, seconds=24.0)
@@ -32,14 +32,14 @@ def test_a_term_is_replicated_where_the_unseen_flight_has_it_too(unseen: Wrong, 
     reduced = SelectedStructure(estimate(fitted, point), (each,))
     assert reduced.estimate.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
     assert is_replicated(selected, reduced, each) is shown
-    # A flight that shows nothing by itself confirms nothing.
+    # A flight without information on an effect does not confirm it.
     assert not is_replicated(reduced, reduced, each)
     assert is_needed(selected, reduced, each) is shown
     assert not is_needed(reduced, reduced, each)
 
 
-def test_a_term_that_one_event_shows_is_named_where_another_flight_shows_it_too() -> None:
-    """A glider's two flights gain 39 in ln L by it; without one block of the first its number moves by a third."""
+def test_a_term_shown_by_one_event_is_retained_if_replicated() -> None:
+    """A glider's two flights gain 39 in ln L by it; without one block of the first its estimate changes by a third."""
     seed = 5000 + 10 * 43
     aircraft = aircraft_of(GLIDER, 0.08, np.random.default_rng(5043))
     logs = [flown(name, GLIDER, seed + n, air=0.6, wrong=BENT, seconds=24.0) for n, name in enumerate(("one", "two"))]

@@ -43,7 +43,7 @@ def test_the_derivative_is_that_of_the_interpolating_cubic_spline(samples: int, 
     np.testing.assert_allclose(derivative(values, interval), expected, atol=1e-9 / interval)
 
 
-def test_the_derivative_shows_of_a_polyline_what_it_is_said_to() -> None:
+def test_the_derivative_of_an_integrated_polyline_is_attenuated_as_stated() -> None:
     """The exact integral of straight lines between random samples, differentiated by the spline through it."""
     polyline = np.random.default_rng(3).standard_normal((80, 2))
     integral = np.concatenate([np.zeros((1, 2)), np.cumsum(0.04 * 0.5 * (polyline[1:] + polyline[:-1]), axis=0)])

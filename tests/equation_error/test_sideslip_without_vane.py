@@ -1,4 +1,4 @@
-"""Sideslip that no vane shows: the path of the lateral accelerometer, on flights of the suite's own rigid body."""
+"""Sideslip without a vane, from the lateral accelerometer's path, on flights of the suite's own rigid body."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ ZEROS = {"a_y": 0.05, "r": 0.002, "p": -0.001, "phi": 0.004}
 
 
 def flown(seed: int, *, mirrored: bool = False, ahead: float = 0.0, noise: float = 1.0) -> FlightLog:
-    """A flight whose recorder has no vane of sideslip, zeros of its sensors and the accelerometer `ahead`, m."""
+    """A flight without a sideslip vane, with sensor biases and the accelerometer `ahead`, m."""
     sensors = {name: lambda _time, true, zero=zero: true + zero for name, zero in ZEROS.items()}
     flight = commuter.Lateral(
         seed=seed, size=1.3, sensors=sensors, noise=noise, positions={"a_y": (ahead, 0.0, 0.0)}, interval=0.04
@@ -40,13 +40,13 @@ def flown(seed: int, *, mirrored: bool = False, ahead: float = 0.0, noise: float
 
 
 @pytest.mark.parametrize("aircraft", [LATERAL, SIX], ids=["lateral", "six"])
-def test_the_path_is_the_true_sideslip_but_for_a_line_in_time(aircraft: Aircraft) -> None:
+def test_the_path_is_the_true_sideslip_up_to_a_line_in_time(aircraft: Aircraft) -> None:
     log = flown(SEEDS, noise=0.0)
     (recording,) = read_recordings([questioned(aircraft, commuter.without_vane(log))[1]], [], SETTINGS)
     motion = reconstruct(recording, (), recording.channels, SETTINGS)
     away = motion.beta - log.channels["beta"]
     away = away - np.polyval(np.polyfit(recording.time, away, 1), recording.time)
-    # Zeros of 0.05 m/s^2 and 0.002 rad/s alone would be 0.05 rad at the end of these 18 s.
+    # Biases of 0.05 m/s^2 and 0.002 rad/s alone would be 0.05 rad at the end of these 18 s.
     assert np.max(np.abs(away)) < 0.01 * np.ptp(log.channels["beta"])
     assert "beta" not in predicted_records(recording, (), motion)
     assert not motion.gusts["beta"].any()
@@ -67,8 +67,8 @@ def test_residuals_need_no_columns_where_paths_drift() -> None:
     np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())
 
 
-def test_what_noise_makes_of_a_path_does_not_depend_on_what_was_asked_before() -> None:
-    """Copies of a search on several cores ask in other orders."""
+def test_noise_modes_of_a_path_do_not_depend_on_earlier_points() -> None:
+    """Copies of a search on several cores evaluate points in other orders."""
     slow = replace(at_null(sensor_bias("V", "m/s", 0.1)), values=(5.0,))
     (plain, point), (other, _) = equations_and_point(), equations_and_point()
     other.at(point.with_effects([slow]))
@@ -78,8 +78,8 @@ def test_what_noise_makes_of_a_path_does_not_depend_on_what_was_asked_before() -
 
 
 @pytest.mark.slow
-def test_derivatives_lie_within_their_deviations_and_nothing_is_named_where_nothing_is_wrong() -> None:
-    """Ten flights of 13 derivatives: more than 15 of 130 beyond two deviations have a chance of 1 in 1000 at 5 %."""
+def test_derivatives_lie_within_their_bounds_and_nothing_is_selected() -> None:
+    """Ten flights of 13 derivatives: more than 15 of 130 beyond two deviations: a chance of 1 in 1000 at 5 %."""
     beyond, count = 0, 0
     for seed in range(SEEDS + 100, SEEDS + 120, 2):
         logs = [commuter.without_vane(flown(seed + n, mirrored=n == 1)) for n in range(2)]
@@ -97,7 +97,7 @@ def test_derivatives_lie_within_their_deviations_and_nothing_is_named_where_noth
     assert beyond <= binom.isf(1e-3, count, 0.05)
 
 
-def test_an_accelerometer_ahead_of_its_place_is_found_by_the_coefficients() -> None:
+def test_an_accelerometer_position_error_is_found_by_the_coefficients() -> None:
     """Kinematics cannot show it: its path is the only sideslip there is."""
     logs = [commuter.without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
     found = decided(commuter.aircraft(commuter.SIDE, 0.93), logs[:1], logs[1:])
@@ -107,7 +107,7 @@ def test_an_accelerometer_ahead_of_its_place_is_found_by_the_coefficients() -> N
     assert found.joint_evidence[row.hypothesis.label].is_uninformative
 
 
-def test_the_whole_loop_tells_the_shares_of_coefficients_by_the_equations() -> None:
+def test_the_whole_loop_reports_r2_of_coefficients_by_the_equations() -> None:
     logs = [commuter.without_vane(flown(SEEDS + n, mirrored=n == 1, ahead=2.5)) for n in range(2)]
     result = close_loop(
         logs[:1], commuter.aircraft(commuter.SIDE, 0.93), logs[1:], settings=LoopSettings(method="equations")

@@ -1,4 +1,4 @@
-"""Deviations by the delete-a-block jackknife: against regressions anew, and by Monte Carlo where events are few."""
+"""Standard errors by the delete-a-block jackknife: against separate regressions, and by Monte Carlo for few events."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def steps(generator: np.random.Generator) -> Array:
 
 
 def flown(generator: np.random.Generator) -> Design:
-    """Two coefficients of a recording: alpha answers the steps of a control, the noise is coloured and larger there."""
+    """Two coefficients of a record: alpha responds to control steps, where the coloured noise is larger."""
     control = steps(generator)
     alpha = lfilter([0.2], [1.0, -1.5, 0.72], control)
     rate = 0.02 * np.gradient(alpha)
@@ -65,7 +65,7 @@ def fitted(seed: int) -> tuple[Design, Solution]:
     return design, regress(design, EquationErrorSettings())
 
 
-def test_moves_are_those_of_regressions_without_a_block() -> None:
+def test_deletion_changes_match_regressions_without_a_block() -> None:
     design = flown(np.random.default_rng(1))
     solution = solve(design, white_weights(design))
     moves = block_deletion_changes(design, solution)
@@ -92,8 +92,8 @@ def test_no_variance_is_smaller_than_that_of_least_squares() -> None:
         assert np.all(np.diag(corrected_covariance(design, solution)) >= np.diag(solution.covariance))
 
 
-def test_the_bounds_hold_where_a_few_events_tell_everything() -> None:
-    """200 flights: 92 of 100 numbers within two deviations; least squares and summed scores are too sure."""
+def test_the_bounds_hold_where_few_events_determine_the_parameters() -> None:
+    """200 flights: 92 of 100 parameters within two deviations; least squares and summed scores are too small."""
     within = {"blocks": 0, "least squares": 0, "scores": 0}
     flights = 200
     for seed in range(flights):
@@ -116,7 +116,7 @@ def test_the_bounds_hold_where_a_few_events_tell_everything() -> None:
 
 
 def one_event(generator: np.random.Generator) -> Design:
-    """One coefficient with white noise; one event shows its second number as well as all the rest of the record."""
+    """One coefficient with white noise; one event has as much information on its second parameter as all the rest."""
     shape = 0.2 * generator.standard_normal(SAMPLES)
     shape[40:47] += 1.0
     columns = np.column_stack([np.ones(SAMPLES), shape])
@@ -133,7 +133,7 @@ def one_event(generator: np.random.Generator) -> Design:
     )
 
 
-def test_deviations_of_what_another_recording_shows_are_bias_reduced() -> None:
+def test_standard_errors_of_replicated_parameters_are_bias_reduced() -> None:
     """Against (1 - H_b)^-1/2 e_b with the whole hat matrix H (Bell & McCaffrey 2002, CR2)."""
     design = one_event(np.random.default_rng(3))
     solution = solve(design, white_weights(design))
@@ -154,7 +154,7 @@ def test_deviations_of_what_another_recording_shows_are_bias_reduced() -> None:
     assert both[0][0] == both[1][0]
 
 
-def test_the_bias_reduced_variance_is_the_true_one_in_the_mean_and_that_of_deleted_blocks_is_larger() -> None:
+def test_cr2_is_unbiased_and_cr3_conservative() -> None:
     estimates, reduced, deleted = [], [], []
     for seed in range(400):
         design = one_event(np.random.default_rng([7, seed]))

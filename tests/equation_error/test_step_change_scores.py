@@ -1,4 +1,4 @@
-"""The gain of a jump at every instant, against one dense regression for each."""
+"""Score of a step change at every instant, against one dense regression for each."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from aerosid.equation_error.selection.step_change_scores import step_change_scor
 
 @pytest.mark.parametrize("ramp", [1.0, 3.4, 15.0])
 @pytest.mark.parametrize("weights", [(1.0,), (1.0, -0.7), (1.0, -0.9, 0.3)], ids=str)
-def test_gains_are_those_of_a_regression_with_the_jump_as_one_more_column(
-    weights: tuple[float, ...], ramp: float
-) -> None:
+def test_scores_match_a_regression_with_the_step_as_additional_column(weights: tuple[float, ...], ramp: float) -> None:
     rng, count = np.random.default_rng(3), 120
     colour = colour_of(np.array(weights))
     time = np.arange(count)

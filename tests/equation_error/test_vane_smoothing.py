@@ -1,4 +1,4 @@
-"""Smoothing time of vanes by likelihood: a good vane in gusts is believed sooner than a noisy one in calm air."""
+"""Smoothing time of vanes by likelihood: shorter for a good vane in gusts than for a noisy one in calm air."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
 @pytest.mark.parametrize(("air", "noise", "shorter"), [(1.0, 0.0, True), (0.0, 4e-3, False)], ids=["gusts", "noise"])
-def test_the_shorter_time_is_taken_in_gusts_and_the_longer_before_a_noisy_vane(
+def test_a_short_time_is_selected_in_gusts_and_a_long_one_for_a_noisy_vane(
     air: float, noise: float, shorter: bool
 ) -> None:
     body = BODIES[0]
