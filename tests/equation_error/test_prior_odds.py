@@ -54,7 +54,9 @@ def test_correcting_a_true_delay_loses_no_likelihood_and_a_false_one_much(seed: 
     assert not clean.selected.chosen
     assert likelihood_losses(with_errors_removed(clean, ()), slice(0, 0)) == {}
     assert likelihood_losses(with_errors_removed(clean, effects), slice(1, 1)) == {}  # declared
-    assert sum(likelihood_losses(with_errors_removed(late, effects), slice(0, 1)).values()) < 3.0  # e^-3: one flight in 20
+    assert (
+        sum(likelihood_losses(with_errors_removed(late, effects), slice(0, 1)).values()) < 3.0
+    )  # e^-3: 1 flight in 20
     wrong = with_errors_removed(clean, effects)
     assert sum(log_likelihood_by_coefficient(wrong).values()) == pytest.approx(wrong.log_likelihood, rel=1e-12)
     assert likelihood_losses(wrong, slice(0, 1))["C_Z"] > 20.0

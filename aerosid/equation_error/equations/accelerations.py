@@ -174,9 +174,9 @@ def stacked(
     samples = found.known.shape[1]
     out = np.empty((samples, term_indices.size))
     for m in range(term_indices.size):
-        entry, place = term_indices[m], equations[m]
+        entry, index = term_indices[m], equations[m]
         if entry < 0:
-            out[:, m] = found.known[place]
+            out[:, m] = found.known[index]
             continue
         coefficient = terms.places[terms.table.coefficient[entry]]
         along = found.series[terms.table.value[entry]].copy()
@@ -185,11 +185,11 @@ def stacked(
         for s in range(terms.added_to.size):
             if terms.added_to[s] == entry:
                 along += terms.added[s]
-        per_unit = found.per_unit[place]
-        if coefficient == place:
+        per_unit = found.per_unit[index]
+        if coefficient == index:
             for n in range(samples):
                 out[n, m] = along[n] * per_unit[n]
-        elif (coefficient == LIFT) == (place == X):  # C_L in C_X and C_D in C_Z act by the sine
+        elif (coefficient == LIFT) == (index == X):  # C_L in C_X and C_D in C_Z act by the sine
             sign = 1.0 if coefficient == LIFT else -1.0
             for n in range(samples):
                 out[n, m] = sign * along[n] * course.sine[n] * per_unit[n]
@@ -205,10 +205,10 @@ def subtract_from_measured(
 ) -> None:
     """Measured signals (6, N) less the known part, and the other columns (N, M) of `stacked`, in units, in place."""
     for m in range(term_indices.size):
-        place = equations[m]
+        index = equations[m]
         for n in range(columns.shape[0]):
-            shown = measured[place, n] - columns[n, m] if term_indices[m] < 0 else columns[n, m]
-            columns[n, m] = shown * in_units[place, n]
+            shown = measured[index, n] - columns[n, m] if term_indices[m] < 0 else columns[n, m]
+            columns[n, m] = shown * in_units[index, n]
 
 
 @njit
@@ -230,18 +230,18 @@ def _weigh(course: MotionSeries, inputs: Array, aircraft: Aircraft, result: Acce
         force, mass = pressed * course.V[n] ** 2, inputs[n, MASS]
         reference = 1.0 / (pressed * course.airspeed[n] ** 2)
         per_force, of_force = force / mass, mass * reference
-        for place in range(3):
-            per_unit[place, n], in_units[place, n] = per_force, of_force
+        for index in range(3):
+            per_unit[index, n], in_units[index, n] = per_force, of_force
         per_unit[PITCH, n], in_units[PITCH, n] = force, reference
-    for place, length, inertia, usual in (
+    for index, length, inertia, usual in (
         (ROLL, acting.span, acting.I_xx, declared.I_xx),
         (YAW, acting.span, acting.I_zz, declared.I_zz),
         (PITCH, acting.mean_chord, acting.I_yy, declared.I_yy),
     ):
-        if aircraft.modelled[place]:
+        if aircraft.modelled[index]:
             for n in range(samples):
-                per_unit[place, n] = per_unit[PITCH, n] * (length / inertia)
-                in_units[place, n] = in_units[PITCH, n] * (usual / length)
+                per_unit[index, n] = per_unit[PITCH, n] * (length / inertia)
+                in_units[index, n] = in_units[PITCH, n] * (usual / length)
 
 
 @njit_inline
@@ -257,10 +257,10 @@ def _to_body_axes(course: MotionSeries, totals: Array) -> None:
 @njit_inline
 def _push(totals: Array, aircraft: Aircraft, per_unit: Array, known: Array) -> None:
     """Add the accelerations (6, N) by coefficients (8, N) in body axes."""
-    for place in range(known.shape[0]):
-        if aircraft.modelled[place]:
+    for index in range(known.shape[0]):
+        if aircraft.modelled[index]:
             for n in range(known.shape[1]):
-                known[place, n] += totals[place, n] * per_unit[place, n]
+                known[index, n] += totals[index, n] * per_unit[index, n]
 
 
 @njit_inline
@@ -290,9 +290,9 @@ def _to_angular_accelerations(course: MotionSeries, aircraft: Aircraft, result: 
     """Coefficients (8, N) of the moments to angular accelerations, those that are not modelled as measured."""
     measured = (course.p_dot, course.q_dot, course.r_dot)
     for axis in range(3):
-        place = ROLL + axis
+        index = ROLL + axis
         for n in range(totals.shape[1]):
-            if aircraft.modelled[place]:
-                totals[place, n] = result.known[place, n] + totals[place, n] * result.per_unit[place, n]
+            if aircraft.modelled[index]:
+                totals[index, n] = result.known[index, n] + totals[index, n] * result.per_unit[index, n]
             else:
-                totals[place, n] = measured[axis][n]
+                totals[index, n] = measured[axis][n]

@@ -44,9 +44,9 @@ def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
     return Rates(**known)
 
 
-def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
+def lever_accelerations(channel: str, location: Sequence[float], rates: Rates) -> Array:
     """Additional acceleration of an accelerometer at a position, m from the centre of gravity, (N,) m/s^2."""
-    x, y, z = map(float, place)
+    x, y, z = map(float, location)
     return np.asarray(levers(ACCELEROMETERS.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
 
 

@@ -87,7 +87,7 @@ class CoefficientEquations:
             np.array(model.values),
             known,
             np.array([series for _, series in added]).reshape(len(added), inputs.shape[0]),
-            np.array([place for place, _ in added], dtype=np.int64),
+            np.array([index for index, _ in added], dtype=np.int64),
         )
         aircraft = self._aircraft(model.constants, declared)
         self._found = accelerations(motion.course, inputs, self._terms, aircraft, recording.linear_inputs)
@@ -174,7 +174,7 @@ class CoefficientEquations:
 def _body(constants: Constants, axes: Axes) -> Body:
     """The constants as compiled code takes them: the same type in every case, so that it is compiled once."""
     c, first = constants, len(input_columns_of(axes))
-    columns = (place if place < 0 else first + place for place in (c.thrust_change, c.cg_x, c.cg_y, c.cg_z))
+    columns = (index if index < 0 else first + index for index in (c.thrust_change, c.cg_x, c.cg_y, c.cg_z))
     lengths = (float(c.wing_area), float(c.mean_chord), float(c.span))
     inertia = (float(c.I_xx), float(c.I_yy), float(c.I_zz), float(c.I_xz))
     engine = (float(c.thrust_incidence), float(c.thrust_z_arm))

@@ -34,28 +34,28 @@ class Aircraft(NamedTuple):
 
 @njit_inline
 def _lever(
-    place: int, x: float, y: float, z: float, p: float, q: float, r: float, turning: tuple[float, float, float]
+    index: int, x: float, y: float, z: float, p: float, q: float, r: float, turning: tuple[float, float, float]
 ) -> float:
     """Acceleration of an accelerometer at (x, y, z), m, relative to one at the centre of gravity, m/s^2.
 
     `turning`: the angular accelerations.
     """
     p_dot, q_dot, r_dot = turning
-    if place == X:
+    if index == X:
         return -(q * q + r * r) * x + (p * q - r_dot) * y + (q_dot + p * r) * z
-    if place == Y:
+    if index == Y:
         return (r_dot + p * q) * x - (p * p + r * r) * y + (q * r - p_dot) * z
     return (p * r - q_dot) * x + (q * r + p_dot) * y - (p * p + q * q) * z
 
 
 @njit
 def levers(
-    place: int, x: float, y: float, z: float, p: Array, q: Array, r: Array, p_dot: Array, q_dot: Array, r_dot: Array
+    index: int, x: float, y: float, z: float, p: Array, q: Array, r: Array, p_dot: Array, q_dot: Array, r_dot: Array
 ) -> Array:
     """Acceleration of the accelerometer along an axis relative to one at the centre of gravity, (N,) m/s^2."""
     found = np.empty(p.shape[0])
     for n in range(p.shape[0]):
-        found[n] = _lever(place, x, y, z, p[n], q[n], r[n], (p_dot[n], q_dot[n], r_dot[n]))
+        found[n] = _lever(index, x, y, z, p[n], q[n], r[n], (p_dot[n], q_dot[n], r_dot[n]))
     return found
 
 
@@ -68,13 +68,13 @@ def add_thrust_and_arms(course: MotionSeries, thrust: Array, inputs: Array, airc
             pushed = thrust[n] / inputs[n, MASS]
             known[X, n] += pushed * ahead
             known[Z, n] += pushed * below
-    for place in range(3):
-        x, y, z = aircraft.positions[place, 0], aircraft.positions[place, 1], aircraft.positions[place, 2]
-        if aircraft.modelled[place] and (x != 0.0 or y != 0.0 or z != 0.0):
+    for index in range(3):
+        x, y, z = aircraft.positions[index, 0], aircraft.positions[index, 1], aircraft.positions[index, 2]
+        if aircraft.modelled[index] and (x != 0.0 or y != 0.0 or z != 0.0):
             for n in range(thrust.shape[0]):
                 p, q, r = course.p[n], course.q[n], course.r[n]
                 turning = course.p_dot[n], course.q_dot[n], course.r_dot[n]
-                known[place, n] += _lever(place, x, y, z, p, q, r, turning)
+                known[index, n] += _lever(index, x, y, z, p, q, r, turning)
 
 
 @njit_inline
@@ -153,15 +153,15 @@ def add_further_arms(course: MotionSeries, inputs: Array, aircraft: Aircraft, tu
     forces respond, and an arm would be found where there is none. Sensors keep their places in the aircraft when the
     centre of gravity moves.
     """
-    for place in range(3):
-        if not aircraft.modelled[place]:
+    for index in range(3):
+        if not aircraft.modelled[index]:
             continue
-        further = aircraft.further[place]
+        further = aircraft.further[index]
         for n in range(inputs.shape[0]):
             ahead, right, below = _centre_at(inputs, n, aircraft.acting)
             x, y, z = further[0] - ahead, further[1] - right, further[2] - below
             about = turning[ROLL, n], turning[PITCH, n], turning[YAW, n]
-            known[place, n] += _lever(place, x, y, z, course.p[n], course.q[n], course.r[n], about)
+            known[index, n] += _lever(index, x, y, z, course.p[n], course.q[n], course.r[n], about)
 
 
 @njit_inline

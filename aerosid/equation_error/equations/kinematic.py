@@ -121,8 +121,8 @@ class Motion:
         assert isinstance(effect, StateEffect)
         if effect.proportional:
             return added_along(active, model, flight, values, self.states, ground)
-        place = slope_of(model, effect)
-        slope = 0.0 if place is None else float(values[place])
+        index = slope_of(model, effect)
+        slope = 0.0 if index is None else float(values[index])
         for known, known_slope, added in self._added:
             if known is active and known_slope == slope:
                 return added
@@ -164,14 +164,14 @@ def reconstruct(
     has_lateral_path = "v" in integrated and "a_y" in forces
     has_beta_vane = has_lateral_path and "beta" in true
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
-    sideways = LateralPath(side, rates, interval, has_vane=has_beta_vane)
+    lateral = LateralPath(side, rates, interval, has_vane=has_beta_vane)
     if has_lateral_path and not has_beta_vane:
-        beta_vane = sideways.path((u, w), v, speed)
+        beta_vane = lateral.path((u, w), v, speed)
         aside = recording.sine_and_cosine("beta", beta_vane)
         plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     if along_path:
         flow = (alpha, beta_vane, speed, aside[1])
-        found, alpha_dot = _path_in_plane(sideways, forces, (pitch, bank), flow, (plane, u, w, v), drift)
+        found, alpha_dot = _path_in_plane(lateral, forces, (pitch, bank), flow, (plane, u, w, v), drift)
         path |= found
         alpha, speed = blended(np.stack([alpha, speed]), np.stack([*found.values()]), settings.blend / interval)
     elif "u" in integrated:
@@ -180,7 +180,7 @@ def reconstruct(
     turn = np.sin(alpha), np.cos(alpha)
     if has_lateral_path:
         _, u, w, v = _velocities(speed, turn, aside)
-        beta_path = sideways.path((u, w), v, speed)
+        beta_path = lateral.path((u, w), v, speed)
         if has_beta_vane:
             path["beta"] = beta_path
             beta = blended(beta, beta_path, settings.blend_aside / interval)
@@ -204,7 +204,7 @@ def reconstruct(
 
 
 def _path_in_plane(
-    sideways: LateralPath,
+    lateral: LateralPath,
     forces: Mapping[str, Array],
     attitude: tuple[tuple[Array, Array], tuple[Array, Array]],
     flow: tuple[Array, Array, Array, Array],
@@ -225,16 +225,16 @@ def _path_in_plane(
         Samples over which the wind drifts.
     """
     (pitch, bank), (alpha, beta, speed, aside), (plane, u, w, v) = attitude, flow, velocities
-    rates, interval = sideways.rates, sideways.interval
+    rates, interval = lateral.rates, lateral.interval
     beta_path = beta
-    if sideways.has_vane:
+    if lateral.has_vane:
         # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
-        beta_path = sideways.path((u, w), v, speed)
+        beta_path = lateral.path((u, w), v, speed)
         v = speed * np.sin(without_gusts(beta[None], beta_path[None], drift)[0])
     ahead = forces["a_x"] - GRAVITY * pitch[0] + rates.r * v
     below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - rates.p * v
     (path, path_speed), alpha_dot = inertial_path((alpha, plane), rates.q, (ahead, below), interval, drift)
-    if sideways.has_vane:
+    if lateral.has_vane:
         bent = running_integral(-(u * rates.p + w * rates.r) / plane**2, interval)
         path = path + mean_gust_correction(alpha - path, bent, speed * np.sin(beta - beta_path))
     return {"alpha": path, "V": path_speed / aside}, alpha_dot

@@ -166,15 +166,15 @@ class Equations:
             known = {entry: values.get(value_of(entry, n), 0.0) for entry in point.free}
             equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free, known)
             residuals = equations.columns(())[1]
-            for place, name in enumerate(equations.names):
+            for index, name in enumerate(equations.names):
                 if gain := values.get(("gust", name), 0.0):
-                    residuals[:, place] -= gain * _gust(name, recording, point.effects, motion)
+                    residuals[:, index] -= gain * _gust(name, recording, point.effects, motion)
             filtered = recording.band(residuals)
             for name, modes in self._sideslip_errors(n, recording, point.model, motion).items():
-                place = equations.names.index(name)
-                filtered[:, place] -= values.get(("drift", name, n), 0.0) * recording.from_middle
+                index = equations.names.index(name)
+                filtered[:, index] -= values.get(("drift", name, n), 0.0) * recording.from_middle
                 for k, mode in enumerate(modes.T):
-                    filtered[:, place] -= values.get(("random_walk", name, n, k), 0.0) * mode
+                    filtered[:, index] -= values.get(("random_walk", name, n, k), 0.0) * mode
             parts.extend(filtered.T)
         return np.concatenate(parts)
 
@@ -184,9 +184,9 @@ class Equations:
         touching, columns = equations.columns(point.free)
         filtered = recording.band(columns)
         random_walk = self._sideslip_errors(n, recording, point.model, motion)
-        segments, place = [], 0
+        segments, index = [], 0
         for name, entries in touching.items():
-            target, *slopes = filtered[:, place : place + 1 + len(entries)].T
+            target, *slopes = filtered[:, index : index + 1 + len(entries)].T
             gust = None
             if motion.gusts[VANE_OF[name]].any():
                 gust = recording.band(_gust(name, recording, point.effects, motion))
@@ -195,7 +195,7 @@ class Equations:
             if name in random_walk:
                 segment = replace(segment, random_walk=random_walk[name], drifts=True)
             segments.append(segment)
-            place += 1 + len(entries)
+            index += 1 + len(entries)
         return segments
 
     def _sideslip_errors(

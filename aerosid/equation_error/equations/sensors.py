@@ -69,12 +69,12 @@ def bias(recording: Recording, effects: Sequence[ActiveEffect], channel: str) ->
 
 def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str) -> Array:
     """Position of a channel's sensor, m from the declared centre of gravity, (3,)."""
-    place = recording.position(channel).copy()
+    location = recording.position(channel).copy()
     for active in effects:
         if isinstance(active.effect, PositionEffect) and active.effect.where == channel:
             for axis, further in zip(active.effect.axes, active.numbers, strict=True):
-                place[_AXES.index(axis)] += further
-    return place
+                location[_AXES.index(axis)] += further
+    return location
 
 
 def with_ends_held(values: Array, before: Array) -> Array:

@@ -91,7 +91,7 @@ class Body(NamedTuple):
     """Geometry, inertia and reference speeds of an aircraft, SI, as of `Constants`, whatever the case of the equations.
 
     `thrust_change`, `cg_x`, `cg_y`, `cg_z`: columns of the inputs with thrust beyond that of the thrust input and with
-    the place of the centre of gravity ahead, right of and below the declared one; -1: none.
+    the position of the centre of gravity ahead, right of and below the declared one; -1: none.
     """
 
     wing_area: float
@@ -126,16 +126,16 @@ def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDAr
     else:
         for n in range(samples):
             series[ALPHA_DOT, n] = 0.5 / course.V[n]
-    for place, rate, length in (
+    for index, rate, length in (
         (Q_HAT, course.q, body.mean_chord),
         (P_HAT, course.p, body.span),
         (R_HAT, course.r, body.span),
         (ALPHA_DOT, course.alpha_dot, body.mean_chord),  # the last, which held the factor until then
     ):
-        if needed[place]:
+        if needed[index]:
             for n in range(samples):
-                series[place, n] = rate[n] * length * series[ALPHA_DOT, n]
-    for place, same in (
+                series[index, n] = rate[n] * length * series[ALPHA_DOT, n]
+    for index, same in (
         (ALPHA, course.alpha),
         (BETA, course.beta),
         (PHI, course.phi),
@@ -143,9 +143,9 @@ def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDAr
         (P, course.p),
         (R, course.r),
     ):
-        if needed[place]:
+        if needed[index]:
             for n in range(samples):
-                series[place, n] = same[n]
+                series[index, n] = same[n]
     if needed[V_HAT]:
         for n in range(samples):
             series[V_HAT, n] = course.V[n] / body.airspeed_of_V_hat - 1.0
@@ -185,11 +185,11 @@ def _multiply(table: TermTable, series: Array) -> None:
         else:
             for n in range(samples):
                 series[one + 1 + b, n] = max(series[variable, n] - offset, 0.0)
-    place = one + 1 + shaped
+    index = one + 1 + shaped
     for p in range(table.left.shape[0]):
         left, right = table.left[p], table.right[p]
         for n in range(samples):
-            series[place + p, n] = series[left, n] * series[right, n]
+            series[index + p, n] = series[left, n] * series[right, n]
 
 
 @njit_inline
@@ -226,8 +226,8 @@ def _holds_alpha_dot(table: TermTable, entry: int) -> bool:
 
 @njit_inline
 def _is_summed(terms: Terms, entry: int, which: int) -> bool:
-    place = terms.places[terms.table.coefficient[entry]]
-    is_moment = bool(ROLL <= place <= YAW)
+    index = terms.places[terms.table.coefficient[entry]]
+    is_moment = bool(ROLL <= index <= YAW)
     if which == ALL:
         return True
     if which == FORCES:
@@ -254,8 +254,8 @@ def shown_terms(terms: Terms, values: Array, series: Array, linear_inputs: bool)
         sum_terms(terms, values, series, totals, ALL)
         return totals
     sum_terms(terms, values, series, totals, MOMENTS_OF_INPUTS)
-    for place in range(ROLL, YAW + 1):
-        if np.any(totals[place] != 0.0):
-            totals[place] = derivative_of_linear(totals[place])
+    for index in range(ROLL, YAW + 1):
+        if np.any(totals[index] != 0.0):
+            totals[index] = derivative_of_linear(totals[index])
     sum_terms(terms, values, series, totals, ALL_OTHERS)
     return totals

@@ -132,12 +132,12 @@ class Solution:
 def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
     """The regression of some equations with their constants, drifts and free terms."""
     bounds = np.concatenate([[0], np.cumsum([each.target.size for each in segments])]).astype(np.int64)
-    place: dict[Unknown, int] = {}
+    index: dict[Unknown, int] = {}
     parts: list[tuple[int, int, Array]] = []
     precision: dict[Unknown, float] = {}
 
     def put(unknown: Unknown, segment: int, values: Array) -> None:
-        parts.append((place.setdefault(unknown, len(place)), segment, values))
+        parts.append((index.setdefault(unknown, len(index)), segment, values))
 
     for s, each in enumerate(segments):
         if each.equation in KINEMATIC:
@@ -165,7 +165,7 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             # The mean of a sideslip without a vane is contained in the constants, however symmetric the aircraft.
             if entry[1] == CONSTANT and entry[0] in settings.asymmetry and not each.drifts:
                 precision[which] = 1.0 / settings.asymmetry[entry[0]]
-    columns = np.zeros((int(bounds[-1]), len(place)))
+    columns = np.zeros((int(bounds[-1]), len(index)))
     for p, s, values in parts:
         columns[bounds[s] : bounds[s + 1], p] += values
     target = np.concatenate([each.target for each in segments])
@@ -175,8 +175,8 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         bounds,
         target,
         columns,
-        tuple(place),
-        np.array([precision.get(unknown, 0.0) for unknown in place]),
+        tuple(index),
+        np.array([precision.get(unknown, 0.0) for unknown in index]),
         np.array([each.floor for each in segments]),
         tuple(each.instruments for each in segments),
     )

@@ -192,13 +192,13 @@ def effect_sensitivities(
     """
     here = residual_of(problem, known, point)
     columns = np.zeros((here.size, len(parameters)))
-    for column, (place, number) in enumerate(parameters):
-        active = point.effects[place]
+    for column, (index, number) in enumerate(parameters):
+        active = point.effects[index]
         parameter = active.effect.parameters[number]
         side = active.beside(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
             side = active.beside(number, -parameter.step)
-        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, place, side)))
+        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)))
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
 
@@ -209,9 +209,9 @@ def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
     return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
 
 
-def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
+def _put(effects: Sequence[ActiveEffect], index: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
     changed = list(effects)
-    changed[place] = active
+    changed[index] = active
     return tuple(changed)
 
 
@@ -299,8 +299,8 @@ def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> 
 
 def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
     """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
-    place = {segment: s for s, segment in enumerate(found.design.segments)}
-    own = [place[each.recording, each.equation] for each in problem.segments(point)]
+    index = {segment: s for s, segment in enumerate(found.design.segments)}
+    own = [index[each.recording, each.equation] for each in problem.segments(point)]
     weights = found.solution.weights
     return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
 

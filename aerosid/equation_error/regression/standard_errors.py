@@ -74,7 +74,7 @@ def block_deletion_changes(design: Design, solution: Solution, power: float = CR
 def rows_of_blocks(design: Design) -> Iterator[NDArray[np.int64]]:
     """The rows of each block of each record, of all its equations together."""
     for recording in sorted({recording for recording, _ in design.segments}):
-        members = [design.rows(s) for s, (place, _) in enumerate(design.segments) if place == recording]
+        members = [design.rows(s) for s, (index, _) in enumerate(design.segments) if index == recording]
         length = min(rows.stop - rows.start for rows in members)
         count = max(length // max(min(DEVIATIONS.lags + 1, length // DEVIATIONS.fewest_blocks), 1), 1)
         edges = np.linspace(0, length, count + 1).astype(np.int64)
@@ -86,7 +86,7 @@ def covariance_of_scores(design: Design, scores: Array) -> Array:
     """Covariance (P, P) of the sum of scores (R, P), those of all equations at one instant summed (Newey & West)."""
     meat = np.zeros((scores.shape[1], scores.shape[1]))
     for recording in {recording for recording, _ in design.segments}:
-        members = [s for s, (place, _) in enumerate(design.segments) if place == recording]
+        members = [s for s, (index, _) in enumerate(design.segments) if index == recording]
         length = min(design.rows(s).stop - design.rows(s).start for s in members)
         summed = np.zeros((length, scores.shape[1]))
         for s in members:

@@ -118,7 +118,7 @@ def _for_each(
     selected: SelectedStructure,
     evaluate: Callable[[SelectedEffect], _Result],
     is_cached: Callable[[SelectedEffect], bool],
-    until: Callable[[_Result], bool] = lambda _told: False,
+    until: Callable[[_Result], bool] = lambda _result: False,
 ) -> list[_Result]:
     """Evaluate a function of each selected hypothesis in turn, up to the first result for which `until` holds.
 
@@ -131,12 +131,12 @@ def _for_each(
         return result, {key: new for key, new in selected.cache.items() if new is not before.get(key)}
 
     with on_cores(1 if all(map(is_cached, selected.chosen)) else allowed()):
-        answers = mapped(
-            with_new, selected.chosen, common=[selected.estimate.problem], until=lambda answer: until(answer[0])
+        results = mapped(
+            with_new, selected.chosen, common=[selected.estimate.problem], until=lambda pair: until(pair[0])
         )
-    for _, new in answers:
+    for _, new in results:
         selected.cache.update(new)
-    return [result for result, _ in answers]
+    return [result for result, _ in results]
 
 
 def _likeliest_replacement(
@@ -190,7 +190,7 @@ def replacements_of(
     """
     cached = _cached(selected, each, hypotheses, largest_deficit)
     if cached is None:
-        cached = _made_replacements(selected, each, hypotheses, largest_deficit)
+        cached = _estimated_replacements(selected, each, hypotheses, largest_deficit)
         selected.cache[_cache_key(each, hypotheses, largest_deficit)] = cached
     return cached
 
@@ -214,7 +214,7 @@ def _cache_key(
     return each.hypothesis.label, tuple(limits)
 
 
-def _made_replacements(
+def _estimated_replacements(
     selected: SelectedStructure,
     each: SelectedEffect,
     hypotheses: Sequence[Hypothesis],
@@ -339,8 +339,8 @@ def last_parameter(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffec
         unknown: tuple[object, ...] = ("term", entry)
         active, value = None, found.point.model.value(entry)
     else:
-        place = len(found.point.effects) - 1
-        active = found.point.effects[place]
-        unknown, value = ("effect", place, 0), active.values[0]
+        index = len(found.point.effects) - 1
+        active = found.point.effects[index]
+        unknown, value = ("effect", index, 0), active.values[0]
     cached = unknown in found.design.unknowns
     return active, value, float(deviations[found.design.unknowns.index(unknown)]) if cached else float("inf")

@@ -41,10 +41,10 @@ Labels = tuple[tuple[str, str, str], ...]
 
 
 def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructure) -> tuple[SelectedStructure, Labels]:
-    """Backward elimination of a structure: the retained structure, and the labels that the validation records refuted.
+    """Backward elimination of a structure: the retained structure, and the labels refuted by validation records.
 
-    An effect is retained while it is significant on the identification records and improves, or leaves unchanged, the
-    prediction of every coefficient of the validation records.
+    An effect is retained while it is significant on the identification records and does not worsen the prediction of
+    the validation records.
     """
     refuted: list[tuple[str, str, str]] = []
     while True:
@@ -88,14 +88,14 @@ def _insignificant_by_blocks(
             or distinct_name(hypothesis) in search.criterion.evidence
         ):
             continue
-        chance = min(
+        p_value = min(
             (
-                moderated_p_value(found.design, found.solution, place, away)
-                for place, away in distances_from_null(found, hypothesis)
+                moderated_p_value(found.design, found.solution, index, distance)
+                for index, distance in distances_from_null(found, hypothesis)
             ),
             default=0.0,
         )
-        excess = chance / search.criterion.allowed_false_alarm(hypothesis)
+        excess = p_value / search.criterion.allowed_false_alarm(hypothesis)
         if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, fitted, each):
             worst = excess, each
     return worst[1] if worst is not None else None
@@ -104,14 +104,12 @@ def _insignificant_by_blocks(
 def _refuted(
     search: CoefficientSearch, selected: SelectedStructure, fitted: SelectedStructure
 ) -> SelectedEffect | None:
-    """The effect of least gain whose deletion improves the prediction of a validation coefficient, or of a left-out
-    block.
-    """
+    """The effect of least gain without which a validation coefficient, or a left-out block, is predicted better."""
     if not selected.chosen:
         return None
     completed = fitted.estimate
     settings = completed.problem.settings
-    predicted, doubt = _predictor(selected, completed)
+    predicted, threshold = _predictor(selected, completed)
     known_shifts = shifts_of(selected.estimate)
     steps = shift_columns(selected.estimate)
     after = predicted(completed, steps)
@@ -120,7 +118,7 @@ def _refuted(
     def is_refuted_by_prediction(each: SelectedEffect) -> bool:
         reduced = estimate_without(fitted, each)
         before = predicted(reduced, steps)
-        if predicts_worse(before, after, doubt, settings.least_rise):
+        if predicts_worse(before, after, threshold, settings.least_rise):
             if recurs_on_validation(
                 (*known_shifts, *(found.point.effects[-1] for found in further())), each.hypothesis
             ):
@@ -128,14 +126,14 @@ def _refuted(
             # A step change in the validation record alone must not refute another effect.
             all_shifts = shift_columns(selected.estimate, further())
             predictions = predicted(reduced, all_shifts), predicted(completed, all_shifts)
-            if not further() or predicts_worse(*predictions, doubt, settings.least_rise):
+            if not further() or predicts_worse(*predictions, threshold, settings.least_rise):
                 return True
         sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
         return any(is_unconfirmed(before, after, coefficient) for coefficient in sideways)
 
     tested = sorted(selected.chosen, key=lambda each: each.gain)
-    answers = mapped(is_refuted_by_prediction, tested, until=lambda answer: answer)
-    return tested[len(answers) - 1] if answers[-1] else None
+    results = mapped(is_refuted_by_prediction, tested, until=lambda result: result)
+    return tested[len(results) - 1] if results[-1] else None
 
 
 def _predictor(
@@ -148,9 +146,9 @@ def _predictor(
     settings, whole = completed.problem.settings, selected.estimate.problem
     if all(recording.fitted for recording in whole.recordings):
         blocks = blocks_of(completed)
-        doubt = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
-        return lambda found, _jumps: block_residuals(found, blocks), doubt
-    return lambda found, jumps: validation_residuals(whole, found, jumps), settings.doubt
+        threshold = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
+        return lambda found, _steps: block_residuals(found, blocks), threshold
+    return lambda found, steps: validation_residuals(whole, found, steps), settings.doubt
 
 
 def improves_prediction(selected: SelectedStructure, fitted: SelectedStructure) -> dict[tuple[str, str, str], bool]:
@@ -165,4 +163,4 @@ def improves_prediction(selected: SelectedStructure, fitted: SelectedStructure) 
     better = mapped(
         lambda each: unexplained_rise(predicted(estimate_without(fitted, each), steps), after) < 0.0, tested
     )
-    return {each.hypothesis.label: answer for each, answer in zip(tested, better, strict=True)}
+    return {each.hypothesis.label: result for each, result in zip(tested, better, strict=True)}

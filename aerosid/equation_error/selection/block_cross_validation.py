@@ -33,7 +33,7 @@ SHOWN = 1e-9
 
 @dataclass(frozen=True)
 class Block:
-    """A contiguous part of a recording: its place, and the first and one past the last sample in the band."""
+    """A contiguous part of a record: index of the record, first sample and one past the last sample in the band."""
 
     recording: int
     first: int
@@ -49,32 +49,32 @@ def blocks_of(found: Estimate) -> tuple[Block, ...]:
     design, settings = found.design, found.problem.settings
     lengths = _lengths(design)
     if len(lengths) > 1:
-        return tuple(Block(place, 0, length) for place, length in sorted(lengths.items()))
-    ((place, length),) = lengths.items()
-    interval = found.problem.recordings[place].interval * found.problem.recordings[place].band.step
-    shares = np.cumsum(_motion(design, place, length))
+        return tuple(Block(index, 0, length) for index, length in sorted(lengths.items()))
+    ((index, length),) = lengths.items()
+    interval = found.problem.recordings[index].interval * found.problem.recordings[index].band.step
+    shares = np.cumsum(_motion(design, index, length))
     for count in range(settings.blocks, FEWEST - 1, -1):
         inner = np.searchsorted(shares, shares[-1] * np.arange(1, count) / count)
         edges = [0, *inner.tolist(), length]
         if min(np.diff(edges)) * interval >= settings.block_length:
-            return tuple(Block(place, a, b) for a, b in itertools.pairwise(edges))
+            return tuple(Block(index, a, b) for a, b in itertools.pairwise(edges))
     return ()
 
 
 def _lengths(design: Design) -> dict[int, int]:
     """Samples in the band of each record, the fewest of its equations."""
     lengths: dict[int, int] = {}
-    for s, (place, _) in enumerate(design.segments):
+    for s, (index, _) in enumerate(design.segments):
         rows = design.rows(s)
-        lengths[place] = min(lengths.get(place, rows.stop - rows.start), rows.stop - rows.start)
+        lengths[index] = min(lengths.get(index, rows.stop - rows.start), rows.stop - rows.start)
     return lengths
 
 
-def _motion(design: Design, place: int, length: int) -> Array:
+def _motion(design: Design, index: int, length: int) -> Array:
     """The square of each sample's coefficients about their means, each coefficient's sum one, (length,)."""
     total = np.zeros(length)
     for s, (recording, _) in enumerate(design.segments):
-        if recording == place:
+        if recording == index:
             values = design.target[design.rows(s)][:length]
             squares = (values - values.mean()) ** 2
             total += squares / max(float(squares.sum()), 1e-300)
@@ -117,8 +117,8 @@ def _rows(
 ) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.int64]]:
     """The rows of a block by coefficient, and all rows deleted with it."""
     inside, out = {}, []
-    for s, (place, equation) in enumerate(design.segments):
-        if place != block.recording or equation not in COEFFICIENT:
+    for s, (index, equation) in enumerate(design.segments):
+        if index != block.recording or equation not in COEFFICIENT:
             continue
         rows = design.rows(s)
         inside[equation] = np.arange(rows.start + block.first, rows.start + block.stop)

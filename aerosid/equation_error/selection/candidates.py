@@ -331,11 +331,11 @@ def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> Candida
     slopes, covariance = base.solution.slopes, base.solution.covariance
     products = slopes.T @ white
     innovations = base.solution.whitened
-    place = 0
+    index = 0
     for n, each in enumerate(candidates):
         k = each.columns.shape[1]
-        whitened_part, along_known = white[:, place : place + k], products[:, place : place + k]
-        place += k
+        whitened_part, along_known = white[:, index : index + k], products[:, index : index + k]
+        index += k
         total = whitened_part.T @ whitened_part
         residuals = total - along_known.T @ covariance @ along_known
         own[n] = float(np.linalg.eigvalsh(residuals)[0]) / max(float(np.trace(total)), 1e-300)
@@ -356,11 +356,11 @@ def best_candidates(
 ) -> list[int]:
     """Indices of the candidates of highest gain, one of each name, at most a given number."""
     order: list[int] = []
-    seen: set[tuple[str, ...]] = set()
+    names: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
         name = distinct_name(candidates[n].hypothesis)
-        if name not in seen and is_eligible(int(n)):
-            seen.add(name)
+        if name not in names and is_eligible(int(n)):
+            names.add(name)
             order.append(int(n))
             if len(order) >= most:
                 break

@@ -108,8 +108,8 @@ def without_random_walk(residual: Array, slopes: Array, modes: Array) -> tuple[A
 def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
     """R^2 and Theil's coefficient of every coefficient and record."""
     rows = []
-    for (place, equation), each in prediction_residuals(problem, found).items():
-        recording, measured, residual = problem.recordings[place], each.measured, each.residual
+    for (index, equation), each in prediction_residuals(problem, found).items():
+        recording, measured, residual = problem.recordings[index], each.measured, each.residual
         total = max(float(measured @ measured), 1e-300)
         inequality = theil(measured, measured - residual)
         rows.append(
@@ -132,24 +132,24 @@ def validation_residuals(
     return {key: each for key, each in every.items() if not problem.recordings[key[0]].fitted}
 
 
-def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, doubt: float, least: float) -> bool:
+def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, threshold: float, least: float) -> bool:
     """Whether a validation coefficient is predicted worse with an effect, without a larger gain in another.
 
-    Worse: the mean square rises by more than `doubt` standard deviations of its mean and by more than the uncertainty
+    Worse: the mean square rises by more than `threshold` standard deviations of its mean and by more than the uncertainty
     of the parameters explains, and R^2 falls by more than `least`. `before` and `after` without gusts. An effect that
     one coefficient needs shifts the derivatives of the others slightly, through gusts left in them.
     """
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
-    for (place, equation), each in after.items():
-        change = each.residual**2 - before[place, equation].residual ** 2
+    for (index, equation), each in after.items():
+        change = each.residual**2 - before[index, equation].residual ** 2
         rise, power = float(change.mean()), float(np.mean(each.measured**2))
         beyond = rise - each.parameter_variance
-        worse[place] = worse.get(place, False) or (
-            beyond > doubt * _deviation_of_mean(change) and beyond > least * power
+        worse[index] = worse.get(index, False) or (
+            beyond > threshold * _deviation_of_mean(change) and beyond > least * power
         )
-        lost[place] = lost.get(place, 0.0) + rise / max(power, 1e-300)
-    return any(worse[place] and lost[place] > 0.0 for place in worse)
+        lost[index] = lost.get(index, 0.0) + rise / max(power, 1e-300)
+    return any(worse[index] and lost[index] > 0.0 for index in worse)
 
 
 def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:

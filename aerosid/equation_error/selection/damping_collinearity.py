@@ -83,7 +83,7 @@ def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
         return None
     white = whiten(found.design, candidates[0].columns, found.solution.weights)
     sensitivities = found.solution.covariance @ (found.solution.slopes.T @ white)
-    place = found.design.unknowns.index(damping)
+    index = found.design.unknowns.index(damping)
     return DampingCollinearity(
-        float(found.solution.values[place]), float(np.asarray(sensitivities)[place, 0]), float(own)
+        float(found.solution.values[index]), float(np.asarray(sensitivities)[index, 0]), float(own)
     )

@@ -94,8 +94,8 @@ class InstrumentErrors:
         """
         found = self.selected.estimate
         ratios = []
-        for s, (place, channel) in enumerate(found.design.segments):
-            recording, residual = found.problem.recordings[place], found.solution.residuals[found.design.rows(s)]
+        for s, (index, channel) in enumerate(found.design.segments):
+            recording, residual = found.problem.recordings[index], found.solution.residuals[found.design.rows(s)]
             noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
             in_band = noise * float(np.sqrt(residual.size / recording.time.size))
             ratios.append(float(np.std(residual)) / max(in_band, 1e-300))
@@ -257,8 +257,8 @@ def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: flo
     """Whether a selected sensor position is further from the centre of gravity than the aircraft extends."""
     names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
     chord = found.estimate.point.model.constants.mean_chord
-    places = [active for active in found.estimate.point.effects if active.name in names]
-    return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in places)
+    positions = [active for active in found.estimate.point.effects if active.name in names]
+    return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in positions)
 
 
 def _any_error(_chosen: Hypothesis, _other: Hypothesis) -> bool:

@@ -71,8 +71,8 @@ class JointDelays:
 
 def kinematic_delays(identified: Estimate) -> JointDelays:
     """The instrument errors as estimated by kinematics alone."""
-    places = [identified.design.unknowns.index(("effect", i, k)) for i, k in free_parameters(identified.point.effects)]
-    covariance = corrected_covariance(identified.design, identified.solution)[np.ix_(places, places)]
+    indices = [identified.design.unknowns.index(("effect", i, k)) for i, k in free_parameters(identified.point.effects)]
+    covariance = corrected_covariance(identified.design, identified.solution)[np.ix_(indices, indices)]
     return JointDelays(identified.point.effects, covariance, 0.0)
 
 
@@ -152,12 +152,12 @@ def joint_gain(
     if each.hypothesis.kind not in DELAY_KINDS:
         return None
     name = each.hypothesis.effects[0].name
-    place = next(n for n, active in enumerate(delays.effects) if active.values and active.name == name)
-    number = sum(len(active.values) for active in delays.effects[:place])
+    index = next(n for n, active in enumerate(delays.effects) if active.values and active.name == name)
+    number = sum(len(active.values) for active in delays.effects[:index])
     kinematic = kinematic_delays(identified.estimate)
-    difference = delays.effects[place].values[0] - kinematic.effects[place].values[0]
+    difference = delays.effects[index].values[0] - kinematic.effects[index].values[0]
     deviation = 0.5 * difference**2 / float(kinematic.covariance[number, number])
-    effects = tuple(active for n, active in enumerate(coefficients.point.effects) if n != place)
+    effects = tuple(active for n, active in enumerate(coefficients.point.effects) if n != index)
     reduced = estimate(
         coefficients.problem, replace(coefficients.point, effects=effects), coefficients.solution.weights
     )
@@ -181,15 +181,15 @@ class _DelayModel:
     likelihood: float
 
     @property
-    def place(self) -> int:
+    def index(self) -> int:
         """Index of the delay among the errors."""
         name = self.hypothesis.effects[0].name
         return next(n for n, active in enumerate(self.delays.effects) if active.values and active.name == name)
 
     def as_alternative_to(self, best: _DelayModel, margin: float) -> Alternative:
         """As alternative of a likelier model, with its deficit in the kinematic equations that identified both."""
-        active = self.delays.effects[self.place]
-        number = sum(len(each.values) for each in self.delays.effects[: self.place])
+        active = self.delays.effects[self.index]
+        number = sum(len(each.values) for each in self.delays.effects[: self.index])
         error = float(np.sqrt(self.delays.covariance[number, number]))
         deficit = max(self.deficit - best.deficit, 0.0)
         return Alternative(
@@ -312,11 +312,11 @@ def delay_discrepancies(identified: Estimate, delays: JointDelays, deviations: f
 
 def _leading(delays: JointDelays) -> list[tuple[ActiveEffect, float]]:
     """Each error with the standard deviation of its first parameter."""
-    errors, place, rows = np.sqrt(np.diag(delays.covariance)), 0, []
+    errors, index, rows = np.sqrt(np.diag(delays.covariance)), 0, []
     for active in delays.effects:
         if active.values:
-            rows.append((active, float(errors[place])))
-        place += len(active.values)
+            rows.append((active, float(errors[index])))
+        index += len(active.values)
     return rows
 
 
@@ -333,11 +333,11 @@ def free_values(effects: Sequence[ActiveEffect]) -> Array:
 
 def _moved_to(effects: Sequence[ActiveEffect], values: Array) -> tuple[ActiveEffect, ...]:
     """Effects with given parameter values, within their limits."""
-    placed, rest = [], list(values)
+    moved, rest = [], list(values)
     for active in effects:
         aim = np.array([rest.pop(0) for _ in active.values])
-        placed.append(active.moved(aim - np.array(active.values)))
-    return tuple(placed)
+        moved.append(active.moved(aim - np.array(active.values)))
+    return tuple(moved)
 
 
 def _information(

@@ -111,9 +111,9 @@ def shift_columns(found: Estimate, further: Sequence[Estimate] = ()) -> dict[tup
     """
     columns: dict[tuple[int, str], list[Array]] = {}
     known = shifts_of(found)
-    own = [(found, place) for place, active in enumerate(found.point.effects) if any(active is one for one in known)]
-    for each, place in (*own, *((each, len(each.point.effects) - 1) for each in further)):
-        column = each.design.columns[:, each.design.unknowns.index(("effect", place, 0))]
+    own = [(found, index) for index, active in enumerate(found.point.effects) if any(active is one for one in known)]
+    for each, index in (*own, *((each, len(each.point.effects) - 1) for each in further)):
+        column = each.design.columns[:, each.design.unknowns.index(("effect", index, 0))]
         for s, key in enumerate(each.design.segments):
             part = column[each.design.rows(s)]
             if np.any(part != 0.0):

@@ -71,8 +71,8 @@ def averaged_covariance(
             return difference, 0.0
         found = maximise_likelihood(fitted.problem, point, fitted.solution.weights, STEPS)
         values = dict(zip(found.design.unknowns, found.solution.values.tolist(), strict=False))
-        for unknown, place in places.items():
-            difference[place] = values.get(unknown, 0.0) - completed.solution.values[place]
+        for unknown, index in places.items():
+            difference[index] = values.get(unknown, 0.0) - completed.solution.values[index]
         return difference, found.gain_over(fitted)
 
     close = [row for row in omitted if probability_of(row.gain - row.penalty) >= LEAST]

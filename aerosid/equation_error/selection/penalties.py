@@ -60,8 +60,8 @@ class KinematicEvidence:
     def _distance(self, values: Sequence[float]) -> float:
         if self.is_uninformative:
             return 0.0
-        apart = np.array(values) - np.array(self.values)
-        return float(apart @ np.linalg.solve(self.covariance, apart))
+        difference = np.array(values) - np.array(self.values)
+        return float(difference @ np.linalg.solve(self.covariance, difference))
 
     @property
     def is_uninformative(self) -> bool:

@@ -54,8 +54,7 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
 def add_terms_at_raised_odds(
     search: CoefficientSearch, found: SelectedStructure, refuted: Labels, errors: slice
 ) -> tuple[CoefficientSearch, SelectedStructure, Labels]:
-    """The structure with the terms that are significant at raised prior odds of their coefficients, and the refuted
-    labels.
+    """The structure with terms that are significant at raised prior odds of their coefficients, and refuted labels.
 
     Applied to the selected structure: what it explains no longer contradicts the identified instrument errors. At
     raised odds a term must in addition improve the prediction of records or blocks to which it is not fitted. `errors`:

@@ -81,11 +81,11 @@ def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothes
     return Hypothesis(effect.kind, effect.where, effects=(active,), time=moment if slow else None)
 
 
-def _likeliest_instant(base: Estimate, recording: Recording, place: int, equation: str, rise: float) -> float | None:
+def _likeliest_instant(base: Estimate, recording: Recording, index: int, equation: str, rise: float) -> float | None:
     """Instant, s, at which a step of one equation's residual has the highest score."""
-    if (place, equation) not in base.design.segments:
+    if (index, equation) not in base.design.segments:
         return None
-    s = base.design.segments.index((place, equation))
+    s = base.design.segments.index((index, equation))
     rows = base.design.rows(s)
     samples = rows.stop - rows.start
     if samples < 4 * EDGE:
@@ -155,11 +155,11 @@ def is_within_signed_limits(active: ActiveEffect) -> bool:
 def _gain(problem: RegressionProblem, base: Estimate, hypothesis: Hypothesis) -> tuple[float, Array]:
     """Ln L with separation at its starting values, its fractions in other coefficients regressed with the terms."""
     point = with_hypothesis(base.point, hypothesis)
-    place = len(point.effects) - 1
+    index = len(point.effects) - 1
     design = design_of(problem.segments(point), problem.settings)
     known = {unknown: _value_of(base, unknown) for unknown in design.unknowns}
-    columns = effect_sensitivities(problem, known, point, [(place, 4), (place, 5)])
-    wide = design.extended(columns, [("effect", place, 4), ("effect", place, 5)])
+    columns = effect_sensitivities(problem, known, point, [(index, 4), (index, 5)])
+    wide = design.extended(columns, [("effect", index, 4), ("effect", index, 5)])
     found = regress(wide, problem.settings, base.solution.weights, 2)
     return found.log_likelihood, found.values[-2:]
 

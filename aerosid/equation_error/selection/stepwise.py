@@ -79,13 +79,15 @@ def forward_selection(
     structure recurs, and yields last the structure of the cycle with the highest penalised likelihood.
     """
     inadmissible: set[tuple[str, str, str]] = set()
-    met: dict[frozenset[tuple[object, ...]], SelectedStructure] = {}
+    visited: dict[frozenset[tuple[object, ...]], SelectedStructure] = {}
     while True:
         names = structure_key(selected)
-        if names in met:
-            yield max([*met.values()][[*met].index(names) :], key=lambda each: penalised_likelihood(each, criterion))
+        if names in visited:
+            yield max(
+                [*visited.values()][[*visited].index(names) :], key=lambda each: penalised_likelihood(each, criterion)
+            )
             return
-        met[names] = selected
+        visited[names] = selected
         yield selected
         if len(selected.chosen) >= most:
             return
@@ -352,8 +354,8 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
     values = solved.values[-len(recordings) :]
     for i in range(len(recordings)):
         for j in range(i):
-            apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+            variance = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
             further = abs(values[i] - values[j]) - settings.agreement_share * distance
-            if further > settings.agreement * float(np.sqrt(max(apart, 1e-300))):
+            if further > settings.agreement * float(np.sqrt(max(variance, 1e-300))):
                 return False
     return True

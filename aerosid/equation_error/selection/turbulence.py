@@ -81,9 +81,9 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
     )
     if slope == 0.0 or ("gust", sensors.force) not in design.unknowns:
         return None
-    place = design.unknowns.index(("gust", sensors.force))
-    response = float(found.solution.values[place]) / slope
-    error = float(np.sqrt(corrected_covariance(design, found.solution)[place, place])) / abs(slope)
+    index = design.unknowns.index(("gust", sensors.force))
+    response = float(found.solution.values[index]) / slope
+    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(slope)
     # Vane noise reduces the estimated response unless it is small compared with the gusts.
     settings = found.problem.settings
     margin = settings.gust_answer * error

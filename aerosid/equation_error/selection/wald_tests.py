@@ -89,7 +89,7 @@ def effect_estimates(
     improves the prediction of validation coefficients, by label.
     """
     deviations = np.sqrt(np.diag(covariance))
-    place = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
+    index = {unknown: n for n, unknown in enumerate(found.design.unknowns)}
     rows = []
     for each in chosen:
         source = "kinematics" if each.kinematic else "coefficients"
@@ -97,14 +97,14 @@ def effect_estimates(
         gain, improves = gains.get(hypothesis.label, each.gain), improvements.get(hypothesis.label)
         if hypothesis.entries:
             (entry,) = hypothesis.entries
-            n = place.get(("term", entry))
+            n = index.get(("term", entry))
             value = found.point.model.value(entry)
             error = float(deviations[n]) if n is not None else np.inf
             rows.append(EffectEstimate(hypothesis, None, value, error, (error,), gain, source, improves))
             continue
         for i, active in enumerate(found.point.effects):
             if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
-                errors = tuple(float(deviations[place["effect", i, k]]) for k in range(len(active.values)))
+                errors = tuple(float(deviations[index["effect", i, k]]) for k in range(len(active.values)))
                 first = active.values[0]
                 rows.append(EffectEstimate(hypothesis, active, first, errors[0], errors, gain, source, improves))
                 break
