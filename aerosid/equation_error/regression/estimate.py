@@ -225,7 +225,7 @@ def maximise_likelihood(
     point: Point,
     weights: Weights | None = None,
     steps: int = STEPS,
-    is_promising: Callable[[Solution], bool] = lambda _promised: True,
+    is_promising: Callable[[Solution], bool] = lambda _predicted: True,
 ) -> Optimum:
     """Maximum-likelihood parameters of a structure by Gauss-Newton.
 

@@ -296,14 +296,14 @@ class _Replacement:
     ) -> _Estimated | _NotEstimated | None:
         """A candidate's estimate; None if it is no alternative, `_NotEstimated` if the predicted deficit is large."""
         trial, hypothesis = linearised(self.reduced, candidate)
-        if self._is_hopeless(trial, hypothesis, TRIALS.hopeless * self.least_margin):
+        if self._is_far_behind(trial, hypothesis, TRIALS.hopeless * self.least_margin):
             return None
-        if largest_deficit is not None and self._loses(trial, hypothesis, largest_deficit(hypothesis)):
+        if largest_deficit is not None and self._is_predicted_to_lose(trial, hypothesis, largest_deficit(hypothesis)):
             return _NotEstimated()
         initial = with_hypothesis(self.reduced.point, hypothesis)
 
-        def is_promising(promised: Solution) -> bool:
-            return not self._is_hopeless(promised, hypothesis, self.margin)
+        def is_promising(predicted: Solution) -> bool:
+            return not self._is_far_behind(predicted, hypothesis, self.margin)
 
         found = maximise_likelihood(self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising)
         deficit = self.loss - found.gain_over(self.reduced)
@@ -311,19 +311,19 @@ class _Replacement:
             return None
         return _Estimated(hypothesis, found.estimate, deficit)
 
-    def _behind(self, promised: Solution) -> float:
-        return self.loss - self.reduced.gain_by(promised)
+    def _predicted_deficit(self, predicted: Solution) -> float:
+        return self.loss - self.reduced.gain_by(predicted)
 
-    def _is_hopeless(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
+    def _is_far_behind(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
         # Other kinds of time delay are as nonlinear as the selected one.
-        far = self._behind(promised) > most + TRIALS.hopeless_share * self.loss
+        far = self._predicted_deficit(predicted) > most + TRIALS.hopeless_share * self.loss
         return far and not is_redundant(hypothesis, [self.removed])
 
-    def _loses(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
+    def _is_predicted_to_lose(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
         # The gain by a lag, a limit or an instant deviates strongly from its first-order prediction: some candidates
         # that were predicted to lose won.
         is_linear = not hypothesis.effects and not self.removed.hypothesis.effects
-        return is_linear and self._behind(promised) > most + TRIALS.losing_share * self.loss
+        return is_linear and self._predicted_deficit(predicted) > most + TRIALS.losing_share * self.loss
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, deficit: float) -> Alternative:
@@ -342,5 +342,5 @@ def last_parameter(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffec
         index = len(found.point.effects) - 1
         active = found.point.effects[index]
         unknown, value = ("effect", index, 0), active.values[0]
-    cached = unknown in found.design.unknowns
-    return active, value, float(deviations[found.design.unknowns.index(unknown)]) if cached else float("inf")
+    is_estimated = unknown in found.design.unknowns
+    return active, value, float(deviations[found.design.unknowns.index(unknown)]) if is_estimated else float("inf")

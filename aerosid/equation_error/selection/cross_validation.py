@@ -135,9 +135,9 @@ def validation_residuals(
 def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, threshold: float, least: float) -> bool:
     """Whether a validation coefficient is predicted worse with an effect, without a larger gain in another.
 
-    Worse: the mean square rises by more than `threshold` standard deviations of its mean and by more than the uncertainty
-    of the parameters explains, and R^2 falls by more than `least`. `before` and `after` without gusts. An effect that
-    one coefficient needs shifts the derivatives of the others slightly, through gusts left in them.
+    Worse: the mean square rises by more than `threshold` standard deviations of its mean and by more than the
+    uncertainty of the parameters explains, and R^2 falls by more than `least`. `before` and `after` without gusts. An
+    effect that one coefficient needs shifts the derivatives of the others slightly, through gusts left in them.
     """
     worse: dict[int, bool] = {}
     lost: dict[int, float] = {}
