@@ -23,7 +23,7 @@ TERMS = ["alpha^2", "alpha^3", "alpha^4", "delta_e^2"]
 
 
 @pytest.fixture(scope="module")
-def search_and_start() -> tuple[CoefficientSearch, SelectedStructure]:
+def search_and_initial() -> tuple[CoefficientSearch, SelectedStructure]:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     wrong = Wrong(terms={("C_m", "alpha^3"): -30.0})
@@ -44,23 +44,23 @@ def search_and_start() -> tuple[CoefficientSearch, SelectedStructure]:
 
 
 def test_a_term_is_replaced_by_the_likelier_one_unless_excluded(
-    search_and_start: tuple[CoefficientSearch, SelectedStructure],
+    search_and_initial: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
-    search, initial = search_and_start
+    search, initial = search_and_initial
     assert [each.hypothesis.term for each in search.with_replacements(initial, search.hypotheses).chosen] == ["alpha^3"]
-    estimate_without = [h.label for h in search.hypotheses if h.term == "alpha^3"]
-    without = search.with_replacements(initial, search.hypotheses, estimate_without)
-    assert not {each.hypothesis.label for each in without.chosen} & set(estimate_without)
+    excluded = [h.label for h in search.hypotheses if h.term == "alpha^3"]
+    without = search.with_replacements(initial, search.hypotheses, excluded)
+    assert not {each.hypothesis.label for each in without.chosen} & set(excluded)
 
 
 def test_replacements_of_large_predicted_deficit_are_estimated_only_without_a_limit(
-    search_and_start: tuple[CoefficientSearch, SelectedStructure],
+    search_and_initial: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
-    search, initial = search_and_start
+    search, initial = search_and_initial
     (each,) = initial.chosen
 
-    def response(selected: SelectedStructure, farthest: float | None = None) -> list[tuple[str, float, float]]:
-        limit = None if farthest is None else lambda _hypothesis: farthest
+    def replacements(selected: SelectedStructure, largest: float | None = None) -> list[tuple[str, float, float]]:
+        limit = None if largest is None else lambda _hypothesis: largest
         return [
             (r.hypothesis.term, r.deficit, r.value) for r in replacements_of(selected, each, search.hypotheses, limit)
         ]
@@ -69,11 +69,11 @@ def test_replacements_of_large_predicted_deficit_are_estimated_only_without_a_li
         SelectedStructure(initial.estimate, initial.chosen),
         SelectedStructure(initial.estimate, initial.chosen),
     )
-    every = response(fresh)
+    every = replacements(fresh)
     assert every[0][0] == "alpha^3"
-    assert response(again, 0.0)[0] == every[0]
+    assert replacements(again, 0.0)[0] == every[0]
     far_ahead = SelectedStructure(initial.estimate, initial.chosen)
-    assert not response(far_ahead, -1e3)  # no predicted gain is so large
-    assert response(far_ahead, 0.0)[0] == every[0]
-    assert response(again) == response(far_ahead) == every
-    assert response(fresh, -1e3) == every  # cached already
+    assert not replacements(far_ahead, -1e3)  # no predicted gain is so large
+    assert replacements(far_ahead, 0.0)[0] == every[0]
+    assert replacements(again) == replacements(far_ahead) == every
+    assert replacements(fresh, -1e3) == every  # cached already

@@ -108,9 +108,9 @@ def two_records_with_steps(seed: int) -> tuple[Design, Array]:
     """One equation of two records of the same colour with steps of twelve innovations; (R,) one step."""
     generator = np.random.default_rng(seed)
     samples, moment = 240, 80
-    jump = np.repeat([0.0, 1.0], [moment, samples - moment])
+    step = np.repeat([0.0, 1.0], [moment, samples - moment])
     noise = [lfilter([1.0], [1.0, -0.6], generator.standard_normal(samples)) for _ in range(2)]
-    target = np.concatenate([12.0 * jump + each for each in noise])
+    target = np.concatenate([12.0 * step + each for each in noise])
     bounds = np.array([0, samples, 2 * samples])
     ones = np.kron(np.eye(2), np.ones((samples, 1)))
     design = Design(
@@ -124,16 +124,16 @@ def two_records_with_steps(seed: int) -> tuple[Design, Array]:
         np.zeros(2),
         (None, None),
     )
-    return design, np.concatenate([jump, np.zeros(samples)])
+    return design, np.concatenate([step, np.zeros(samples)])
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_step_in_one_record_gains_as_its_score_while_the_other_remains(seed: int) -> None:
     """The shared colour does not become less likely: at that colour the gain is the score's."""
-    design, jump = two_records_with_steps(seed)
+    design, step = two_records_with_steps(seed)
     settings = EquationErrorSettings()
     base = regress(design, settings)
-    wide = design.extended(jump[:, None], [("trial", 0)])
+    wide = design.extended(step[:, None], [("trial", 0)])
     at_given_colour = solve(wide, base.weights).log_likelihood - base.log_likelihood
     gain = regress(wide, settings, base.weights, rounds=2).log_likelihood - base.log_likelihood
     assert at_given_colour > 20.0
@@ -178,7 +178,7 @@ def test_records_of_different_colours_have_their_own() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_step_in_each_record_gains_as_in_a_single_record(seed: int) -> None:
-    design, jump = two_records_with_steps(seed)
+    design, step = two_records_with_steps(seed)
     settings = EquationErrorSettings()
     first = slice(0, int(design.bounds[1]))
     alone = Design(
@@ -193,8 +193,8 @@ def test_a_step_in_each_record_gains_as_in_a_single_record(seed: int) -> None:
         (None,),
     )
     base, base_alone = regress(design, settings), regress(alone, settings)
-    both = regress(design.extended(jump[:, None], [("trial", 0)]), settings, base.weights)
-    one = regress(alone.extended(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
+    both = regress(design.extended(step[:, None], [("trial", 0)]), settings, base.weights)
+    one = regress(alone.extended(step[first, None], [("trial", 0)]), settings, base_alone.weights)
     gain, gain_alone = both.log_likelihood - base.log_likelihood, one.log_likelihood - base_alone.log_likelihood
     penalty = 0.5 * settings.order * np.log(design.target.size)
     # Burg's colours are within about one unit of ln L per record of the likeliest ones.

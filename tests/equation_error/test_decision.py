@@ -80,12 +80,12 @@ def test_a_correct_model_explains_coefficients_in_measured_gusts() -> None:
 def test_kinematics_identify_an_instrument_error_and_coefficients_a_term() -> None:
     wrong = Wrong(delay={"alpha": 0.12}, terms={("C_X", "alpha^2"): 4.0})
     found = decided(*pair(3, wrong))
-    witnesses = {row.hypothesis.where: row.source for row in found.findings}
-    assert witnesses["alpha"] == "kinematics"
-    assert witnesses["C_X"] == "coefficients"
-    unseen = [(before.r2, after.r2) for before, after in found.coefficient_fits if not after.fitted]
-    assert len(unseen) == 3
-    assert all(after >= before - 0.005 for before, after in unseen)
+    sources = {row.hypothesis.where: row.source for row in found.findings}
+    assert sources["alpha"] == "kinematics"
+    assert sources["C_X"] == "coefficients"
+    validation = [(before.r2, after.r2) for before, after in found.coefficient_fits if not after.fitted]
+    assert len(validation) == 3
+    assert all(after >= before - 0.005 for before, after in validation)
 
 
 def test_a_lagging_noisy_vane_gives_no_step_at_the_start_of_the_record() -> None:
@@ -200,12 +200,12 @@ def test_level_shifts_of_a_validation_flight_are_fitted_like_constants() -> None
     found = estimate(problem, errors.start)
     plain = validation_residuals(problem, found)
     samples = plain[1, "C_m"].residual.size
-    jump = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
-    freed = validation_residuals(problem, found, {(1, "C_m"): jump[:, None]})
+    step = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
+    freed = validation_residuals(problem, found, {(1, "C_m"): step[:, None]})
     assert set(freed) == set(plain)
     np.testing.assert_allclose(freed[1, "C_Z"].residual, plain[1, "C_Z"].residual, atol=1e-12)
     # Projection orthogonal to the step: the residual has no component along it, and the removed part is orthogonal.
     before, after = plain[1, "C_m"].residual, freed[1, "C_m"].residual
-    assert abs(after @ jump) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(jump)
+    assert abs(after @ step) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(step)
     assert abs(after @ (before - after)) < 1e-9 * float(before @ before)
     assert np.linalg.norm(before - after) > 0.0

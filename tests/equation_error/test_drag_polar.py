@@ -80,7 +80,7 @@ WIND = '[derivatives.C_D]\n"{}" = {{ value = 1.0 }}\n[derivatives.C_L]\n"{}" = {
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (BODY.format("C_L^2", "alpha"), "does not have"),
         (WIND.format("1", "C_L*alpha"), "other coefficients"),
@@ -88,7 +88,7 @@ WIND = '[derivatives.C_D]\n"{}" = {{ value = 1.0 }}\n[derivatives.C_L]\n"{}" = {
         (WIND.format("1", "alpha") + '[candidates]\nC_D = ["C_Z^2"]', "does not have"),
     ],
 )
-def test_a_missing_or_recursive_lift_is_rejected_with_a_message(text: str, said: str) -> None:
+def test_a_missing_or_recursive_lift_is_rejected_with_a_message(text: str, message: str) -> None:
     head = "\n".join(
         [
             'schema = 1\naircraft = { name = "x" }',
@@ -96,6 +96,6 @@ def test_a_missing_or_recursive_lift_is_rejected_with_a_message(text: str, said:
             "mass = { mass = 2000.0, I_yy = 5000.0 }",
         ]
     )
-    with pytest.raises(AircraftError, match=said) as caught:
+    with pytest.raises(AircraftError, match=message) as caught:
         aircraft_from_text(f"{head}\n{text}\n", "x.toml", "0" * 64)
     assert "x.toml" in str(caught.value)

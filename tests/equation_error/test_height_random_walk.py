@@ -48,10 +48,10 @@ def test_modes_have_the_covariance_of_integrated_noise() -> None:
 
 def test_gusts_do_not_bias_the_height_path() -> None:
     """Glider in gusts of 1 m/s; integrated from velocities as measured the height is .5 m off, its noise is .3."""
-    away = []
+    differences = []
     for seed in range(8100, 8112):
         recording = recorded(BODIES[1], seed, 1.0)
         motion = reconstruct(recording, (), recording.channels, EquationErrorSettings())
         left = predicted_records(recording, (), motion)["h"] - recording.channels["h"]
-        away.append(about_a_parabola(recording.time, left).std())
-    assert np.sqrt(np.mean(np.square(away))) < 0.4
+        differences.append(about_a_parabola(recording.time, left).std())
+    assert np.sqrt(np.mean(np.square(differences))) < 0.4

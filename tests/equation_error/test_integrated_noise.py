@@ -16,11 +16,11 @@ SETTINGS = EquationErrorSettings()
 def test_modes_have_the_covariance_of_integrated_white_noise() -> None:
     log = commuter.Lateral(seed=9401, duration=20.0).log()
     (recording,) = read_recordings([questioned(commuter.aircraft(commuter.SIDE), log)[1]], [], SETTINGS)
-    shares = {"a_y": 1.0 / commuter.SPEED, "r": 1.0}
+    gains = {"a_y": 1.0 / commuter.SPEED, "r": 1.0}
     time, step = recording.time, recording.interval
-    modes = integral_modes(recording, time, shares, SETTINGS)
-    shown = dict(zip(recording.manoeuvre.axes.outputs, recording.manoeuvre.noise, strict=True))
-    size = np.sqrt(sum((share * shown[name]) ** 2 for name, share in shares.items()))
+    modes = integral_modes(recording, time, gains, SETTINGS)
+    noise = dict(zip(recording.manoeuvre.axes.outputs, recording.manoeuvre.noise, strict=True))
+    size = np.sqrt(sum((share * noise[name]) ** 2 for name, share in gains.items()))
     generator = np.random.default_rng(2)
     walks = np.cumsum(size * generator.standard_normal((4000, time.size)), axis=1) * step
     phase = np.pi * (time - time[0]) / np.ptp(time)
@@ -35,8 +35,8 @@ def test_modes_remove_no_more_than_their_prior_allows() -> None:
     mode = np.cos(np.linspace(0.0, np.pi, 200))[:, None]
     left, slopes = 0.01 * mode[:, 0], np.ones((200, 1))
     for size, most, least in ((1.0, 1e-3, 0.0), (1e-6, 1.0, 1.0 - 1e-3)):
-        rest, kept = without_random_walk(left, slopes, size * mode)
+        rest, remaining = without_random_walk(left, slopes, size * mode)
         assert least <= float(rest @ rest) / float(left @ left) <= most
-        assert kept.shape == slopes.shape
+        assert remaining.shape == slopes.shape
     same, _ = without_random_walk(left, slopes, np.zeros((200, 3)))
     assert np.array_equal(same, left)

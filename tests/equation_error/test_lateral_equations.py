@@ -39,8 +39,8 @@ def test_paths_and_coefficients_are_those_of_an_independent_rigid_body(aircraft:
     paths = predicted_records(recording, (), motion)
     assert set(paths) == set(equations_of(aircraft.axes).kinematic)
     for name, path in paths.items():
-        away = path - recording.channels[name]
-        assert np.ptp(away - away.mean()) < 2e-3 * np.ptp(recording.channels[name])
+        difference = path - recording.channels[name]
+        assert np.ptp(difference - difference.mean()) < 2e-3 * np.ptp(recording.channels[name])
     equations = CoefficientEquations(recording, model, (), motion, ())
     nothing = CoefficientEquations(recording, model.with_values(0.0 * model.values), (), motion, ())
     assert set(equations.names) == set(aircraft.coefficients)
@@ -52,18 +52,18 @@ def test_paths_and_coefficients_are_those_of_an_independent_rigid_body(aircraft:
 @pytest.mark.parametrize("mean", [-0.6, 0.0, 0.6])
 def test_a_side_gust_does_not_bias_the_path_in_the_plane_of_symmetry(mean: float) -> None:
     """The vane measures the gust and the aircraft hardly responds: r v and p v by the vane would bias other paths."""
-    generator, kept = np.random.default_rng(5), np.exp(-commuter.SPEED * 0.04 / 150.0)
+    generator, correlation = np.random.default_rng(5), np.exp(-commuter.SPEED * 0.04 / 150.0)
     air = [0.0]
     for shock in generator.standard_normal(commuter.Lateral().time.size - 1):
-        air.append(kept * air[-1] + 1.5 * np.sqrt(1.0 - kept**2) * shock)
+        air.append(correlation * air[-1] + 1.5 * np.sqrt(1.0 - correlation**2) * shock)
     gust = np.array(air) - np.mean(air) + mean
     log = commuter.Lateral(inputs={"side_gust": gust}, noise=0.0, size=2.0).log()
     (recording,) = read_recordings([questioned(SIX, log)[1]], [], SETTINGS)
     path = reconstruct(recording, (), recording.channels, SETTINGS).path
     for name, most in (("alpha", 0.35 * 1.2e-3), ("V", 0.6 * 0.12)):
-        away = path[name] - recording.channels[name]
-        away -= np.polyval(np.polyfit(recording.time, away, 1), recording.time)
-        assert np.std(away) < most, name
+        difference = path[name] - recording.channels[name]
+        difference -= np.polyval(np.polyfit(recording.time, difference, 1), recording.time)
+        assert np.std(difference) < most, name
 
 
 def test_an_inconsistent_heading_is_left_out() -> None:
@@ -98,12 +98,12 @@ def test_a_bias_a_position_error_and_a_control_delay_are_found_together() -> Non
 
 def gusts(seed: int, sigma: float, samples: int, interval: float, length: float = 200.0) -> Array:
     """A first-order Gauss-Markov wind from the side, m/s."""
-    kept = float(np.exp(-commuter.SPEED * interval / length))
+    correlation = float(np.exp(-commuter.SPEED * interval / length))
     noise = np.random.default_rng(seed).standard_normal(samples)
     wind = np.empty(samples)
     wind[0] = sigma * noise[0]
     for k in range(1, samples):
-        wind[k] = kept * wind[k - 1] + sigma * np.sqrt(1.0 - kept**2) * noise[k]
+        wind[k] = correlation * wind[k - 1] + sigma * np.sqrt(1.0 - correlation**2) * noise[k]
     return wind
 
 
@@ -128,12 +128,12 @@ def test_nothing_is_selected_in_side_gusts_for_a_complete_model(seed: int) -> No
 def test_a_position_error_hidden_by_gusts_is_identified_with_the_side_force() -> None:
     """A term of C_Y would do nearly the same; the position also changes the path of sideslip."""
     generator = np.random.default_rng(11)
-    kept = np.exp(-commuter.SPEED * 0.04 / 150.0)
+    correlation = np.exp(-commuter.SPEED * 0.04 / 150.0)
 
     def flown(name: str, *, mirrored: bool) -> FlightLog:
         air = [0.0]
         for shock in generator.standard_normal(commuter.Lateral().time.size - 1):
-            air.append(kept * air[-1] + 0.5 * np.sqrt(1.0 - kept**2) * shock)
+            air.append(correlation * air[-1] + 0.5 * np.sqrt(1.0 - correlation**2) * shock)
         place = {"a_y": (0.0, 0.0, 1.2)}
         flight = commuter.Lateral(inputs={"side_gust": np.array(air)}, positions=place, size=1.5)
         return flight.log(mirrored=mirrored, name=name)

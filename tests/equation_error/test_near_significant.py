@@ -29,13 +29,13 @@ def test_a_near_significant_term_is_reported_with_its_value() -> None:
     assert abs(row.value - 0.1) < 2.0 * row.std_error
     assert 0.5 * row.penalty <= row.gain < row.penalty
     # A square of airspeed about its trim is twice the first power: the record cannot distinguish them.
-    assert ("aero_term", "C_Z", "V_hat^2") in {rival.label for rival in row.indistinguishable}
-    ((eliminate_insignificant, with_it),) = row.validation_fits
-    assert (eliminate_insignificant.recording, eliminate_insignificant.coefficient) == ("b", "C_Z")
-    assert with_it.r2 > eliminate_insignificant.r2
-    said = told_of_nearly_proven(row)
-    assert said.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
-    assert "C_Z V_hat^2 would do nearly as well" in said
+    assert ("aero_term", "C_Z", "V_hat^2") in {other.label for other in row.indistinguishable}
+    ((without_it, with_it),) = row.validation_fits
+    assert (without_it.recording, without_it.coefficient) == ("b", "C_Z")
+    assert with_it.r2 > without_it.r2
+    text = told_of_nearly_proven(row)
+    assert text.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
+    assert "C_Z V_hat^2 would do nearly as well" in text
 
 
 def test_selected_and_absent_effects_are_not_near_significant() -> None:

@@ -79,11 +79,11 @@ def test_the_cache_of_points_changes_no_bit() -> None:
         recordings = [replace(recording) for recording in problem.recordings]  # with empty caches
         return Equations(recordings, problem.settings, problem.kinds, all_fitted=True)
 
-    kept = fresh()
+    cached = fresh()
     by_itself = [left(fresh(), point) for point in points]
     assert len(set(by_itself)) == len(points)
     for n in (*range(len(points)), *reversed(range(len(points)))):
-        assert left(kept, points[n]) == by_itself[n]
+        assert left(cached, points[n]) == by_itself[n]
 
 
 def test_cached_kinematic_equations_match_fresh_ones() -> None:

@@ -16,8 +16,8 @@ def test_scores_match_a_regression_with_the_step_as_additional_column(weights: t
     colour = colour_of(np.array(weights))
     time = np.arange(count)
     known = colour.whitened(np.column_stack([np.ones(count), np.sin(0.1 * time), rng.standard_normal(count)]))
-    jump = np.clip((time - 70) / ramp + 0.5, 0.0, 1.0)
-    target = rng.standard_normal(count) + colour.whitened(30.0 * jump[:, None])[:, 0]
+    step = np.clip((time - 70) / ramp + 0.5, 0.0, 1.0)
+    target = rng.standard_normal(count) + colour.whitened(30.0 * step[:, None])[:, 0]
     target -= known @ np.linalg.lstsq(known, target, rcond=None)[0]
     moments = np.arange(4, count - 4)
     found = step_change_scores(target, known, np.linalg.inv(known.T @ known), colour, ramp, moments)

@@ -97,12 +97,12 @@ def near_significant_effect(
     candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, non_redundant(hypotheses, selected.chosen))
     scored = score_candidates(base, candidates)
 
-    def may_pay(n: int) -> bool:
+    def may_be_significant(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
         distinct = criterion.is_distinct(hypothesis, scored.independent[n], scored.gains[n], base.problem.settings)
         return distinct and scored.gains[n] >= schwarz_penalty(hypothesis, criterion.samples)
 
-    order = best_candidates(scored, candidates, base.problem.settings.shortlist, may_pay)
+    order = best_candidates(scored, candidates, base.problem.settings.shortlist, may_be_significant)
     rows = [row for n in order if (row := _linearised(base, candidates[n], criterion)) is not None]
     for row in sorted(rows, key=lambda row: criterion.penalty(row.candidate.hypothesis) - row.gain):
         rows = [other for other in rows if other is not row]
@@ -160,13 +160,13 @@ def _indistinguishable(
 ) -> tuple[Hypothesis, ...]:
     """Candidates of about the same gain that are no longer significant in the presence of the chosen one."""
 
-    def pays_in_addition(row: _Row) -> bool:
+    def is_significant_in_addition(row: _Row) -> bool:
         columns = np.column_stack([chosen.candidate.columns, row.candidate.columns])
         with_both = regressed_with(base, columns, chosen.weights)
         return base.gain_by(with_both) - chosen.gain >= schwarz_penalty(row.candidate.hypothesis, criterion.samples)
 
     close = [row for row in others if chosen.gain - row.gain < base.problem.settings.alike]
-    return tuple(row.candidate.hypothesis for row in close if not pays_in_addition(row))
+    return tuple(row.candidate.hypothesis for row in close if not is_significant_in_addition(row))
 
 
 def _reestimated(

@@ -267,12 +267,12 @@ def _shortlist(
     scored = score_candidates(base, candidates)
     gains = scored.gains
 
-    def may_pay(n: int) -> bool:
+    def may_exceed_penalty(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
-        pays = bool(gains[n] >= TRIALS.asked * criterion.least_penalty(hypothesis))
-        return pays and criterion.is_distinct(hypothesis, scored.independent[n], gains[n], problem.settings)
+        exceeds = bool(gains[n] >= TRIALS.asked * criterion.least_penalty(hypothesis))
+        return exceeds and criterion.is_distinct(hypothesis, scored.independent[n], gains[n], problem.settings)
 
-    return best_candidates(scored, candidates, problem.settings.shortlist, may_pay)
+    return best_candidates(scored, candidates, problem.settings.shortlist, may_exceed_penalty)
 
 
 def with_flow_separation(
@@ -324,24 +324,24 @@ def eliminate_by_penalty(
 
 def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
     """Whether estimates of an instrument error from each record alone agree within a few standard deviations."""
-    places = [
+    indices = [
         p
         for p, unknown in enumerate(found.design.unknowns)
         if unknown[0] == "effect" and found.point.effects[int(str(unknown[1]))].name == hypothesis.effects[0].name
     ]
     recordings = sorted({recording for recording, _ in found.design.segments})
-    if len(recordings) < 2 or len(places) != 1:
+    if len(recordings) < 2 or len(indices) != 1:
         return True
     settings = found.problem.settings
-    column = found.design.columns[:, places[0]]
-    _, effect, number = found.design.unknowns[places[0]]
+    column = found.design.columns[:, indices[0]]
+    _, effect, number = found.design.unknowns[indices[0]]
     active = found.point.effects[int(str(effect))]
     distance = abs(active.values[int(str(number))] - active.effect.parameters[int(str(number))].null)
     split = np.zeros((column.size, len(recordings)))
     for s, (recording, _) in enumerate(found.design.segments):
         rows = found.design.rows(s)
         split[rows, recordings.index(recording)] = column[rows]
-    protected = [p for p in range(len(found.design.unknowns)) if p != places[0]]
+    protected = [p for p in range(len(found.design.unknowns)) if p != indices[0]]
     reduced = replace(
         found.design,
         columns=found.design.columns[:, protected],
