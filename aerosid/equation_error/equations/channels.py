@@ -1,4 +1,4 @@
-"""The equations of each case and the channels that they compare, by name."""
+"""Names of the equations of each case and of the channels that they compare."""
 
 from __future__ import annotations
 

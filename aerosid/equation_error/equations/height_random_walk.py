@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 def height_random_walk(recording: Recording, time: Array, settings: EquationErrorSettings) -> Array:
     """Modes (N, K + 1), m, of unit standard deviation each, at instants (N,) s."""
     cosines, integrals, length = random_walk_modes(time, settings)
-    speed = float(np.mean(recording.held("V")))
+    speed = float(np.mean(recording.as_measured("V")))
     twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * integrals**2
     once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * integrals
     modes = cosines * np.hypot(twice, once)
-    airspeed = np.interp(time, recording.time, recording.held("V"))
+    airspeed = np.interp(time, recording.time, recording.as_measured("V"))
     gust_mode = settings.drifts["h"] * running_integral(airspeed / airspeed.mean() - 1.0, float(time[1] - time[0]))
     return np.column_stack([modes, gust_mode])

@@ -8,8 +8,8 @@
 
 with u' = a_x - g sin theta - q w + r v, v' = a_y + g cos theta sin phi - r u + p w and
 w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System Identification, eqs. 10.3-10.6), I the
-running integral, and a constant for each path and recording. Of these each case has what it integrates; the motion that
-it does not integrate is taken as measured. Sideslip that no vane shows is that of the path (`sideslip_path`).
+running integral, and a constant for each path and record. Each case has the equations of what it integrates; the other
+motion is taken as measured. Without a vane, sideslip is that of the path (`sideslip_path`).
 """
 
 from __future__ import annotations
@@ -149,11 +149,13 @@ def reconstruct(
     rates = rates_of(recording, true)
     q = rates.q
 
-    def held(name: str) -> Array:
+    def as_measured(name: str) -> Array:
         return true[name] if name in true else recording.measured_input(name)
 
-    phi = held("phi")
-    speed, alpha_vane, beta_vane = _flow_at_centre(recording, effects, (held("V"), held("alpha"), held("beta")), rates)
+    phi = as_measured("phi")
+    speed, alpha_vane, beta_vane = _flow_at_centre(
+        recording, effects, (as_measured("V"), as_measured("alpha"), as_measured("beta")), rates
+    )
     bank = recording.sine_and_cosine("phi", phi)
     theta, pitch, path = _attitude(recording, rates, true, (phi, *bank), alpha_vane)
     forces = forces_at_centre(recording, effects, true, rates)

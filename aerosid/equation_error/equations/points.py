@@ -51,7 +51,7 @@ SIDESLIP = parse_term("beta")
 """Derivative by which the error of a sideslip without a vane acts."""
 
 HEIGHT = "h"
-"""Integrated twice from the accelerometers."""
+"""Channel that is integrated twice from the accelerometers."""
 
 _Sensors = tuple[object, ...]
 _Computed = TypeVar("_Computed")

@@ -148,7 +148,7 @@ class Recording:
         del self._flights[CACHED_FLIGHTS:]
         return flight
 
-    def held(self, name: str) -> Array:
+    def as_measured(self, name: str) -> Array:
         """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
         return self.channels[name] if name in self.channels else self.measured_input(name)
 

@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 X, Y, Z, ROLL, PITCH, YAW, LIFT, DRAG = range(len(COEFFICIENTS))
-"""Places of the coefficients."""
+"""Indices of the coefficients."""
 
 RHO, THRUST, MASS, SOUND = range(len(ATMOSPHERE_AND_BODY))
 """Leading columns of the inputs."""
 
 (ALPHA, Q_HAT, V_HAT, ALPHA_DOT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R, THETA) = range(13)
-"""Places of `VARIABLES`, but for the coefficients among them."""
+"""Indices of `VARIABLES`, without the coefficients among them."""
 
 ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
 """Layout: which terms are summed: forces without those by alpha_dot, moments, those by inputs and all but those."""
@@ -156,7 +156,7 @@ def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDAr
 
 @njit_inline
 def fill_products(terms: Terms, series: Array) -> None:
-    """All products of the variables; where terms hold lift, with the lift of the model's own terms."""
+    """All products of the variables; where terms contain lift, with the lift of the model's own terms."""
     table = terms.table
     _multiply(table, series)
     if table.lift_row >= 0:
@@ -217,7 +217,7 @@ def moves_with_inputs(terms: Terms, entry: int) -> bool:
 
 
 @njit_inline
-def _holds_alpha_dot(table: TermTable, entry: int) -> bool:
+def _contains_alpha_dot(table: TermTable, entry: int) -> bool:
     held: bool = False
     for f in range(table.first[entry], table.first[entry + 1]):
         held = held or table.variable[f] == ALPHA_DOT
@@ -231,7 +231,7 @@ def _is_summed(terms: Terms, entry: int, which: int) -> bool:
     if which == ALL:
         return True
     if which == FORCES:
-        return not is_moment and not _holds_alpha_dot(terms.table, entry)
+        return not is_moment and not _contains_alpha_dot(terms.table, entry)
     if which == MOMENTS:
         return is_moment
     by_inputs = is_moment and moves_with_inputs(terms, entry)
@@ -240,7 +240,7 @@ def _is_summed(terms: Terms, entry: int, which: int) -> bool:
 
 @njit_inline
 def sum_terms(terms: Terms, values: Array, series: Array, totals: Array, which: int) -> None:
-    """Add terms of some values to their coefficients, (8, N), before these are turned to body axes."""
+    """Add terms of some values to their coefficients, (8, N), before the transformation to body axes."""
     for entry in range(values.shape[0]):
         if values[entry] != 0.0 and _is_summed(terms, entry, which):
             _add_term(terms, entry, values[entry], series, totals[terms.places[terms.table.coefficient[entry]]])

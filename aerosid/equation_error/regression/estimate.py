@@ -36,7 +36,7 @@ HALVINGS = 4
 """Numerical: times that a step is shortened, to 0.4 of itself, before the search ends at the current point."""
 
 REPETITIONS = 6
-"""Numerical: times at most that a regression is repeated with the lift that it gave itself."""
+"""Numerical: times at most that a regression is repeated with the lift estimated by the one before."""
 
 SETTLED = 1e-4
 """Numerical: fractional change of every term's value below which that ends."""

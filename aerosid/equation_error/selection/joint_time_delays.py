@@ -322,8 +322,8 @@ def _leading(delays: JointDelays) -> list[tuple[ActiveEffect, float]]:
 
 def with_errors_held(point: Point, effects: Sequence[ActiveEffect]) -> Point:
     """A point whose first effects are given errors, fixed at their values."""
-    held = tuple(frozen(active) for active in effects)
-    return replace(point, effects=(*held, *point.effects[len(held) :]))
+    fixed = tuple(frozen(active) for active in effects)
+    return replace(point, effects=(*fixed, *point.effects[len(fixed) :]))
 
 
 def free_values(effects: Sequence[ActiveEffect]) -> Array:

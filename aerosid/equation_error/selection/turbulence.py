@@ -97,7 +97,7 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
             continue
         segment = kinematic.design.segments.index((n, sensors.vane))
         gusts = kinematic.solution.residuals[kinematic.design.rows(segment)]
-        speed = float(np.mean(recording.held("V")))
+        speed = float(np.mean(recording.as_measured("V")))
         autocorrelation = float(gusts[1:] @ gusts[:-1]) / max(float(gusts @ gusts), 1e-300)
         step = recording.interval * recording.band.step
         memory = -step / float(np.log(np.clip(autocorrelation, 1e-3, 0.999)))
