@@ -149,13 +149,11 @@ def reconstruct(
     rates = rates_of(recording, true)
     q = rates.q
 
-    def as_measured(name: str) -> Array:
+    def held(name: str) -> Array:
         return true[name] if name in true else recording.measured_input(name)
 
-    phi = as_measured("phi")
-    speed, alpha_vane, beta_vane = _flow_at_centre(
-        recording, effects, (as_measured("V"), as_measured("alpha"), as_measured("beta")), rates
-    )
+    phi = held("phi")
+    speed, alpha_vane, beta_vane = _flow_at_centre(recording, effects, (held("V"), held("alpha"), held("beta")), rates)
     bank = recording.sine_and_cosine("phi", phi)
     theta, pitch, path = _attitude(recording, rates, true, (phi, *bank), alpha_vane)
     forces = forces_at_centre(recording, effects, true, rates)
