@@ -76,7 +76,7 @@ def add_pair(
     if best is None:
         return None
     found, pair, gain = best
-    log(f"  enter as a pair {pair[0].label} and {pair[1].label}")
+    log(f"  added as a pair {pair[0].label} and {pair[1].label}")
     chosen = (*selected.chosen, *(SelectedEffect(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
     return eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=pair, log=log)
 

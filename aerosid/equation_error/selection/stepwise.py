@@ -154,13 +154,13 @@ def _best(
         break
     tried += _estimated(base, _other_delay_kinds(base, tried, candidates, criterion), criterion)
     tried.sort(key=lambda trial: -trial.net)
-    log("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
+    log("   tested " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
             continue
         found = trial.peak.estimate
         if is_acceptable(found, trial.hypothesis, admitted):
-            log(f"  enters {trial.hypothesis.label}")
+            log(f"  added {trial.hypothesis.label}")
             return found, trial.hypothesis, found.gain_over(base)
         log(f"  not admitted {trial.hypothesis.label}")
         inadmissible.add(trial.hypothesis.label)
