@@ -125,7 +125,7 @@ def joint_delays(
                 break
         else:
             break
-    log("  joint estimate " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
+    log("  joint " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
     joint = kinematic - follow @ (known - covariance) @ follow.T
     return JointDelays(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 

@@ -60,7 +60,7 @@ def averaged_covariance(
     omitted : sequence of NearSignificant
         Near-significant effects.
     """
-    places = {unknown: completed.design.unknowns.index(unknown) for unknown in declared}
+    indices = {unknown: completed.design.unknowns.index(unknown) for unknown in declared}
     rows = [(row, weight) for row, weight in zip(alternatives, probabilities(alternatives), strict=True)]
     rows = [(row, weight) for row, weight in rows if weight >= LEAST]
 
@@ -71,7 +71,7 @@ def averaged_covariance(
             return difference, 0.0
         found = maximise_likelihood(fitted.problem, point, fitted.solution.weights, STEPS)
         values = dict(zip(found.design.unknowns, found.solution.values.tolist(), strict=False))
-        for unknown, index in places.items():
+        for unknown, index in indices.items():
             difference[index] = values.get(unknown, 0.0) - completed.solution.values[index]
         return difference, found.gain_over(fitted)
 
@@ -122,6 +122,6 @@ def _with_alternative(point: Point, row: Alternative) -> Point | None:
         return other
     names = {active.name for active in row.replaces.effects}
     if row.active is None or not names <= {active.name for active in point.effects}:
-        return None  # kinematics chose between them before another one of the two was taken
+        return None  # kinematics selected between them before the other one was selected
     effects = tuple(row.active if active.name == row.active.name else active for active in other.effects)
     return with_errors_held(point, effects)
