@@ -113,13 +113,13 @@ def accelerations(
     if needed[VARIABLE_COUNT + THRUST]:
         series[VARIABLE_COUNT + THRUST] = thrust
     fill_products(terms, series)
-    shape = LIFT, samples  # those about body axes come before lift
+    shape = LIFT, samples  # body-axis coefficients precede lift
     result = Accelerations(np.zeros(shape), np.empty(shape), np.empty(shape), series)
     _weigh(course, inputs, aircraft, result)
     thrust_shown = derivative_of_linear(thrust) if linear_inputs else thrust
 
     # Specific forces by the model, m/s^2: measured ones contain the gusts to which the moment responds, and a term or a
-    # lever with them in it would explain those.
+    # lever arm computed from them would explain those.
     elsewhere = is_moved(inputs, acting)
     forces = np.zeros((len(COEFFICIENTS), samples))
     if table.uses_alpha_dot or elsewhere:

@@ -191,7 +191,7 @@ def reconstruct(
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
-            # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
+            # Angle of attack and speed of the path: gusts move the vane and the pitot tube, and not the aircraft.
             _, u, w, _ = _velocities(path["V"], (np.sin(path["alpha"]), np.cos(path["alpha"])), aside)
         path["h"] = aligned(running_integral(_climb((u, v, w), bank, pitch), interval), h)
     if "theta" not in true:
@@ -228,7 +228,7 @@ def _path_in_plane(
     rates, interval = lateral.rates, lateral.interval
     beta_path = beta
     if lateral.has_vane:
-        # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
+        # A side gust moves the vane and not the aircraft: by r v and p v it would bias the path in the plane.
         beta_path = lateral.path((u, w), v, speed)
         v = speed * np.sin(without_gusts(beta[None], beta_path[None], drift)[0])
     ahead = forces["a_x"] - GRAVITY * pitch[0] + rates.r * v
@@ -351,7 +351,7 @@ def _alpha_at_centre(
 ) -> Array:
     """Angle of attack at the centre of gravity from that of the vane, to first order in the rates."""
     if "alpha" not in recording.channels:
-        return alpha  # of a measured input that is done on reading
+        return alpha  # a measured input is corrected on reading
     x, y, z = position(recording, effects, "alpha")
     if not (x or y or z):
         return alpha

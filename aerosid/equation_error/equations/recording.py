@@ -214,7 +214,7 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
     factor = int(np.ceil(recording.interval / coarsest - 1e-6))
     if factor <= 1:
         return replace(recording, band=band_up_to(end, recording.interval))
-    from scipy.interpolate import CubicSpline  # imported late: most records are fine enough
+    from scipy.interpolate import CubicSpline  # deferred import: most records are fine enough
 
     manoeuvre = recording.manoeuvre
     time = manoeuvre.flight.time

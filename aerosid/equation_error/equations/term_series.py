@@ -130,7 +130,7 @@ def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDAr
         (Q_HAT, course.q, body.mean_chord),
         (P_HAT, course.p, body.span),
         (R_HAT, course.r, body.span),
-        (ALPHA_DOT, course.alpha_dot, body.mean_chord),  # the last, which held the factor until then
+        (ALPHA_DOT, course.alpha_dot, body.mean_chord),  # last, since its row holds the factor until then
     ):
         if needed[index]:
             for n in range(samples):
@@ -160,7 +160,7 @@ def fill_products(terms: Terms, series: Array) -> None:
     table = terms.table
     _multiply(table, series)
     if table.lift_row >= 0:
-        # As measured it would hold the gusts that drag answers.
+        # As measured it would contain the gusts to which drag responds.
         lift = series[table.lift_slot]
         for n in range(lift.shape[0]):
             lift[n] = 0.0

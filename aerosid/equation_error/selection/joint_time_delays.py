@@ -97,7 +97,7 @@ def joint_delays(
     kinematic = kinematic_delays(identified).covariance
     known = kinematic[np.ix_(delayed, delayed)]
     if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < len(delayed):
-        return initial  # kinematics hold one timing by another: there is no prior to join
+        return initial  # the kinematic covariance is singular: no prior
     prior = np.linalg.inv(known)
     follow = kinematic[:, delayed] @ prior
     mean = free_values(identified.point.effects)
