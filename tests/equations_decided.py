@@ -12,8 +12,8 @@ from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -23,38 +23,38 @@ from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 
 
 def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
-    return decide(proved(aircraft, logs, others), aircraft.coefficients)
+    return decide(identified(aircraft, logs, others), aircraft.coefficients)
 
 
-def proved(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> ProvedFaults:
-    """The first stage alone."""
+def identified(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> InstrumentErrors:
+    """The instrument errors identified by kinematics, the first stage alone."""
     candidates = candidate_entries(aircraft, [*logs, *others])
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     free = [(d.coefficient, d.term) for d in aircraft.derivatives]
     hypotheses = term_hypotheses(candidates) + effect_hypotheses(model, manoeuvres, aircraft.coefficients)
-    faults = prove_faults(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
-    assert faults is not None
-    return faults
+    errors = identify_instrument_errors(model, free, (), hypotheses, manoeuvres, unseen, length=aircraft.length)
+    assert errors is not None
+    return errors
 
 
 def declared(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> Estimate:
-    """The coefficients of the declared structure, as `decided` has them in `before`, without its search."""
+    """The coefficients of the declared structure, as in `before` of `decided`, without a search."""
     candidates = candidate_entries(aircraft, [*logs, *others])
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     settings = EquationErrorSettings()
-    frame = Frame(read_recordings(manoeuvres, unseen, settings), COEFFICIENT, settings)
-    return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
+    problem = RegressionProblem(read_recordings(manoeuvres, unseen, settings), COEFFICIENT, settings)
+    return estimate(problem, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
 
 
 def frames_of(
     aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog], candidates: Sequence[Entry]
-) -> tuple[AerodynamicModel, Frame, Frame]:
+) -> tuple[AerodynamicModel, RegressionProblem, RegressionProblem]:
     """The declared model, and the coefficient equations of all flights and of the fitted ones."""
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     settings = EquationErrorSettings()
     recordings = read_recordings(manoeuvres, unseen, settings)
-    whole = Frame(recordings, COEFFICIENT, settings, all_fitted=True)
-    return model, whole, Frame(recordings, COEFFICIENT, settings)
+    whole = RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True)
+    return model, whole, RegressionProblem(recordings, COEFFICIENT, settings)
 
 
 def _prepared(

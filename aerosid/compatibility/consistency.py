@@ -20,8 +20,8 @@ from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
-from aerosid.equation_error.equations.instruments import CONTROLS
-from aerosid.equation_error.selection.proved_faults import prove_faults
+from aerosid.equation_error.equations.instrumental_variables import CONTROLS
+from aerosid.equation_error.selection.instrument_errors import identify_instrument_errors
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -61,7 +61,7 @@ def check_kinematics(
     model = AerodynamicModel((), np.zeros(0), manoeuvres[0].columns, NO_AIRCRAFT, LONGITUDINAL)
     equations = EquationErrorSettings(false_alarm=settings.false_alarm)
     longest = length or OFFERED.furthest / OFFERED.reach
-    faults = prove_faults(model, (), (), sensors, manoeuvres, settings=equations, length=longest)
+    faults = identify_instrument_errors(model, (), (), sensors, manoeuvres, settings=equations, length=longest)
     return agreement_of(faults, settings, notes) if faults is not None else None
 
 

@@ -18,12 +18,12 @@ from aerosid.compatibility.agreement import (
 )
 from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
-from aerosid.equation_error.regression.deviations import corrected_covariance
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.alternatives import alternatives_of, worth_of
-from aerosid.equation_error.selection.candidates import of_sensors
-from aerosid.equation_error.selection.evidence import findings_of
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.alternatives import alternatives_of, gains_by_deletion
+from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.wald_tests import effect_estimates
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness
@@ -33,7 +33,7 @@ SEES = {"w": "alpha", "u": "V"}
 
 
 def agreement_of(
-    faults: ProvedFaults, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
+    faults: InstrumentErrors, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
 ) -> KinematicConsistency:
     """What the proved faults say of the instruments of all recordings.
 
@@ -42,15 +42,17 @@ def agreement_of(
     selected = faults.selected
     found = selected.estimate
     covariance = corrected_covariance(found.design, found.solution)
-    asked = len(faults.asked)
-    rows = findings_of(found, covariance, selected.chosen, worth_of(selected))
+    asked = len(faults.hypotheses)
+    rows = effect_estimates(found, covariance, selected.chosen, gains_by_deletion(selected))
     findings = tuple(
         _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, asked) for row in rows
     )
     others: dict[tuple[str, str, str], list[InstrumentFinding]] = {}
-    for other in alternatives_of(selected, [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]):
+    for other in alternatives_of(
+        selected, [hypothesis for hypothesis in faults.hypotheses if is_instrument_error(hypothesis)]
+    ):
         said = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, asked)
-        others.setdefault(other.instead_of.label, []).append(said)
+        others.setdefault(other.replaces.label, []).append(said)
     groups = tuple(
         (finding, *others[row.hypothesis.label])
         for row, finding in zip(rows, findings, strict=True)
@@ -60,7 +62,7 @@ def agreement_of(
     air = tuple(each for each in moving if each.length <= settings.longest_scale)
     notes = (*notes, *(_told_of_drift(each) for each in moving if each not in air))
     return KinematicConsistency(
-        tuple(dict.fromkeys(recording.name for recording in found.frame.recordings)),
+        tuple(dict.fromkeys(recording.name for recording in found.problem.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
         findings,
         groups,
@@ -93,7 +95,7 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
         seen: list[NDArray[np.float64]] = []
         noise, memories = 0.0, []
         for s in _segments(found, channel):
-            recording = found.frame.recordings[found.design.segments[s][0]]
+            recording = found.problem.recordings[found.design.segments[s][0]]
             manoeuvre = recording.manoeuvre
             across = manoeuvre.mean_airspeed if CHANNELS[channel].unit == "rad" else 1.0
             left = found.solution.residuals[found.design.rows(s)] * across
@@ -106,7 +108,7 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
             continue
         sigma, memory = float(np.std(np.concatenate(seen))), float(np.median(memories))
         if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
-            speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.frame.recordings]))
+            speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.problem.recordings]))
             yield MovingAir(axis, sigma, memory * speed)
 
 
@@ -124,9 +126,11 @@ def _told_of_drift(slow: MovingAir) -> str:
 
 def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings) -> Iterator[ChannelAgreement]:
     """Each channel of each log, all its stretches together."""
-    for log, channel in dict.fromkeys((after.frame.recordings[n].name, name) for n, name in after.design.segments):
-        own = [s for s in _segments(after, channel) if after.frame.recordings[after.design.segments[s][0]].name == log]
-        manoeuvre = after.frame.recordings[after.design.segments[own[0]][0]].manoeuvre
+    for log, channel in dict.fromkeys((after.problem.recordings[n].name, name) for n, name in after.design.segments):
+        own = [
+            s for s in _segments(after, channel) if after.problem.recordings[after.design.segments[s][0]].name == log
+        ]
+        manoeuvre = after.problem.recordings[after.design.segments[own[0]][0]].manoeuvre
         alone, corrected = (
             float(np.sqrt(np.mean(np.concatenate([at.solution.residuals[at.design.rows(s)] for s in own]) ** 2)))
             for at in (before, after)

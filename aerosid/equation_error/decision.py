@@ -1,4 +1,4 @@
-"""Structure selection by equation error: proved sensor faults first, then the aerodynamic coefficients."""
+"""Structure selection by equation error: instrument errors from kinematics first, then the aerodynamic coefficients."""
 
 from __future__ import annotations
 
@@ -13,333 +13,372 @@ from numpy.typing import NDArray
 from aerosid.compiled.cores import both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.regression.input_interpolation import likelier_inputs
-from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
-from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, worth_of
-from aerosid.equation_error.selection.candidates import of_sensors, told_apart
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate, weights_restricted_to
+from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
+from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, gains_by_deletion
+from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction
+from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.confirmation import is_replicated
-from aerosid.equation_error.selection.deletion import Selected, left_out
-from aerosid.equation_error.selection.evidence import EvidenceFinding, confirmed_unknowns, findings_of, weakest_of
-from aerosid.equation_error.selection.gusts import Turbulence, share_of_gusts, turbulence_of
-from aerosid.equation_error.selection.joint_timing import (
-    JointTiming,
-    TwoWitnesses,
-    held_at,
-    is_within,
-    joint_gain,
-    joint_timing,
-    kinematic_timing,
-    likeliest_kinds,
-    where_witnesses_differ,
+from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
+from aerosid.equation_error.selection.damping_collinearity import (
+    DampingCollinearity,
+    damping_collinearity,
+    downwash_prior,
 )
-from aerosid.equation_error.selection.model_averaging import averaged
-from aerosid.equation_error.selection.nearly_proven import NearlyProven, nearly_proven, with_unseen
-from aerosid.equation_error.selection.prices import Label, Support, own_effects, rules_for
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, on_fitted, with_proved_faults
-from aerosid.equation_error.selection.search_rounds import asked_where_contradicted, searched
-from aerosid.equation_error.selection.shared_damping import SharedDamping, shared_damping, usual_downwash
-from aerosid.equation_error.selection.standing import Labels, predicted_better, standing
+from aerosid.equation_error.selection.instrument_errors import (
+    InstrumentErrors,
+    on_identification_records,
+    with_instrument_errors,
+)
+from aerosid.equation_error.selection.joint_time_delays import (
+    DelayDiscrepancy,
+    JointDelays,
+    delay_discrepancies,
+    is_within,
+    joint_delays,
+    joint_gain,
+    kinematic_delays,
+    likeliest_delay_kinds,
+    with_errors_held,
+)
+from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
+from aerosid.equation_error.selection.model_averaging import averaged_covariance
+from aerosid.equation_error.selection.near_significant import (
+    NearSignificant,
+    near_significant_effect,
+    with_validation_fits,
+)
+from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, criterion_for, effects_of
+from aerosid.equation_error.selection.replication import is_replicated
+from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.stepwise import recordings_agree
-from aerosid.equation_error.selection.supported_faults import supported_faults
-from aerosid.equation_error.selection.votes import Share, shares_of
+from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
+from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
+from aerosid.equation_error.selection.wald_tests import (
+    EffectEstimate,
+    confirmed_unknowns,
+    effect_estimates,
+    least_significant_of,
+)
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class EquationErrorDecision:
-    """What the equations show to be missing, with the estimates of the declared and the completed structure.
+    """Selected effects, and the estimates of the declared and the completed structure.
 
     Attributes
     ----------
-    findings : tuple of EvidenceFinding
-        Those of kinematics by certainty, then the others by gain.
+    findings : tuple of EffectEstimate
+        Effects identified by kinematics in order of significance, then the others in order of gain.
     alternatives : tuple of Alternative
-        What could stand in place of a finding.
+        Indistinguishable replacements of the findings.
     before, completed : Estimate
-        Declared and completed structure, coefficients regressed on the identification recordings alone.
+        Declared and completed structure, coefficients regressed on the identification records alone.
     covariance : ndarray, shape (P, P)
-        Of the completed estimate's unknowns, corrected for coloured residuals; that of declared derivatives with what
-        the choice among the alternatives adds.
+        Of the completed estimate's unknowns, corrected for coloured residuals; of declared derivatives it includes the
+        contribution of the choice among the alternatives.
     before_covariance : ndarray
         The same of the declared structure.
     turbulence : tuple of Turbulence
-        What vanes and forces show of the air.
-    shares : tuple of (Share, Share)
-        R^2 before and after, of each coefficient and recording.
-    gust_share : float
-        What the sideslip's vane shows beyond the inertial path over all that it shows, 1; infinite where none is there.
-    measured : Estimate
-        The instruments' faults as the kinematics of the identification recordings alone measure them.
-    asked : int
-        Hypotheses.
+        Turbulence estimated from vanes and forces.
+    coefficient_fits : tuple of (CoefficientFit, CoefficientFit)
+        R^2 before and after, of each coefficient and record.
+    gust_fraction : float
+        RMS of the sideslip vane's difference from the inertial path over its total RMS, 1; infinite without a vane.
+    kinematic_estimate : Estimate
+        Instrument errors estimated from the kinematics of the identification records alone.
+    hypothesis_count : int
+        Number of hypotheses tested.
     refuted : tuple of (kind, where, term)
-        What the validation recordings refused.
-    damping : SharedDamping or None
-        What the completed C_m q_hat holds of an undeclared C_m alpha_dot_hat.
-    timings : tuple of TwoWitnesses
-        Instruments that kinematics alone and all equations find late in different ways.
-    supported : mapping of label to Support
-        What kinematics show of the instruments' faults that they and the coefficients name together.
-    nearly : tuple of NearlyProven
-        What would be named were it the only question: of kinematics, then of coefficients.
+        Effects refuted by the validation records.
+    damping : DampingCollinearity or None
+        Part of an undeclared C_m alpha_dot_hat that the completed C_m q_hat contains.
+    delay_discrepancies : tuple of DelayDiscrepancy
+        Instruments whose time delay by kinematics alone differs from that by all equations.
+    joint_evidence : mapping of label to KinematicEvidence
+        Kinematic estimates of the instrument errors identified only by kinematics and coefficients jointly.
+    near_significant : tuple of NearSignificant
+        Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
     """
 
-    findings: tuple[EvidenceFinding, ...]
+    findings: tuple[EffectEstimate, ...]
     alternatives: tuple[Alternative, ...]
     before: Estimate
     completed: Estimate
     covariance: Array
     before_covariance: Array
     turbulence: tuple[Turbulence, ...]
-    shares: tuple[tuple[Share, Share], ...]
-    gust_share: float
-    measured: Estimate
-    asked: int
+    coefficient_fits: tuple[tuple[CoefficientFit, CoefficientFit], ...]
+    gust_fraction: float
+    kinematic_estimate: Estimate
+    hypothesis_count: int
     refuted: tuple[tuple[str, str, str], ...]
-    damping: SharedDamping | None = None
-    timings: tuple[TwoWitnesses, ...] = ()
-    supported: Mapping[Label, Support] = field(default_factory=dict)
-    nearly: tuple[NearlyProven, ...] = ()
+    damping: DampingCollinearity | None = None
+    delay_discrepancies: tuple[DelayDiscrepancy, ...] = ()
+    joint_evidence: Mapping[Label, KinematicEvidence] = field(default_factory=dict)
+    near_significant: tuple[NearSignificant, ...] = ()
 
 
 def decide(
-    faults: ProvedFaults, coefficients: Sequence[str], told: Callable[[str], None] = lambda _text: None
+    errors: InstrumentErrors, coefficients: Sequence[str], log: Callable[[str], None] = lambda _text: None
 ) -> EquationErrorDecision:
-    """Select the undeclared effects from the coefficient equations, given the proved sensor faults.
+    """Select the undeclared effects by the coefficient equations, given the instrument errors identified by kinematics.
 
     Parameters
     ----------
+    errors : InstrumentErrors
     coefficients : sequence of str
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
-    told : callable
-        Hears what enters and leaves, for a journal.
+    log : callable
+        Receives a message for each effect that is added or removed.
     """
-    start, asked = faults.start, faults.asked
-    settings = faults.selected.estimate.frame.settings
-    sensors = [h for h in asked if of_sensors(h)]
-    proved, late, search, outcome = _structure(faults, faults.selected, tuple(coefficients), told)
-    fitted, support = search.fitted, search.rules.support
-    (kept, alone, completed, covariance), refuted = _beside_instruments(proved, search, outcome)
-    lone, chosen = alone.estimate, (*proved.chosen, *kept.chosen)
-    together = [each.hypothesis for each in kept.chosen if told_apart(each.hypothesis) in support]
-    of_proved, of_kept = alternatives_of(proved, sensors), alternatives_of(kept, search.open_but(refuted))
-    worth = {**worth_of(proved), **worth_of(kept)}
-    for hypothesis in together:
-        (active,) = own_effects(kept.estimate.point, hypothesis)
-        worth[hypothesis.label] += support[told_apart(hypothesis)].gain_at(active.values)
-    findings = findings_of(completed, covariance, chosen, worth, predicted_better(kept, alone))
-    late = tuple(replace(row, gain=worth[row.instead_of.label] - row.behind) for row in late)
-    # What another flight refutes stands in nobody's place, and so does what both kinds of equations name together.
-    taken = {*refuted, *(hypothesis.label for hypothesis in together)}
-    before = estimate(lone.frame, start)
+    start, hypotheses = errors.start, errors.hypotheses
+    settings = errors.selected.estimate.problem.settings
+    sensors = [h for h in hypotheses if is_instrument_error(h)]
+    identified, other_delays, search, outcome = _selected_jointly(errors, errors.selected, tuple(coefficients), log)
+    fitted, evidence = search.fitted, search.criterion.evidence
+    (structure, on_fitted, completed, covariance), refuted = _accepted_structure(identified, search, outcome)
+    fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
+    jointly = [each.hypothesis for each in structure.chosen if distinct_name(each.hypothesis) in evidence]
+    of_errors, of_structure = (
+        alternatives_of(identified, sensors),
+        alternatives_of(structure, search.hypotheses_except(refuted)),
+    )
+    gains = {**gains_by_deletion(identified), **gains_by_deletion(structure)}
+    for hypothesis in jointly:
+        (active,) = effects_of(structure.estimate.point, hypothesis)
+        gains[hypothesis.label] += evidence[distinct_name(hypothesis)].gain_at(active.values)
+    findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
+    other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
+    # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
+    excluded_labels = {*refuted, *(hypothesis.label for hypothesis in jointly)}
+    before = estimate(fitted_estimate.problem, start)
     as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
-    compared = replace(lone.frame, settings=as_measured, all_fitted=True)
-    of_proved = tuple(row for row in of_proved if row.hypothesis.label not in taken)
-    alternatives = (*late, *_unlike(late, of_proved), *of_kept)
+    compared = replace(fitted_estimate.problem, settings=as_measured, all_fitted=True)
+    of_errors = tuple(row for row in of_errors if row.hypothesis.label not in excluded_labels)
+    alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
-    after = shares_of(compared, completed)
-    nearly = _nearly_proven(faults, proved, kept, search, alternatives, refuted)
+    after = fits_of(compared, completed)
+    near_significant = _near_significant(errors, identified, structure, search, alternatives, refuted)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
         before=before,
         completed=completed,
-        covariance=averaged(completed, covariance, lone, alternatives, derivatives, nearly),
+        covariance=averaged_covariance(
+            completed, covariance, fitted_estimate, alternatives, derivatives, near_significant
+        ),
         before_covariance=corrected_covariance(before.design, before.solution),
-        turbulence=turbulence_of(proved.estimate, lone),
-        shares=tuple(zip(shares_of(compared, before), after, strict=True)),
-        gust_share=share_of_gusts(proved.estimate, "beta"),
-        measured=on_fitted(proved).estimate,
-        asked=len(asked),
+        turbulence=turbulence_of(identified.estimate, fitted_estimate),
+        coefficient_fits=tuple(zip(fits_of(compared, before), after, strict=True)),
+        gust_fraction=gust_fraction(identified.estimate, "beta"),
+        kinematic_estimate=on_identification_records(identified).estimate,
+        hypothesis_count=len(hypotheses),
         refuted=refuted,
-        damping=shared_damping(lone),
-        timings=where_witnesses_differ(faults.selected.estimate, outcome.timing, settings.deviations),
-        supported={hypothesis.label: support[told_apart(hypothesis)] for hypothesis in together},
-        nearly=tuple(with_unseen(row, after, fitted, compared) for row in nearly),
+        damping=damping_collinearity(fitted_estimate),
+        delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
+        joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
+        near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in near_significant),
     )
 
 
-class _Standing(NamedTuple):
-    """A structure, the same on the fitted recordings alone, and its estimate and covariance beside the instruments."""
+class _Accepted(NamedTuple):
+    """A structure, its fit to the identification records, and estimate and covariance with the instrument errors."""
 
-    kept: Selected
-    alone: Selected
+    structure: SelectedStructure
+    on_fitted: SelectedStructure
     completed: Estimate
     covariance: Array
 
 
-def _beside_instruments(proved: Selected, search: CoefficientSearch, outcome: _Outcome) -> tuple[_Standing, Labels]:
-    """The structure without what the instruments' own uncertainty could have made, and all that was refuted.
+def _accepted_structure(
+    identified: SelectedStructure, search: CoefficientSearch, outcome: _Selection
+) -> tuple[_Accepted, Labels]:
+    """The structure without effects that instrument uncertainty could explain, and the labels of the refuted effects.
 
-    What leaves for that may have stood in another's place, as a power of alpha whose bias is known badly: the others
-    are asked again, as they are of what does not stand in the search itself.
+    An effect eliminated for that reason may have masked another, as a power of alpha does where the bias of alpha is
+    uncertain: the remaining hypotheses are tested again, as after every elimination in the search itself.
     """
     settings = search.fitted.settings
-    kept, refuted = outcome.kept, outcome.refuted
-    gone: Labels = ()
+    structure, refuted = outcome.structure, outcome.refuted
+    eliminated: Labels = ()
     for _ in range(settings.rounds):
-        certain = _certain(proved, search, outcome.timing, kept)
-        fell = kept.labels_beyond(certain.kept)
-        if not fell:
-            return certain, refuted
-        gone = (*gone, *fell)
-        more = search.forward(certain.kept, search.open_but(refuted), settings.most, struck_out=gone)
-        if more is certain.kept:
-            return certain, refuted
-        kept, refused = standing(search, more)
-        refuted = (*refuted, *refused)
-    return _certain(proved, search, outcome.timing, kept), refuted
+        accepted = _significant(identified, search, outcome.delays, structure)
+        removed = structure.labels_not_in(accepted.structure)
+        if not removed:
+            return accepted, refuted
+        eliminated = (*eliminated, *removed)
+        grown = search.forward(
+            accepted.structure, search.hypotheses_except(refuted), settings.most, excluded=eliminated
+        )
+        if grown is accepted.structure:
+            return accepted, refuted
+        structure, refuted_now = eliminate_insignificant(search, grown)
+        refuted = (*refuted, *refuted_now)
+    return _significant(identified, search, outcome.delays, structure), refuted
 
 
-def _certain(proved: Selected, search: CoefficientSearch, timing: JointTiming, kept: Selected) -> _Standing:
-    """A structure less what is nearer to none than the deviations that a final value must keep."""
+def _significant(
+    identified: SelectedStructure, search: CoefficientSearch, delays: JointDelays, structure: SelectedStructure
+) -> _Accepted:
+    """The structure after backward elimination by t-ratios that include the uncertainty of the instrument errors."""
     while True:
-        point = kept.estimate.point
-        alone = likelier_inputs(estimate(search.fitted, point, weights_on(kept.estimate, search.fitted, point)))
-        fitted = Selected(alone, kept.chosen)
-        completed, covariance = _with_deviations(timing, fitted, kept)
-        findings = findings_of(completed, covariance, (*proved.chosen, *kept.chosen))
-        weak = weakest_of(findings, kept.chosen, search.fitted.settings.deviations)
-        if weak is None:
-            return _Standing(kept, fitted, completed, covariance)
-        search.told(f"  does not stand beside the instruments: {weak.hypothesis.label}")
-        kept = left_out(kept, weak)
+        point = structure.estimate.point
+        on_fitted = likelier_input_interpolation(
+            estimate(search.fitted, point, weights_restricted_to(structure.estimate, search.fitted, point))
+        )
+        fitted = SelectedStructure(on_fitted, structure.chosen)
+        completed, covariance = _with_covariance(delays, fitted, structure)
+        findings = effect_estimates(completed, covariance, (*identified.chosen, *structure.chosen))
+        insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
+        if insignificant is None:
+            return _Accepted(structure, fitted, completed, covariance)
+        search.log(f"  not significant with instrument uncertainty: {insignificant.hypothesis.label}")
+        structure = structure_without(structure, insignificant)
 
 
-def _nearly_proven(
-    faults: ProvedFaults,
-    proved: Selected,
-    kept: Selected,
+def _near_significant(
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
+    structure: SelectedStructure,
     search: CoefficientSearch,
     alternatives: Sequence[Alternative],
     refuted: Sequence[Label],
-) -> tuple[NearlyProven, ...]:
-    """What kinematics and coefficients each would name were it all that was asked, and nothing lists yet."""
+) -> tuple[NearSignificant, ...]:
+    """The near-significant effect of the kinematic and of the coefficient equations, each if not yet listed."""
     listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
-    listed |= {*proved.labels, *kept.labels}
-    sensors = [h for h in faults.asked if h.label not in listed and of_sensors(h)]
-    terms = [h for h in search.asked if h.label not in listed and not of_sensors(h)]
+    listed |= {*identified.labels, *structure.labels}
+    sensors = [h for h in errors.hypotheses if h.label not in listed and is_instrument_error(h)]
+    terms = [h for h in search.hypotheses if h.label not in listed and not is_instrument_error(h)]
     rows = both(
-        functools.partial(nearly_proven, proved, faults.rules, sensors, recordings_agree),
-        functools.partial(nearly_proven, kept, search.rules, terms, search.admitted),
-        [proved.estimate.frame, kept.estimate.frame],
+        functools.partial(near_significant_effect, identified, errors.criterion, sensors, recordings_agree),
+        functools.partial(near_significant_effect, structure, search.criterion, terms, search.admitted),
+        [identified.estimate.problem, structure.estimate.problem],
     )
     return tuple(row for row in rows if row is not None)
 
 
-class _Structure(NamedTuple):
-    """The faults, the other ways in which a channel may be late, the search in the coefficients, and its outcome."""
+class _JointSelection(NamedTuple):
+    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure."""
 
-    proved: Selected
-    late: tuple[Alternative, ...]
+    identified: SelectedStructure
+    other_delays: tuple[Alternative, ...]
     search: CoefficientSearch
-    outcome: _Outcome
+    outcome: _Selection
 
 
-def _structure(
-    faults: ProvedFaults, proved: Selected, coefficients: tuple[str, ...], told: Callable[[str], None]
-) -> _Structure:
-    """The structure that both kinds of equations show, no lateness in it for which they do not pay together."""
-    start, settings = faults.start, proved.estimate.frame.settings
-    sensors = [h for h in faults.asked if of_sensors(h)]
-    whole = Frame(proved.estimate.frame.recordings, COEFFICIENT, settings, all_fitted=True)
-    declared = estimate(whole, held_at(start, proved.estimate.point.effects))
-    likelier, late = likeliest_kinds(proved, declared, sensors, told)
-    if likelier is not proved:
-        proved, declared = likelier, estimate(whole, held_at(start, likelier.estimate.point.effects))
-    declared = likelier_smoothing(likelier_inputs(declared))
-    search = _search_of(faults, proved, declared, coefficients, told)
-    outcome = _timed(proved.estimate, declared, search)
-    for each in proved.chosen:
-        gain = joint_gain(proved, each, outcome.timing, outcome.kept.estimate)
-        if gain is not None and gain < search.rules.price(each.hypothesis):
-            told(f"  both kinds of equations together gain {gain:.1f} by {each.hypothesis.label}")
-            return _structure(faults, left_out(proved, each), coefficients, told)
-    undeclared = slice(len(start.effects), len(outcome.timing.effects))
-    search, kept, refuted = asked_where_contradicted(search, outcome.kept, outcome.refuted, undeclared)
-    return _Structure(proved, late, search, replace(outcome, kept=kept, refuted=refuted))
-
-
-def _with_deviations(timing: JointTiming, alone: Selected, kept: Selected) -> tuple[Estimate, Array]:
-    """The estimate with the instruments' numbers, and the covariance of all.
-
-    An effect that one event of the fitted recordings shows keeps the deviation of the deleted blocks, unless it would
-    be lost by that alone and the unseen recordings show it too.
+def _selected_jointly(
+    errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], log: Callable[[str], None]
+) -> _JointSelection:
+    """The structure selected by both kinds of equations; no time delay is retained whose joint gain is below its
+    penalty.
     """
-    completed, covariance = with_proved_faults(timing, alone.estimate)
-    replicated = functools.partial(is_replicated, kept, alone)
-    shown = confirmed_unknowns(completed, covariance, kept.chosen, replicated)
-    return with_proved_faults(timing, alone.estimate, shown) if shown else (completed, covariance)
+    start, settings = errors.start, identified.estimate.problem.settings
+    sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
+    whole = RegressionProblem(identified.estimate.problem.recordings, COEFFICIENT, settings, all_fitted=True)
+    declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
+    likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
+    if likelier is not identified:
+        identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
+    declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
+    search = _coefficient_search(errors, identified, declared, coefficients, log)
+    outcome = _selected_with_delays(identified.estimate, declared, search)
+    for each in identified.chosen:
+        gain = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
+        if gain is not None and gain < search.criterion.penalty(each.hypothesis):
+            log(f"  joint gain of both kinds of equations {gain:.1f} by {each.hypothesis.label}")
+            return _selected_jointly(errors, structure_without(identified, each), coefficients, log)
+    undeclared = slice(len(start.effects), len(outcome.delays.effects))
+    search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
+    return _JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
 
 
-def _search_of(
-    faults: ProvedFaults,
-    proved: Selected,
+def _with_covariance(
+    delays: JointDelays, on_fitted: SelectedStructure, structure: SelectedStructure
+) -> tuple[Estimate, Array]:
+    """The estimate with the instrument errors among its unknowns, and the covariance of all.
+
+    An effect shown by a single event of the identification records keeps the standard error by block deletion, unless
+    it would be eliminated by that alone and the validation records replicate it.
+    """
+    completed, covariance = with_instrument_errors(delays, on_fitted.estimate)
+    replicated = functools.partial(is_replicated, structure, on_fitted)
+    confirmed = confirmed_unknowns(completed, covariance, structure.chosen, replicated)
+    return with_instrument_errors(delays, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)
+
+
+def _coefficient_search(
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
     declared: Estimate,
     coefficients: tuple[str, ...],
-    told: Callable[[str], None],
+    log: Callable[[str], None],
 ) -> CoefficientSearch:
-    """What is asked of the coefficients: what is no sensor's fault, and the faults that kinematics support."""
-    asked, settings = faults.asked, declared.frame.settings
-    support = supported_faults(proved, [h for h in asked if of_sensors(h)])
-    open_ = tuple(h for h in asked if not of_sensors(h) or told_apart(h) in support)
+    """Search among the hypotheses that are no instrument errors and the instrument errors with kinematic evidence."""
+    hypotheses, settings = errors.hypotheses, declared.problem.settings
+    evidence = kinematic_evidence(identified, [h for h in hypotheses if is_instrument_error(h)])
+    candidates = tuple(h for h in hypotheses if not is_instrument_error(h) or distinct_name(h) in evidence)
     alarm = settings.alarm(declared.point.model.axes)
-    rules = rules_for(asked, declared.design.target.size, alarm, settings.factor_odds)
-    rules = replace(rules, support=support, usual=usual_downwash(faults.start.model))
+    criterion = criterion_for(hypotheses, declared.design.target.size, alarm, settings.factor_odds)
+    criterion = replace(criterion, evidence=evidence, prior_sizes=downwash_prior(errors.start.model))
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-        known = support.get(told_apart(hypothesis))
+        known = evidence.get(distinct_name(hypothesis))
         return known is None or known.agrees(found.point.effects[-1].values, settings.agreement)
 
-    fitted = replace(declared.frame, all_fitted=False)
-    return CoefficientSearch(open_, coefficients, fitted, rules, admitted, told)
+    fitted = replace(declared.problem, all_fitted=False)
+    return CoefficientSearch(candidates, coefficients, fitted, criterion, admitted, log)
 
 
-def _unlike(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:
+def _not_among(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:
     """The rows whose hypotheses are not among the known ones."""
     labels = {row.hypothesis.label for row in known}
     return [row for row in rows if row.hypothesis.label not in labels]
 
 
-def _timed(proved: Estimate, declared: Estimate, search: CoefficientSearch) -> _Outcome:
-    """The structure with the timings of instruments that kinematics and coefficients show together.
+def _selected_with_delays(identified: Estimate, declared: Estimate, search: CoefficientSearch) -> _Selection:
+    """The structure with the time delays of instruments estimated jointly from kinematics and coefficients.
 
-    A structure found with a wrong timing has something in its place, and a timing found with a wrong structure is
-    off: the search begins with the timings of kinematics alone and with those that the declared structure prefers, and
-    the likelier outcome counts.
+    A wrong time delay biases the structure and a wrong structure biases the time delay: the search starts from the
+    delays of kinematics alone and from those that the declared structure prefers, and the outcome of higher penalised
+    likelihood is taken.
     """
 
-    def outcome(search: CoefficientSearch, begun: JointTiming) -> _Outcome:
-        start = estimate(declared.frame, held_at(declared.point, begun.effects), declared.solution.weights)
-        kept, refuted = searched(search, Selected(start, ()))
-        timing = joint_timing(proved, begun, kept.estimate, search.told)
-        if timing is begun:
-            return _Outcome(begun, kept, refuted)
-        moved = estimate(declared.frame, held_at(kept.estimate.point, timing.effects), kept.estimate.solution.weights)
-        if search.refuses(kept.estimate, moved):
-            search.told("  an unseen recording keeps the timings as they were")
-            return _Outcome(begun, kept, refuted)
-        return _Outcome(timing, Selected(moved, kept.chosen), refuted)
+    def outcome(search: CoefficientSearch, initial: JointDelays) -> _Selection:
+        start = estimate(declared.problem, with_errors_held(declared.point, initial.effects), declared.solution.weights)
+        structure, refuted = select_structure(search, SelectedStructure(start, ()))
+        delays = joint_delays(identified, initial, structure.estimate, search.log)
+        if delays is initial:
+            return _Selection(initial, structure, refuted)
+        moved = estimate(
+            declared.problem,
+            with_errors_held(structure.estimate.point, delays.effects),
+            structure.estimate.solution.weights,
+        )
+        if search.worsens_prediction(structure.estimate, moved):
+            search.log("  joint time delays rejected by a validation record")
+            return _Selection(initial, structure, refuted)
+        return _Selection(delays, SelectedStructure(moved, structure.chosen), refuted)
 
-    kinematic = kinematic_timing(proved)
-    joint = joint_timing(proved, kinematic, declared, search.told)
-    if is_within(kinematic, joint, declared.frame.settings.deviations):
+    kinematic = kinematic_delays(identified)
+    joint = joint_delays(identified, kinematic, declared, search.log)
+    if is_within(kinematic, joint, declared.problem.settings.deviations):
         return outcome(search, joint)
-    found, other = search.side_by_side(
-        functools.partial(outcome, begun=joint), functools.partial(outcome, begun=kinematic), [declared.frame]
+    found, other = search.in_parallel(
+        functools.partial(outcome, initial=joint), functools.partial(outcome, initial=kinematic), [declared.problem]
     )
-    paid, others = (search.paid(each.kept) - each.timing.penalty for each in (found, other))
-    return other if others > paid else found
+    best, alternative = (search.penalised_likelihood(each.structure) - each.delays.penalty for each in (found, other))
+    return other if alternative > best else found
 
 
 @dataclass(frozen=True)
-class _Outcome:
-    """The timings of instruments, the structure found with them, and what the unseen recordings refused."""
+class _Selection:
+    """Time delays of instruments, the structure selected with them, and the labels refuted by validation records."""
 
-    timing: JointTiming
-    kept: Selected
+    delays: JointDelays
+    structure: SelectedStructure
     refuted: tuple[tuple[str, str, str], ...]

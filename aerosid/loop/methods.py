@@ -14,12 +14,12 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.joint_timing import TwoWitnesses
-from aerosid.equation_error.selection.nearly_proven import NearlyProven
-from aerosid.equation_error.selection.prices import Support
-from aerosid.equation_error.selection.proved_faults import ProvedFaults, prove_faults
-from aerosid.equation_error.selection.shared_damping import USUAL, SharedDamping
+from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
+from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
+from aerosid.equation_error.selection.near_significant import NearSignificant
+from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
@@ -55,7 +55,7 @@ class Question:
         Terms that may be missing.
     manoeuvres, others : tuple of Manoeuvre
         Flights that are fitted, and flights that are only predicted.
-    faults : ProvedFaults or None
+    faults : InstrumentErrors or None
         What kinematics prove of the instruments; None where nobody asked, a channel is missing or a flight too short.
     """
 
@@ -65,7 +65,7 @@ class Question:
     candidates: tuple[Entry, ...]
     manoeuvres: tuple[Manoeuvre, ...]
     others: tuple[Manoeuvre, ...]
-    faults: ProvedFaults | None = None
+    faults: InstrumentErrors | None = None
 
     def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
         """Data compatibility of the instruments; None where it was not requested."""
@@ -179,9 +179,9 @@ def by_equations(question: Question, settings: LoopSettings, progress: Progress)
     return _by_equations(faults, question, settings, progress)
 
 
-def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults | None:
+def _proved_faults(question: Question, settings: LoopSettings) -> InstrumentErrors | None:
     """Sensor faults proved by the kinematic equations, independent of any aerodynamic model."""
-    return prove_faults(
+    return identify_instrument_errors(
         question.declared,
         question.free,
         question.given,
@@ -193,7 +193,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
     )
 
 
-def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+def _by_equations(faults: InstrumentErrors, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Attribution by the coefficient equations, with the proved sensor faults applied."""
     progress("regressing the coefficients")
     coefficients = question.aircraft.coefficients
@@ -207,30 +207,30 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
         settings.attribution,
         question.declared,
     )
-    notes = tuple(told_of_timing(each) for each in decision.timings)
-    together = decision.supported
+    notes = tuple(told_of_timing(each) for each in decision.delay_discrepancies)
+    together = decision.joint_evidence
     notes += tuple(
         told_of_support(row, together[row.hypothesis.label])
         for row in decision.findings
-        if row.hypothesis.label in together and not together[row.hypothesis.label].is_silent
+        if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
     )
-    notes += tuple(told_of_nearly_proven(row) for row in decision.nearly)
+    notes += tuple(told_of_nearly_proven(row) for row in decision.near_significant)
     if decision.damping is not None:
         notes = (*notes, told_of_damping(decision.damping))
-    if decision.gust_share <= settings.equation_error.calm and not decision.turbulence:
+    if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
         found = estimated_in_calm_air(found, decision, search)
     found = with_equivalent_causes(found, question.aircraft, question.manoeuvres)
     return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
 
 
-def told_of_timing(seen: TwoWitnesses) -> str:
+def told_of_timing(seen: DelayDiscrepancy) -> str:
     """What kinematics alone say of an instrument's lateness beside what forces and moments make of it."""
 
     def words(active: ActiveEffect, error: float) -> str:
         kind = active.effect.kind.removeprefix("sensor_")
         return f"a {kind} of {with_deviation(active.values[0], error)} s"
 
-    alone, joint = words(seen.alone, seen.alone_std_error), words(seen.joint, seen.joint_std_error)
+    alone, joint = words(seen.kinematic, seen.kinematic_std_error), words(seen.joint, seen.joint_std_error)
     return (
         f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, which the "
         "completed model has. Where the declared structure lacks something that looks late, such as a lift that "
@@ -238,7 +238,7 @@ def told_of_timing(seen: TwoWitnesses) -> str:
     )
 
 
-def told_of_support(row: EvidenceFinding, seen: Support) -> str:
+def told_of_support(row: EffectEstimate, seen: KinematicEvidence) -> str:
     """What kinematics show of an instrument's fault that only they and the coefficients together name."""
     own = row.active.effect.parameters[0].unit if row.active is not None else "1"
     unit = "" if own == "1" else f" {own}"
@@ -254,30 +254,30 @@ TOLD_RISE = 0.005
 """Display: rise of R^2 from which it is told; its third digit is the last that is printed."""
 
 
-def told_of_nearly_proven(row: NearlyProven) -> str:
+def told_of_nearly_proven(row: NearSignificant) -> str:
     """What would be named were it the only question, with what it brings and what it would do elsewhere."""
     own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
     value = f"{with_deviation(row.value, row.std_error)} {own}".strip()
     said = (
         f"Not proven: {named(row.hypothesis.label)} of {value} brings {number(row.gain, 2)} in ln L, where "
-        f"{number(row.price, 2)} are asked of one among so many hypotheses"
+        f"{number(row.penalty, 2)} are asked of one among so many hypotheses"
     )
-    if row.rivals:
-        others = listed([named(rival.label) for rival in row.rivals[:2]], "or")
+    if row.indistinguishable:
+        others = listed([named(rival.label) for rival in row.indistinguishable[:2]], "or")
         said += f"; in its place {others} would do nearly as well"
-    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + TOLD_RISE]
+    better = [(a, b) for a, b in row.validation_fits if b.r2 >= a.r2 + TOLD_RISE]
     if better:
         shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
         said += f". It would raise R^2 of {listed(shares)}"
     return f"{said}."
 
 
-def told_of_damping(damping: SharedDamping) -> str:
+def told_of_damping(damping: DampingCollinearity) -> str:
     """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
     least, most = damping.parts
-    own = f"{number(100.0 * damping.own)} %" if damping.own > 1e-3 else "less than 0.1 %"
+    own = f"{number(100.0 * damping.independent)} %" if damping.independent > 1e-3 else "less than 0.1 %"
     return (
-        f"C_m q_hat is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
+        f"C_m q_hat is a sum: it holds {number(damping.aliased)} times a C_m alpha_dot_hat "
         f"that the model may lack, of whose column these manoeuvres show {own} apart "
         f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
         f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the bound does "

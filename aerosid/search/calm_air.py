@@ -21,7 +21,7 @@ from aerosid.compiled.cores import begun
 from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
 from aerosid.effects.record_constant import record_constant
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -99,11 +99,11 @@ def _estimated_again(start: Refinement, *, measured: Measured, manoeuvres: Seque
 
 def _measured(decision: EquationErrorDecision) -> Measured:
     """The numbers that kinematics measure, from the identification recordings alone."""
-    design = decision.measured.design
-    deviation = np.sqrt(np.diag(corrected_covariance(design, decision.measured.solution)))
+    design = decision.kinematic_estimate.design
+    deviation = np.sqrt(np.diag(corrected_covariance(design, decision.kinematic_estimate.solution)))
     return {
         active: deviation[[design.unknowns.index(("effect", i, k)) for k in range(len(active.values))]]
-        for i, active in enumerate(decision.measured.point.effects)
+        for i, active in enumerate(decision.kinematic_estimate.point.effects)
         if isinstance(active.effect, OutputEffect) and active.values
     }
 
@@ -182,5 +182,5 @@ def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> 
         value=part.value,
         std_error=part.std_error,
         parameters=part.parameters,
-        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * decision.asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * decision.hypothesis_count)),
     )

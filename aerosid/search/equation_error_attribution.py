@@ -19,8 +19,8 @@ from aerosid.effects.sudden import is_sudden, moment
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.gusts import Turbulence
+from aerosid.equation_error.selection.turbulence import Turbulence
+from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -70,12 +70,13 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         stands.refinement,
         stands.uncertainty,
         tuple(findings),
-        tuple(_alternative(row, decision.asked) for row in decision.alternatives),
+        tuple(_alternative(row, decision.hypothesis_count) for row in decision.alternatives),
         (),
         decision.refuted,
         regressed=True,
         shares=tuple(
-            CoefficientRow(after.coefficient, after.recording, before.r2, after.r2) for before, after in decision.shares
+            CoefficientRow(after.coefficient, after.recording, before.r2, after.r2)
+            for before, after in decision.coefficient_fits
         ),
     )
 
@@ -171,7 +172,7 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
     )
 
 
-def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Stands) -> Finding:
+def _finding(row: EffectEstimate, decision: EquationErrorDecision, stands: _Stands) -> Finding:
     """A finding with the numbers of the estimate that stands."""
     kind, where, term = row.hypothesis.label
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
@@ -200,11 +201,11 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
         time=moment(active) if active is not None and is_sudden(active) else None,
-        p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         parameters=_parameters(active, errors),
-        unseen_better=row.unseen_better,
+        unseen_better=row.improves_prediction,
     )
 
 
@@ -239,8 +240,8 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * asked)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
-        instead_of=named(row.instead_of.label),
-        worse_by=2.0 * row.behind,
+        instead_of=named(row.replaces.label),
+        worse_by=2.0 * row.deficit,
         margin=2.0 * row.margin,
     )
 
@@ -256,8 +257,8 @@ def _gust(seen: Turbulence) -> Finding:
         std_error=seen.sigma_error,
         unit="m/s",
         time=None,
-        p_value=float(2.0 * ndtr(-seen.answer / seen.answer_error)),
-        gain=(seen.answer / seen.answer_error) ** 2,
+        p_value=float(2.0 * ndtr(-seen.response / seen.response_error)),
+        gain=(seen.response / seen.response_error) ** 2,
         parameters=(
             ("sigma", seen.sigma, seen.sigma_error, "m/s"),
             ("length", seen.length, float("nan"), "m"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from equations_decided import proved
+from equations_decided import identified
 
 from aerosid.compatibility import Agreement, KinematicConsistency
 from aerosid.compatibility.proved_agreement import agreement_of
@@ -12,7 +12,7 @@ from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, fl
 def told_of(wrong: Wrong) -> KinematicConsistency:
     body = BODIES[0]
     logs = [flown(name, body, 6200 + n, air=0.3, wrong=wrong, seconds=24.0) for n, name in enumerate(("one", "two"))]
-    return agreement_of(proved(aircraft_of(body, 0.08, np.random.default_rng(6)), logs[:1], logs[1:]))
+    return agreement_of(identified(aircraft_of(body, 0.08, np.random.default_rng(6)), logs[:1], logs[1:]))
 
 
 def test_nothing_is_told_of_instruments_that_agree() -> None:

@@ -1,4 +1,4 @@
-"""The compiled coefficient equations against the same by whole series, one numpy operation after another."""
+"""The compiled coefficient equations against an implementation by whole series in numpy."""
 
 from dataclasses import replace
 from functools import cache
@@ -70,7 +70,7 @@ def recording_of(axes: str) -> tuple[AerodynamicModel, Recording]:
 @pytest.mark.parametrize("linear", [False, True], ids=["smooth", "linear"])
 @pytest.mark.parametrize("acting", ["nothing", "levers", "all"])
 @pytest.mark.parametrize("axes", ["lateral", "body axes", "wind axes"])
-def test_equations_are_those_by_whole_series(axes: str, acting: str, linear: bool) -> None:
+def test_compiled_equations_match_the_numpy_oracle(axes: str, acting: str, linear: bool) -> None:
     model, recording = recording_of(axes)
     recording = replace(recording, linear_inputs=linear)
     chosen = {"nothing": (), "levers": LEVERS, "all": (*LEVERS, *OTHERS)}[acting]

@@ -28,7 +28,7 @@ def test_lines_pass_unchanged(level: float, slope: float) -> None:
     np.testing.assert_allclose(band(line), line[band.rows(800)], atol=1e-9)
 
 
-def test_motion_passes_and_what_lies_beyond_does_not() -> None:
+def test_the_pass_band_is_kept_and_the_stop_band_removed() -> None:
     band = choose_band([pitching(2000, 0.02, 1e-3)], 0.02, 1e-4)
     assert band.step > 1
     time = 0.02 * np.arange(2000)
@@ -39,7 +39,7 @@ def test_motion_passes_and_what_lies_beyond_does_not() -> None:
     assert np.abs(band(fast)[inner]).max() < 5e-3
 
 
-def test_the_band_of_several_columns_is_that_of_each() -> None:
+def test_columns_are_filtered_independently() -> None:
     band = choose_band([pitching(900, 0.02, 1e-3)], 0.02, 1e-4)
     columns = np.random.default_rng(2).standard_normal((900, 3))
     together = band(columns)

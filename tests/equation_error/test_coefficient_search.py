@@ -1,4 +1,4 @@
-"""Exchange of chosen hypotheses: what is likelier comes in, and nothing that was struck out."""
+"""Replacement of selected hypotheses: by likelier ones, and by none that is excluded."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from equations_decided import frames_of
 
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.alternatives import in_place_of
+from aerosid.equation_error.selection.alternatives import replacements_of
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.deletion import Selected
-from aerosid.equation_error.selection.prices import rules_for
+from aerosid.equation_error.selection.penalties import criterion_for
+from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.terms import parse_term
 from aerosid.search.hypotheses import term_hypotheses
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -23,50 +23,57 @@ TERMS = ["alpha^2", "alpha^3", "alpha^4", "delta_e^2"]
 
 
 @pytest.fixture(scope="module")
-def search_and_start() -> tuple[CoefficientSearch, Selected]:
+def search_and_initial() -> tuple[CoefficientSearch, SelectedStructure]:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     wrong = Wrong(terms={("C_m", "alpha^3"): -30.0})
     logs = [flown(name, body, SEEDS + n, air=0.2, wrong=wrong) for n, name in enumerate("ab")]
     entries = [("C_m", parse_term(term)) for term in TERMS]
     model, whole, fitted = frames_of(aircraft, logs[:1], logs[1:], entries)
-    asked = tuple(term_hypotheses(entries))
+    hypotheses = tuple(term_hypotheses(entries))
     start = estimate(whole, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
-    rules = rules_for(asked, start.design.target.size, 0.05, 0.1)
+    criterion = criterion_for(hypotheses, start.design.target.size, 0.05, 0.1)
     coefficients = tuple(aircraft.coefficients)
-    search = CoefficientSearch(asked, coefficients, fitted, rules, lambda _found, _hypothesis: True, lambda _text: None)
-    fourth = [h for h in asked if h.term == "alpha^4"]
-    begun = search.forward(Selected(start, ()), fourth, 1, sudden=False)
-    assert [each.hypothesis.term for each in begun.chosen] == ["alpha^4"]
-    return search, begun
+    search = CoefficientSearch(
+        hypotheses, coefficients, fitted, criterion, lambda _found, _hypothesis: True, lambda _text: None
+    )
+    fourth = [h for h in hypotheses if h.term == "alpha^4"]
+    initial = search.forward(SelectedStructure(start, ()), fourth, 1, step_changes=False)
+    assert [each.hypothesis.term for each in initial.chosen] == ["alpha^4"]
+    return search, initial
 
 
-def test_a_term_is_exchanged_for_the_likelier_one_unless_that_is_struck_out(
-    search_and_start: tuple[CoefficientSearch, Selected],
+def test_a_term_is_replaced_by_the_likelier_one_unless_excluded(
+    search_and_initial: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
-    search, begun = search_and_start
-    assert [each.hypothesis.term for each in search.replaced(begun, search.asked).chosen] == ["alpha^3"]
-    struck_out = [h.label for h in search.asked if h.term == "alpha^3"]
-    without = search.replaced(begun, search.asked, struck_out)
-    assert not {each.hypothesis.label for each in without.chosen} & set(struck_out)
+    search, initial = search_and_initial
+    assert [each.hypothesis.term for each in search.with_replacements(initial, search.hypotheses).chosen] == ["alpha^3"]
+    excluded = [h.label for h in search.hypotheses if h.term == "alpha^3"]
+    without = search.with_replacements(initial, search.hypotheses, excluded)
+    assert not {each.hypothesis.label for each in without.chosen} & set(excluded)
 
 
-def test_what_promises_to_lose_is_left_out_and_asked_when_all_are(
-    search_and_start: tuple[CoefficientSearch, Selected],
+def test_replacements_of_large_predicted_deficit_are_estimated_only_without_a_limit(
+    search_and_initial: tuple[CoefficientSearch, SelectedStructure],
 ) -> None:
-    search, begun = search_and_start
-    (each,) = begun.chosen
+    search, initial = search_and_initial
+    (each,) = initial.chosen
 
-    def answer(selected: Selected, farthest: float | None = None) -> list[tuple[str, float, float]]:
-        limit = None if farthest is None else lambda _hypothesis: farthest
-        return [(r.hypothesis.term, r.behind, r.value) for r in in_place_of(selected, each, search.asked, limit)]
+    def replacements(selected: SelectedStructure, largest: float | None = None) -> list[tuple[str, float, float]]:
+        limit = None if largest is None else lambda _hypothesis: largest
+        return [
+            (r.hypothesis.term, r.deficit, r.value) for r in replacements_of(selected, each, search.hypotheses, limit)
+        ]
 
-    fresh, again = Selected(begun.estimate, begun.chosen), Selected(begun.estimate, begun.chosen)
-    every = answer(fresh)
+    fresh, again = (
+        SelectedStructure(initial.estimate, initial.chosen),
+        SelectedStructure(initial.estimate, initial.chosen),
+    )
+    every = replacements(fresh)
     assert every[0][0] == "alpha^3"
-    assert answer(again, 0.0)[0] == every[0]
-    far_ahead = Selected(begun.estimate, begun.chosen)
-    assert not answer(far_ahead, -1e3)  # nothing promises so much
-    assert answer(far_ahead, 0.0)[0] == every[0]
-    assert answer(again) == answer(far_ahead) == every
-    assert answer(fresh, -1e3) == every  # known already
+    assert replacements(again, 0.0)[0] == every[0]
+    far_ahead = SelectedStructure(initial.estimate, initial.chosen)
+    assert not replacements(far_ahead, -1e3)  # no predicted gain is so large
+    assert replacements(far_ahead, 0.0)[0] == every[0]
+    assert replacements(again) == replacements(far_ahead) == every
+    assert replacements(fresh, -1e3) == every  # cached already

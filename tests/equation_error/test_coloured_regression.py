@@ -27,7 +27,7 @@ def covariance(weights: Array, samples: int) -> Array:
 
 
 def regression(weights: Array, seed: int) -> tuple[Design, Weights, Array, list[Array]]:
-    """Two segments of one equation, their sizes different, with three unknowns."""
+    """Two segments of one equation of different sizes, with three unknowns."""
     generator = np.random.default_rng(seed)
     lengths, sizes = (60, 45), np.array([0.3, 2.0])
     columns = generator.standard_normal((sum(lengths), 3)).cumsum(axis=0)
@@ -88,7 +88,7 @@ def test_a_prior_is_a_measurement_of_zero() -> None:
     assert abs(solve(held, given).values[1]) < 1e-5
 
 
-def test_burg_s_method_finds_the_colour_that_two_records_share() -> None:
+def test_burg_s_method_estimates_the_shared_colour() -> None:
     generator = np.random.default_rng(4)
     weights = COLOURS["resonance"]
     records = [size * lfilter([1.0], weights, generator.standard_normal(4000)) for size in (1.0, 50.0)]
@@ -96,7 +96,7 @@ def test_burg_s_method_finds_the_colour_that_two_records_share() -> None:
     np.testing.assert_allclose(found.weights, weights, atol=0.05)
 
 
-def test_no_pole_of_a_bounded_colour_remembers_longer() -> None:
+def test_pole_memory_is_bounded() -> None:
     walk = np.random.default_rng(5).standard_normal(800).cumsum()
     found = fit_colour([walk], [1.0], 4, 10.0)
     assert np.max(np.abs(np.roots(found.weights))) <= np.exp(-0.1) + 1e-9
@@ -104,13 +104,13 @@ def test_no_pole_of_a_bounded_colour_remembers_longer() -> None:
     assert np.max(np.abs(np.roots(free.weights))) > 0.97
 
 
-def two_records_with_jumps(seed: int) -> tuple[Design, Array]:
-    """One equation of two recordings whose residuals, coloured alike, jump by twelve innovations; (R,) one jump."""
+def two_records_with_steps(seed: int) -> tuple[Design, Array]:
+    """One equation of two records of the same colour with steps of twelve innovations; (R,) one step."""
     generator = np.random.default_rng(seed)
     samples, moment = 240, 80
-    jump = np.repeat([0.0, 1.0], [moment, samples - moment])
+    step = np.repeat([0.0, 1.0], [moment, samples - moment])
     noise = [lfilter([1.0], [1.0, -0.6], generator.standard_normal(samples)) for _ in range(2)]
-    target = np.concatenate([12.0 * jump + each for each in noise])
+    target = np.concatenate([12.0 * step + each for each in noise])
     bounds = np.array([0, samples, 2 * samples])
     ones = np.kron(np.eye(2), np.ones((samples, 1)))
     design = Design(
@@ -124,46 +124,46 @@ def two_records_with_jumps(seed: int) -> tuple[Design, Array]:
         np.zeros(2),
         (None, None),
     )
-    return design, np.concatenate([jump, np.zeros(samples)])
+    return design, np.concatenate([step, np.zeros(samples)])
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_jump_of_one_record_gains_though_the_other_keeps_its_own(seed: int) -> None:
-    """The colour of both becomes no less likely than before: at that colour the gain is the score's."""
-    design, jump = two_records_with_jumps(seed)
+def test_a_step_in_one_record_gains_as_its_score_while_the_other_remains(seed: int) -> None:
+    """The shared colour does not become less likely: at that colour the gain is the score's."""
+    design, step = two_records_with_steps(seed)
     settings = EquationErrorSettings()
     base = regress(design, settings)
-    wide = design.beside(jump[:, None], [("trial", 0)])
+    wide = design.extended(step[:, None], [("trial", 0)])
     at_given_colour = solve(wide, base.weights).log_likelihood - base.log_likelihood
     gain = regress(wide, settings, base.weights, rounds=2).log_likelihood - base.log_likelihood
     assert at_given_colour > 20.0
     assert gain >= at_given_colour
 
 
-def coloured_alone_or_together(parts: list[Array], order: int) -> tuple[int, float]:
-    """Colours in number that residuals are given, and the rise of ln L over the shared one."""
+def own_or_shared_colours(parts: list[Array], order: int) -> tuple[int, float]:
+    """Number of colours estimated from residuals, and the rise of ln L over the shared one."""
     rough, floors = [float(np.std(part)) for part in parts], [1e-12] * len(parts)
     shared = shared_colour(parts, rough, floors, order, np.inf)
     found = with_own_colours(shared, parts, rough, floors, order, np.inf)
     return len({colour.weights.tobytes() for colour in found.colours}), found.likelihood - shared.likelihood
 
 
-def test_recordings_of_one_colour_and_two_sizes_share_it() -> None:
-    """Schwarz's price of four numbers, 2 ln 800, is passed by chance by chi-square of four beyond 26.7: 2 in 1e5."""
+def test_records_of_equal_colour_and_different_size_share_it() -> None:
+    """Schwarz's penalty of four, 2 ln 800, is exceeded by chance by chi-square of four beyond 26.7: 2 in 1e5."""
     alone = 0
     for seed in range(60):
         generator = np.random.default_rng([31, seed])
         parts = [s * lfilter([1.0], [1.0, -0.6], generator.standard_normal(400)) for s in (1.0, 7.0)]
-        alone += coloured_alone_or_together(parts, 4)[0] - 1
+        alone += own_or_shared_colours(parts, 4)[0] - 1
     assert alone == 0
 
 
-def test_recordings_of_different_colours_have_each_its_own_and_the_dense_likelihood() -> None:
+def test_records_of_different_colours_have_their_own() -> None:
     generator = np.random.default_rng(32)
     parts = [lfilter([1.0], [1.0, -pole], generator.standard_normal(300)) for pole in (0.9, -0.3)]
-    number, rise = coloured_alone_or_together(parts, 1)
+    number, rise = own_or_shared_colours(parts, 1)
     assert number == 2
-    # The same from dense covariance matrices: each record's likeliest pole alone, against one for both.
+    # The same from dense covariance matrices: each record's maximum-likelihood pole alone, against one for both.
 
     def dense(pole: float, part: Array) -> float:
         matrix = covariance(np.array([1.0, -pole]), part.size)
@@ -177,8 +177,8 @@ def test_recordings_of_different_colours_have_each_its_own_and_the_dense_likelih
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int) -> None:
-    design, jump = two_records_with_jumps(seed)
+def test_a_step_in_each_record_gains_as_in_a_single_record(seed: int) -> None:
+    design, step = two_records_with_steps(seed)
     settings = EquationErrorSettings()
     first = slice(0, int(design.bounds[1]))
     alone = Design(
@@ -193,15 +193,15 @@ def test_a_jump_that_each_record_has_gains_in_one_what_it_would_alone(seed: int)
         (None,),
     )
     base, base_alone = regress(design, settings), regress(alone, settings)
-    both = regress(design.beside(jump[:, None], [("trial", 0)]), settings, base.weights)
-    one = regress(alone.beside(jump[first, None], [("trial", 0)]), settings, base_alone.weights)
+    both = regress(design.extended(step[:, None], [("trial", 0)]), settings, base.weights)
+    one = regress(alone.extended(step[first, None], [("trial", 0)]), settings, base_alone.weights)
     gain, gain_alone = both.log_likelihood - base.log_likelihood, one.log_likelihood - base_alone.log_likelihood
-    price = 0.5 * settings.order * np.log(design.target.size)
-    # Burg's colours are the likeliest ones to about one unit of ln L a record.
-    assert gain > gain_alone - price - 2.0
+    penalty = 0.5 * settings.order * np.log(design.target.size)
+    # Burg's colours are within about one unit of ln L per record of the likeliest ones.
+    assert gain > gain_alone - penalty - 2.0
 
 
-def test_poles_of_long_memory_are_drawn_in_and_no_other() -> None:
+def test_only_poles_of_long_memory_are_moved_inward() -> None:
     poles = np.array([0.999, 0.6 + 0.3j, 0.6 - 0.3j, -0.2])
     residuals = lfilter([1.0], np.real(np.poly(poles)), np.random.default_rng(3).standard_normal(20000))
     free, held = (fit_colour([residuals], [1.0], 4, longest).weights for longest in (np.inf, 50.0))
@@ -211,7 +211,7 @@ def test_poles_of_long_memory_are_drawn_in_and_no_other() -> None:
     assert np.abs(np.roots(held)).max() == pytest.approx(limit)
 
 
-def test_segments_whitened_together_are_each_by_its_own_colour() -> None:
+def test_segments_are_whitened_by_their_own_colours() -> None:
     generator = np.random.default_rng(4)
     colours = [colour_of(np.array(weights)) for weights in ([1.0, -0.8, 0.2], [1.0], [1.0, -0.5])]
     bounds, sizes = np.array([0, 30, 45, 80]), np.array([0.3, 2.0, 1.0])

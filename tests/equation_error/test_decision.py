@@ -1,11 +1,11 @@
-"""What the equations show of flights that an independent simulation flew with something wrong, in calm air and not."""
+"""Decision by the equations on flights of an independent simulation with planted errors, in calm and turbulent air."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from equations_decided import decided, declared, proved
+from equations_decided import decided, declared, identified
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.effects.cg_shift import cg_shift
@@ -15,11 +15,11 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
+    linearised,
     position_hypotheses,
-    to_first_order,
-    within_reach,
+    with_aircraft_limits,
 )
-from aerosid.equation_error.selection.votes import beside_gusts
+from aerosid.equation_error.selection.cross_validation import validation_residuals
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -53,7 +53,7 @@ PLANTED = {
 
 
 @pytest.mark.parametrize("name", PLANTED)
-def test_what_is_planted_is_named_first_with_its_number(name: str) -> None:
+def test_the_planted_effect_is_found_first_with_its_value(name: str) -> None:
     wrong, accepted, value, tolerance = PLANTED[name]
     found = decided(*pair(1, wrong))
     first = found.findings[0]
@@ -63,33 +63,33 @@ def test_what_is_planted_is_named_first_with_its_number(name: str) -> None:
     assert first.ratio > 3.0
 
 
-def test_nothing_is_named_where_nothing_is_wrong() -> None:
+def test_nothing_is_selected_for_a_complete_model() -> None:
     found = decided(*pair(2))
     assert found.findings == ()
-    assert all(after.r2 == pytest.approx(before.r2, abs=1e-6) for before, after in found.shares)
+    assert all(after.r2 == pytest.approx(before.r2, abs=1e-6) for before, after in found.coefficient_fits)
 
 
-def test_gusts_that_the_vane_shows_are_motion_that_a_right_model_answers() -> None:
+def test_a_correct_model_explains_coefficients_in_measured_gusts() -> None:
     """Airspeed 55 m/s, gusts of 1 m/s, which move alpha as much as the elevator does."""
     found = decided(*pair(9, air=1.0))
     assert not found.findings
-    assert len(found.shares) == 6
-    assert all(min(before.r2, after.r2) > 0.95 for before, after in found.shares)
+    assert len(found.coefficient_fits) == 6
+    assert all(min(before.r2, after.r2) > 0.95 for before, after in found.coefficient_fits)
 
 
-def test_an_instrument_s_fault_is_proved_by_kinematics_and_a_term_by_coefficients() -> None:
+def test_kinematics_identify_an_instrument_error_and_coefficients_a_term() -> None:
     wrong = Wrong(delay={"alpha": 0.12}, terms={("C_X", "alpha^2"): 4.0})
     found = decided(*pair(3, wrong))
-    witnesses = {row.hypothesis.where: row.witness for row in found.findings}
-    assert witnesses["alpha"] == "kinematics"
-    assert witnesses["C_X"] == "coefficients"
-    unseen = [(before.r2, after.r2) for before, after in found.shares if not after.fitted]
-    assert len(unseen) == 3
-    assert all(after >= before - 0.005 for before, after in unseen)
+    sources = {row.hypothesis.where: row.source for row in found.findings}
+    assert sources["alpha"] == "kinematics"
+    assert sources["C_X"] == "coefficients"
+    validation = [(before.r2, after.r2) for before, after in found.coefficient_fits if not after.fitted]
+    assert len(validation) == 3
+    assert all(after >= before - 0.005 for before, after in validation)
 
 
-def test_a_slow_and_noisy_vane_is_slow_and_nothing_steps_where_the_record_begins() -> None:
-    """Noise of .003 rad is .03 rad in what a lag of .3 s is taken off, and the first sample has no neighbour."""
+def test_a_lagging_noisy_vane_gives_no_step_at_the_start_of_the_record() -> None:
+    """Noise of .003 rad becomes .03 rad when a lag of .3 s is corrected, and the first sample has no neighbour."""
     aircraft, logs, others = pair(43, air=0.6, body=BODIES[2])
     found = decided(aircraft, [slow_vane(log, 0) for log in logs], [slow_vane(log, 1) for log in others])
     (row,) = found.findings
@@ -98,8 +98,8 @@ def test_a_slow_and_noisy_vane_is_slow_and_nothing_steps_where_the_record_begins
 
 
 @pytest.mark.parametrize("seed", [44, 45])
-def test_a_slow_accelerometer_reads_gusts_slowly_too(seed: int) -> None:
-    """Had the lift's answer to gusts come at once, the accelerometer would be late and the lift a third too small."""
+def test_a_lagging_accelerometer_is_found_in_gusts(seed: int) -> None:
+    """If lift responded to gusts at once, the accelerometer would appear late and the lift a third too small."""
     aircraft, logs, others = pair(seed, air=0.6)
     found = decided(aircraft, [slow_accelerometer(log) for log in logs], [slow_accelerometer(log) for log in others])
     (row,) = found.findings
@@ -120,12 +120,12 @@ def slow_vane(log: FlightLog, seed: int) -> FlightLog:
     return replace(log, channels={**log.channels, "alpha": finely_lagged(log.time, log["alpha"], 0.3) + noise})
 
 
-def test_nothing_is_named_in_turbulence_where_nothing_is_wrong() -> None:
+def test_nothing_is_selected_in_turbulence_for_a_complete_model() -> None:
     assert decided(*pair(2, air=0.6)).findings == ()
 
 
 @pytest.mark.parametrize("name", ["late vane", "bent moment"])
-def test_what_is_planted_is_named_in_turbulence_and_nothing_else(name: str) -> None:
+def test_only_the_planted_effect_is_found_in_turbulence(name: str) -> None:
     wrong, accepted, value, _ = PLANTED[name]
     found = decided(*pair(1, wrong, air=0.6))
     assert {(row.hypothesis.kind, row.hypothesis.where) for row in found.findings} <= accepted
@@ -134,7 +134,7 @@ def test_what_is_planted_is_named_in_turbulence_and_nothing_else(name: str) -> N
 
 
 @pytest.mark.parametrize("body", [SINGLE, GLIDER])
-def test_an_elevator_as_late_as_its_steps_are_long_is_late_and_not_slow_and_gusts_do_not_speak_for_it(
+def test_a_delay_as_long_as_the_elevator_steps_is_no_lag_even_in_gusts(
     body: Body,
 ) -> None:
     found = decided(*pair(4, Wrong(elevator_delay=0.1), air=0.6, body=body))
@@ -143,21 +143,21 @@ def test_an_elevator_as_late_as_its_steps_are_long_is_late_and_not_slow_and_gust
     assert row.value == pytest.approx(0.1, abs=0.004)
 
 
-def test_gusts_show_no_shift_of_the_centre_of_gravity() -> None:
+def test_gusts_do_not_imply_a_shift_of_the_centre_of_gravity() -> None:
     flights = 16
     ratios = [shift_ratio(100 + n, 0.3 + 0.1 * (n % 8), BODIES[n % 8]) for n in range(flights)]
-    # Once in a thousand by chance. Where the arm turns with the measured pitch acceleration, which answers the same
-    # gusts as the lift does, the mean is 1.8 deviations and passes this bound all but always.
+    # Once in a thousand by chance. If the lever arm used the measured pitch acceleration, which responds to the same
+    # gusts as the lift, the mean would be 1.8 standard errors and exceed this bound nearly always.
     assert abs(np.mean(ratios)) < 3.3 / np.sqrt(flights)
 
 
 def shift_ratio(seed: int, air: float, body: Body) -> float:
-    """The shift along x that the declared structure's regression finds to first order, in its deviations."""
+    """First-order estimate of the shift along x by the declared structure's regression, in standard errors."""
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
     before = declared(aircraft, [flown("one", body, SEEDS + 10 * seed, air=air, seconds=24.0)], [])
     shift = Hypothesis("cg_shift", "x", effects=(at_null(cg_shift("x")),))
-    (candidate,) = effect_candidates(before.frame, before, [shift])
-    solution, _ = to_first_order(before, candidate)
+    (candidate,) = effect_candidates(before.problem, before, [shift])
+    solution, _ = linearised(before, candidate)
     return float(solution.values[-1] / np.sqrt(solution.covariance[-1, -1]))
 
 
@@ -166,24 +166,24 @@ def test_alternatives_lie_within_their_margin_and_gains_are_those_of_the_whole_s
     gains = {row.hypothesis.label: row.gain for row in found.findings}
     assert len(found.alternatives) > 1
     for row in found.alternatives:
-        assert row.behind < row.margin
-        # What stands in a finding's place brings what the finding is worth, less what it lacks.
-        assert row.gain + row.behind == pytest.approx(gains[row.instead_of.label])
+        assert row.deficit < row.margin
+        # The gain of a replacement is that of the finding less the deficit.
+        assert row.gain + row.deficit == pytest.approx(gains[row.replaces.label])
         assert row.hypothesis.label not in found.refuted
 
 
-def test_no_sensor_sits_outside_the_aircraft() -> None:
+def test_sensor_positions_lie_inside_the_aircraft() -> None:
     inside, vane = position_hypotheses(["a_z", "alpha"])[::-1]
     assert (inside.where, vane.where) == ("a_z", "alpha")
     for place, length, farthest in ((inside, 14.0, 7.0), (vane, 14.0, 9.1), (inside, None, 8.0), (vane, None, 10.4)):
-        (active,) = within_reach(place, 2.0, length).effects
+        (active,) = with_aircraft_limits(place, 2.0, length).effects
         assert active.effect.parameters[0].highest == pytest.approx(farthest)
         assert active.effect.parameters[0].lowest == pytest.approx(-farthest)
 
 
 @pytest.mark.slow
-def test_an_unseen_flight_that_steps_itself_does_not_refuse_a_slow_elevator_by_that(tmp_path: Path) -> None:
-    """Both lack a flap, a lag of the elevator and a step of all coefficients, of which no other flight can tell."""
+def test_a_step_in_the_validation_flight_does_not_refute_an_elevator_lag(tmp_path: Path) -> None:
+    """Both lack a flap, a lag of the elevator and a step of all coefficients, which no other flight can predict."""
     _, plants, _ = written(tmp_path, [FIRST, 5, 25], 25)
     assert [plant.label for plant in plants][1] == "control lag 0.148"
     logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
@@ -193,19 +193,19 @@ def test_an_unseen_flight_that_steps_itself_does_not_refuse_a_slow_elevator_by_t
     assert not found.refuted
 
 
-def test_what_happens_suddenly_in_an_unseen_flight_is_free_there_as_its_constant_is() -> None:
+def test_level_shifts_of_a_validation_flight_are_fitted_like_constants() -> None:
     aircraft, logs, others = pair(9, air=0.3)
-    faults = proved(aircraft, logs, others)
-    frame = replace(faults.selected.estimate.frame, kinds=COEFFICIENT, all_fitted=True)
-    found = estimate(frame, faults.start)
-    plain = beside_gusts(frame, found)
-    samples = plain[1, "C_m"].left.size
-    jump = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
-    freed = beside_gusts(frame, found, {(1, "C_m"): jump[:, None]})
+    errors = identified(aircraft, logs, others)
+    problem = replace(errors.selected.estimate.problem, kinds=COEFFICIENT, all_fitted=True)
+    found = estimate(problem, errors.start)
+    plain = validation_residuals(problem, found)
+    samples = plain[1, "C_m"].residual.size
+    step = np.repeat([0.0, 1.0], [samples // 3, samples - samples // 3])
+    freed = validation_residuals(problem, found, {(1, "C_m"): step[:, None]})
     assert set(freed) == set(plain)
-    np.testing.assert_allclose(freed[1, "C_Z"].left, plain[1, "C_Z"].left, atol=1e-12)
-    # The projection off the step: nothing is left along it, and what is taken is at right angles to what is left.
-    before, after = plain[1, "C_m"].left, freed[1, "C_m"].left
-    assert abs(after @ jump) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(jump)
+    np.testing.assert_allclose(freed[1, "C_Z"].residual, plain[1, "C_Z"].residual, atol=1e-12)
+    # Projection orthogonal to the step: the residual has no component along it, and the removed part is orthogonal.
+    before, after = plain[1, "C_m"].residual, freed[1, "C_m"].residual
+    assert abs(after @ step) < 1e-9 * np.linalg.norm(after) * np.linalg.norm(step)
     assert abs(after @ (before - after)) < 1e-9 * float(before @ before)
     assert np.linalg.norm(before - after) > 0.0

@@ -1,13 +1,13 @@
-"""Structures with one effect less against the same regressions made one by one, and on as many cores as wanted."""
+"""Structures with one effect deleted against separate regressions, and on any number of cores."""
 
 from dataclasses import replace
 
 import numpy as np
-from equations_decided import decided, proved
+from equations_decided import decided, identified
 
 from aerosid.compiled.cores import on_cores
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.deletion import STEPS, each_struck_out, left_out, without
+from aerosid.equation_error.selection.structure import STEPS, deletions, point_without, structure_without
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7500
@@ -19,20 +19,20 @@ AIRCRAFT = aircraft_of(BODY, 0.08, np.random.default_rng(SEEDS))
 LOGS = [flown(name, BODY, SEEDS + n, air=0.2, wrong=WRONG, seconds=20.0) for n, name in enumerate("ab")]
 
 
-def test_a_structure_without_one_fault_is_that_estimated_by_itself() -> None:
-    selected = proved(AIRCRAFT, LOGS[:1], LOGS[1:]).selected
+def test_deletion_matches_a_separate_estimate() -> None:
+    selected = identified(AIRCRAFT, LOGS[:1], LOGS[1:]).selected
     found = selected.estimate
     assert {each.hypothesis.label for each in selected.chosen} >= {("sensor_bias", "q", "")}
     with on_cores(2):
-        rest = each_struck_out(replace(selected, instead={}), selected.chosen, with_columns=True)
+        rest = deletions(replace(selected, cache={}), selected.chosen, with_columns=True)
     for peak, each in zip(rest, selected.chosen, strict=True):
-        alone = estimate(found.frame, without(found.point, each), found.solution.weights, STEPS)
+        alone = estimate(found.problem, point_without(found.point, each), found.solution.weights, STEPS)
         assert peak.log_likelihood == alone.log_likelihood
         assert peak.estimate.solution.covariance.tobytes() == alone.solution.covariance.tobytes()
-        assert left_out(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
+        assert structure_without(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
 
 
-def test_the_decision_is_that_of_one_core() -> None:
+def test_the_decision_does_not_depend_on_the_number_of_cores() -> None:
     alone = decided(AIRCRAFT, LOGS[:1], LOGS[1:])
     with on_cores(2):
         shared = decided(AIRCRAFT, LOGS[:1], LOGS[1:])

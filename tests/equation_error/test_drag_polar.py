@@ -1,4 +1,4 @@
-"""A drag polar as a term: regressed on lift as the model gives it, found as a candidate, and flown by an integrator."""
+"""A drag polar as a term: regressed on the model's lift, found as a candidate, and simulated."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ QUIET = {"V": 0.05, "alpha": 5e-4, "q": 5e-4, "theta": 5e-4, "a_x": 0.01, "a_z":
 SHAKEN = {"elevator": "3211", "amplitude": 0.09, "duration": 16.0, "noise": QUIET}
 
 
-def off(aircraft: Aircraft, share: float) -> Aircraft:
-    """The aircraft with every derivative that is no constant off by a share, up and down in turn."""
+def perturbed(aircraft: Aircraft, share: float) -> Aircraft:
+    """The aircraft with every derivative that is no constant in error by a fraction, alternating in sign."""
     rows = {
         (d.coefficient, str(d.term)): d.value * (1.0 + share * (-1) ** n)
         for n, d in enumerate(aircraft.derivatives)
@@ -33,9 +33,9 @@ def off(aircraft: Aircraft, share: float) -> Aircraft:
 @pytest.mark.parametrize(
     ("aircraft", "polar"), [(POLAR, ("C_D", "C_L^2")), (BODY_POLAR, ("C_X", "C_Z^2"))], ids=["C_L", "C_Z"]
 )
-def test_a_declared_polar_is_regressed_from_values_a_third_off(aircraft: Aircraft, polar: tuple[str, str]) -> None:
+def test_a_declared_polar_is_estimated_from_values_a_third_off(aircraft: Aircraft, polar: tuple[str, str]) -> None:
     logs = [Problem(aircraft, **SHAKEN).fly(seed, f"flight {seed}") for seed in (1, 2)]
-    found = decided(off(aircraft, 0.33), logs[:1], logs[1:])
+    found = decided(perturbed(aircraft, 0.33), logs[:1], logs[1:])
     assert polar[0] not in {row.hypothesis.where for row in found.findings}
     place = found.completed.design.unknowns.index(("term", entry(*polar)))
     value, error = found.completed.solution.values[place], np.sqrt(found.covariance[place, place])
@@ -44,20 +44,20 @@ def test_a_declared_polar_is_regressed_from_values_a_third_off(aircraft: Aircraf
     assert error < 0.1 * abs(true)
 
 
-def test_a_polar_that_is_asked_for_is_named_in_the_place_of_powers_of_alpha() -> None:
+def test_a_candidate_polar_is_selected_instead_of_powers_of_alpha() -> None:
     logs = [Problem(POLAR, **SHAKEN).fly(seed, f"flight {seed}") for seed in (3, 4)]
-    asked = replace(LIFT_AND_DRAG, candidates={"C_D": (entry("C_D", "C_L^2")[1],)})
-    found = decided(asked, logs[:1], logs[1:])
+    hypotheses = replace(LIFT_AND_DRAG, candidates={"C_D": (entry("C_D", "C_L^2")[1],)})
+    found = decided(hypotheses, logs[:1], logs[1:])
     (first,) = found.findings
-    # A hundredth of its column is its own where alpha moves so little: it is named for what it gains.
+    # A hundredth of its column is independent where alpha moves so little: it is selected for its gain.
     assert first.hypothesis.label == ("aero_term", "C_D", "C_L^2")
     assert abs(first.value - 0.05) < 4.0 * first.std_error
     assert found.completed.gain_over(found.before) > 20.0
 
 
-def test_a_declared_polar_goes_through_the_whole_loop() -> None:
+def test_a_declared_polar_passes_the_whole_loop() -> None:
     logs = [Problem(POLAR, **SHAKEN).fly(seed, f"flight {seed}") for seed in (5, 6)]
-    result = close_loop(logs[:1], off(POLAR, 0.1), validation=logs[1:], settings=LoopSettings(next_flight=False))
+    result = close_loop(logs[:1], perturbed(POLAR, 0.1), validation=logs[1:], settings=LoopSettings(next_flight=False))
     row = next(r for r in result.derivatives if (r.coefficient, r.term) == ("C_D", "C_L^2"))
     assert row.std_error is not None
     assert abs(row.value - 0.05) < 4.0 * row.std_error
@@ -68,8 +68,8 @@ def test_a_declared_polar_goes_through_the_whole_loop() -> None:
     assert written["C_D", "C_L^2"] == pytest.approx(row.value, rel=1e-4)
 
 
-def test_a_flight_with_a_polar_is_that_of_the_drag_multiplied_out() -> None:
-    """Both simulated by the package, which is held to an independent integration elsewhere; the terms are not alike."""
+def test_a_polar_flight_equals_that_with_the_expanded_drag() -> None:
+    """Both simulated by the package, which is compared with an independent integration elsewhere; the terms differ."""
     polar, expanded = (Problem(aircraft, duration=6.0, noise=SILENT).fly() for aircraft in (POLAR, POLAR_EXPANDED))
     for name in ("V", "alpha", "q", "theta", "a_x", "a_z"):
         assert_allclose(polar[name], expanded[name], rtol=1e-10, atol=1e-12)
@@ -80,7 +80,7 @@ WIND = '[derivatives.C_D]\n"{}" = {{ value = 1.0 }}\n[derivatives.C_L]\n"{}" = {
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (BODY.format("C_L^2", "alpha"), "does not have"),
         (WIND.format("1", "C_L*alpha"), "other coefficients"),
@@ -88,7 +88,7 @@ WIND = '[derivatives.C_D]\n"{}" = {{ value = 1.0 }}\n[derivatives.C_L]\n"{}" = {
         (WIND.format("1", "alpha") + '[candidates]\nC_D = ["C_Z^2"]', "does not have"),
     ],
 )
-def test_a_lift_that_is_not_there_or_of_itself_is_refused_in_a_sentence(text: str, said: str) -> None:
+def test_a_missing_or_recursive_lift_is_rejected_with_a_message(text: str, message: str) -> None:
     head = "\n".join(
         [
             'schema = 1\naircraft = { name = "x" }',
@@ -96,6 +96,6 @@ def test_a_lift_that_is_not_there_or_of_itself_is_refused_in_a_sentence(text: st
             "mass = { mass = 2000.0, I_yy = 5000.0 }",
         ]
     )
-    with pytest.raises(AircraftError, match=said) as caught:
+    with pytest.raises(AircraftError, match=message) as caught:
         aircraft_from_text(f"{head}\n{text}\n", "x.toml", "0" * 64)
     assert "x.toml" in str(caught.value)

@@ -1,4 +1,4 @@
-"""Monte Carlo of flights with nothing missing: how many are named, and whether the bounds hold."""
+"""Monte Carlo of flights with nothing missing: false-alarm rate, and validity of the bounds."""
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ pytestmark = pytest.mark.slow
 FLIGHTS = 60
 SEEDS = 900_000
 DESIGNED = 0.01
-"""Share of such flights in which something may be named."""
+"""Fraction of such flights on which an effect may be selected."""
 
 
-def test_few_flights_with_nothing_missing_are_named_and_their_bounds_hold() -> None:
+def test_the_false_alarm_rate_and_the_bounds_hold() -> None:
     named = 0
     off: list[float] = []
     for n in range(FLIGHTS):
@@ -35,14 +35,14 @@ def test_few_flights_with_nothing_missing_are_named_and_their_bounds_hold() -> N
                 coefficient, term = unknown[1]  # type: ignore[misc]
                 true = body.terms.get((coefficient, str(term)), 0.0)
                 off.append(abs(found.completed.solution.values[place] - true) / deviations[place])
-    # At the designed share more than this would come up once in a thousand; at a tenth it does in 95 of 100.
+    # At the designed rate more than this occurs once in a thousand; at a tenth it does in 95 of 100.
     assert named <= binom.ppf(0.999, FLIGHTS, DESIGNED)
     assert np.mean(np.array(off) < 2.0) > 0.90
     assert np.mean(np.array(off) < 3.0) > 0.98
 
 
-def test_few_single_flights_with_nothing_missing_are_named_and_what_is_planted_stays_found() -> None:
-    """With one flight alone its blocks vote on coefficients; kinematics have one witness, and may err in 3 of 100."""
+def test_the_false_alarm_rate_holds_on_single_flights_and_planted_effects_are_found() -> None:
+    """On a single flight coefficients are cross-validated by blocks; kinematics are not, and may err in 3 of 100."""
     named, found, extra = 0, 0, 0
     planted = Wrong(terms={("C_m", "alpha^2"): -2.5})
     for n in range(FLIGHTS):
@@ -59,11 +59,11 @@ def test_few_single_flights_with_nothing_missing_are_named_and_what_is_planted_s
         decision = decided(aircraft, [bent], [])
         labels = {row.hypothesis.label for row in decision.findings}
         offered = {row.hypothesis.label for row in decision.alternatives}
-        # A power or a hinge that these flights cannot tell from the parabola may be named in its place, beside it.
+        # A power or a hinge that is indistinguishable from the parabola on these flights may be selected instead.
         is_found = ("aero_term", "C_m", "alpha^2") in labels | offered
         found += is_found
         extra += max(len(labels) - is_found, 0)
     assert named <= binom.ppf(0.999, FLIGHTS, 0.03)
-    # Measured: 16 of 20; gliders and 20 s of gusts do not show it. At 5 of 6 fewer come up once in a thousand.
+    # Measured: 16 of 20; gliders and 20 s of gusts do not show it. At 5 of 6 fewer occur once in a thousand.
     assert found >= binom.ppf(0.001, FLIGHTS // 3, 5 / 6)
     assert extra <= binom.ppf(0.999, FLIGHTS // 3, 0.03)

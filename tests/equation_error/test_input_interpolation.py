@@ -1,4 +1,4 @@
-"""Inputs straight or smooth between samples: what a simulation holds, and what stood behind a recorder's filter."""
+"""Inputs linear or smooth between samples: as simulated, and behind a recorder's filter."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,9 @@ from scipy.signal import butter, lfilter
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
-from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate
-from aerosid.equation_error.regression.input_interpolation import likelier_inputs
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 
@@ -37,15 +37,15 @@ def as_recorded() -> FlightLog:
 
 
 def regressed(log: FlightLog) -> Estimate:
-    """The declared structure, its inputs smooth."""
+    """The declared structure with smooth inputs."""
     aircraft, settings = commuter.aircraft(commuter.SIDE), EquationErrorSettings()
     model, manoeuvre = questioned(aircraft, log)
-    frame = Frame(read_recordings([manoeuvre], [], settings), COEFFICIENT, settings)
-    return estimate(frame, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
+    problem = RegressionProblem(read_recordings([manoeuvre], [], settings), COEFFICIENT, settings)
+    return estimate(problem, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
 
 
 def furthest_roll_derivative(found: Estimate) -> float:
-    """Largest distance of a derivative of C_l from the truth, deviations."""
+    """Largest error of a derivative of C_l, standard errors."""
     deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
     far = 0.0
     for unknown, value, deviation in zip(found.design.unknowns, found.solution.values, deviations, strict=True):
@@ -58,15 +58,15 @@ def furthest_roll_derivative(found: Estimate) -> float:
 @pytest.mark.parametrize(
     ("flown", "straight"), [(as_simulated, True), pytest.param(as_recorded, False, marks=pytest.mark.slow)]
 )
-def test_the_likelier_course_is_the_one_that_was_flown(flown: Callable[[], FlightLog], straight: bool) -> None:
+def test_the_likelier_interpolation_is_the_true_one(flown: Callable[[], FlightLog], straight: bool) -> None:
     smooth = regressed(flown())
-    chosen = likelier_inputs(smooth)
-    assert [recording.linear_inputs for recording in chosen.frame.recordings] == [straight]
+    chosen = likelier_input_interpolation(smooth)
+    assert [recording.linear_inputs for recording in chosen.problem.recordings] == [straight]
     assert furthest_roll_derivative(chosen) < 3.0
 
 
-def test_controls_taken_for_smooth_pull_the_derivatives_of_roll_away() -> None:
+def test_the_wrong_interpolation_biases_roll_derivatives() -> None:
     smooth = regressed(as_simulated())
     pulled = furthest_roll_derivative(smooth)
     assert pulled > 3.0
-    assert pulled > 3.0 * furthest_roll_derivative(likelier_inputs(smooth))
+    assert pulled > 3.0 * furthest_roll_derivative(likelier_input_interpolation(smooth))

@@ -1,4 +1,4 @@
-"""Sudden changes of unseen flights: found beside the structure, told as no finding, and hiding nothing of it."""
+"""Step changes of validation flights: estimated with the structure, no finding, and masking no effect."""
 
 from pathlib import Path
 
@@ -8,47 +8,51 @@ from equations_decided import decided, declared
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.estimate import Frame, estimate
+from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
 from aerosid.equation_error.selection.level_shifts import level_shifts, shift_columns, shifts_of
-from aerosid.equation_error.selection.prices import Rules
+from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 SINGLE = BODIES[0]
-MOMENT, JUMP = 11.0, 0.4
+MOMENT, STEP = 11.0, 0.4
 """s, m/s^2."""
 
 
-def jolted(log: FlightLog) -> FlightLog:
-    """The log with an axial acceleration that jumps, as a drag that changes suddenly would make it."""
+def with_step(log: FlightLog) -> FlightLog:
+    """The log with a step of the axial acceleration, as by a sudden change of drag."""
     channels = {name: log[name].copy() for name in log.units}
-    channels["a_x"] += JUMP * (log.time >= MOMENT)
+    channels["a_x"] += STEP * (log.time >= MOMENT)
     return FlightLog(log.name, log.time, channels, dict(log.units))
 
 
-def test_a_jump_of_an_unseen_flight_is_found_there_and_belongs_to_no_fit() -> None:
+def test_a_level_shift_of_a_validation_flight_is_found_there_only() -> None:
     aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(5300))
     one, two = (flown(name, SINGLE, 5300 + n, air=0.3, seconds=24.0) for n, name in enumerate(("one", "two")))
-    base = declared(aircraft, [one], [jolted(two)])
-    whole = estimate(Frame(base.frame.recordings, COEFFICIENT, base.frame.settings, all_fitted=True), base.point)
-    found = level_shifts(whole, ("C_X", "C_Z", "C_m"), Rules({("step_change", "C_X", ""): 1.0}, 1000, 0.01), 4)
+    base = declared(aircraft, [one], [with_step(two)])
+    whole = estimate(
+        RegressionProblem(base.problem.recordings, COEFFICIENT, base.problem.settings, all_fitted=True), base.point
+    )
+    found = level_shifts(
+        whole, ("C_X", "C_Z", "C_m"), SelectionCriterion({("step_change", "C_X", ""): 1.0}, 1000, 0.01), 4
+    )
     (shift,) = shifts_of(found)
     assert (shift.effect.where, shift.log) == ("C_X", "two")
     force = 0.5 * SINGLE.density * SINGLE.airspeed**2 * SINGLE.wing_area
-    assert shift.values[0] == pytest.approx(JUMP * SINGLE.mass / force, rel=0.15)
+    assert shift.values[0] == pytest.approx(STEP * SINGLE.mass / force, rel=0.15)
     assert shift.values[1] == pytest.approx(MOMENT, abs=0.1)
     ((place, equation),) = shift_columns(found)
-    assert (found.frame.recordings[place].name, equation) == ("two", "C_X")
-    alone = estimate(base.frame, found.point)
+    assert (found.problem.recordings[place].name, equation) == ("two", "C_X")
+    alone = estimate(base.problem, found.point)
     assert shifts_of(alone) == ()
     np.testing.assert_allclose(alone.solution.values, base.solution.values, rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.slow
-def test_a_jump_of_an_unseen_flight_hides_no_term(tmp_path: Path) -> None:
-    """C_m steps on either flight; that of the unseen one hid a term of alphadot, and C_m_q was 16 deviations off."""
+def test_a_level_shift_of_a_validation_flight_masks_no_term(tmp_path: Path) -> None:
+    """C_m steps on either flight; that of the validation flight masked alphadot, and C_m_q was 16 errors off."""
     at, (step, _, downwash), _ = written(tmp_path, [FIRST, 102, 21], 21)
     aircraft = load_aircraft(tmp_path / "aircraft.toml")
     found = decided(aircraft, [read_log(tmp_path / "identification.csv")], [read_log(tmp_path / "validation.csv")])

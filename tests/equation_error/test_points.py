@@ -21,7 +21,7 @@ from aerosid.equation_error.equations.points import Equations, Point
 from aerosid.equation_error.equations.sensors import corrected
 from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import Estimate, residual_of
-from aerosid.equation_error.selection.candidates import joined
+from aerosid.equation_error.selection.candidates import with_hypothesis
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
@@ -37,17 +37,17 @@ def declared() -> Estimate:
 def test_residuals_need_no_columns(seconds: float) -> None:
     found = declared()
     late = Hypothesis("sensor_delay", "q", effects=(at_null(sensor_delay("q")),))
-    point = joined(found.point, late)
+    point = with_hypothesis(found.point, late)
     point = point.with_effects([point.effects[-1].beside(0, seconds)])
-    design = design_of(found.frame.segments(point), found.frame.settings)
+    design = design_of(found.problem.segments(point), found.problem.settings)
     values = np.random.default_rng(7).standard_normal(len(design.unknowns))
     assert ("gust", "C_m") in design.unknowns
-    left = residual_of(found.frame, dict(zip(design.unknowns, values, strict=True)), point)
+    left = residual_of(found.problem, dict(zip(design.unknowns, values, strict=True)), point)
     np.testing.assert_allclose(left, design.target - design.columns @ values, atol=1e-11 * np.abs(left).max())
 
 
 def visited() -> list[Point]:
-    """A point with a lag, a step, a shifted centre of gravity, a displaced sensor and separation, and those beside."""
+    """A point with a lag, a step, a shifted centre of gravity, a displaced sensor and separation, and neighbours."""
     first = declared().point
     (lift, *_) = (entry[0] for entry in first.free if entry[0] in ("C_L", "C_Z"))
     effects = [
@@ -67,40 +67,40 @@ def visited() -> list[Point]:
     return [point, *(replace(point, effects=(*point.effects[:i], a, *point.effects[i + 1 :])) for i, a in beside)]
 
 
-def test_what_is_kept_of_the_last_points_changes_no_bit() -> None:
-    """Each point by equations that saw the others before, there and back, and by ones that saw none."""
-    frame, points = declared().frame, visited()
+def test_the_cache_of_points_changes_no_bit() -> None:
+    """Each point by equations that evaluated the others before, there and back, and by fresh ones."""
+    problem, points = declared().problem, visited()
 
     def left(equations: Equations, point: Point) -> bytes:
         values = {("term", entry): 1.0 + n for n, entry in enumerate(point.free)}
-        return equations.left(point, values).tobytes()
+        return equations.residuals(point, values).tobytes()
 
     def fresh() -> Equations:
-        recordings = [replace(recording) for recording in frame.recordings]  # with nothing kept
-        return Equations(recordings, frame.settings, frame.kinds, all_fitted=True)
+        recordings = [replace(recording) for recording in problem.recordings]  # with empty caches
+        return Equations(recordings, problem.settings, problem.kinds, all_fitted=True)
 
-    kept = fresh()
+    cached = fresh()
     by_itself = [left(fresh(), point) for point in points]
     assert len(set(by_itself)) == len(points)
     for n in (*range(len(points)), *reversed(range(len(points)))):
-        assert left(kept, points[n]) == by_itself[n]
+        assert left(cached, points[n]) == by_itself[n]
 
 
-def test_kinematic_equations_beside_other_faults_are_those_made_anew() -> None:
-    """Of the height's sensor too, whose faults leave the path in the air as it is."""
+def test_cached_kinematic_equations_match_fresh_ones() -> None:
+    """Also with errors of the height sensor, which do not change the path relative to the air."""
     found = declared()
-    frame = replace(found.frame, kinds=KINEMATIC)
-    faults = [(sensor_scale("h"), (1.05,)), (sensor_delay("alpha"), (0.04,)), (sensor_delay("h"), (0.1,))]
-    acting = [replace(at_null(effect), values=values) for effect, values in faults]
+    problem = replace(found.problem, kinds=KINEMATIC)
+    errors = [(sensor_scale("h"), (1.05,)), (sensor_delay("alpha"), (0.04,)), (sensor_delay("h"), (0.1,))]
+    acting = [replace(at_null(effect), values=values) for effect, values in errors]
     for n in range(len(acting) + 1):
         point = found.point.with_effects(acting[:n])
-        design = frame.design(point)
-        for segment, target in zip(frame.segments(point), np.split(design.target, design.bounds[1:-1]), strict=True):
-            recording = frame.recordings[segment.recording]
-            motion = reconstruct(recording, acting[:n], corrected(recording, acting[:n]), frame.settings)
+        design = problem.design(point)
+        for segment, target in zip(problem.segments(point), np.split(design.target, design.bounds[1:-1]), strict=True):
+            recording = problem.recordings[segment.recording]
+            motion = reconstruct(recording, acting[:n], corrected(recording, acting[:n]), problem.settings)
             predicted = predicted_records(recording, acting[:n], motion)[segment.equation]
             left = recording.band(recording.channels[segment.equation] - predicted)
             np.testing.assert_allclose(target, left, atol=1e-10 * np.abs(recording.channels[segment.equation]).max())
-        anew = design_of(frame.segments(point), frame.settings)
+        anew = design_of(problem.segments(point), problem.settings)
         assert anew.unknowns == design.unknowns
         np.testing.assert_array_equal(anew.columns, design.columns)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative, running_integral
+from aerosid.equation_error.equations.running_integral import derivative, linear_as_differentiated, running_integral
 
 NUMBERS = st.floats(-10.0, 10.0)
 
@@ -43,10 +43,10 @@ def test_the_derivative_is_that_of_the_interpolating_cubic_spline(samples: int, 
     np.testing.assert_allclose(derivative(values, interval), expected, atol=1e-9 / interval)
 
 
-def test_the_derivative_shows_of_a_polyline_what_it_is_said_to() -> None:
+def test_the_derivative_of_an_integrated_polyline_is_attenuated_as_stated() -> None:
     """The exact integral of straight lines between random samples, differentiated by the spline through it."""
     polyline = np.random.default_rng(3).standard_normal((80, 2))
     integral = np.concatenate([np.zeros((1, 2)), np.cumsum(0.04 * 0.5 * (polyline[1:] + polyline[:-1]), axis=0)])
     shown = np.column_stack([derivative(column, 0.04) for column in integral.T])
-    np.testing.assert_allclose(linear_in_derivative(polyline)[12:-12], shown[12:-12], atol=1e-5)
+    np.testing.assert_allclose(linear_as_differentiated(polyline)[12:-12], shown[12:-12], atol=1e-5)
     assert np.abs(shown - polyline)[12:-12].max() > 0.3

@@ -1,4 +1,4 @@
-"""Structures of several effects that the search of the coefficient equations reaches only together."""
+"""Structures of several effects that stepwise selection in the coefficient equations reaches only together."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def decided_of(folder: Path, seed: int, n: int) -> EquationErrorDecision:
     return decided(load_aircraft(folder / "aircraft.toml"), logs[:1], logs[1:])
 
 
-def test_a_lag_before_a_rate_limit_is_told_from_one_behind_it(tmp_path: Path) -> None:
+def test_the_order_of_a_lag_and_a_rate_limit_is_identified(tmp_path: Path) -> None:
     """A lag of .147 s before a limit of .0265 rad/s: in the other order ln L is 50 lower, and C_m 40 % off."""
     found = decided_of(tmp_path, 101, 23)
     rows = {row.hypothesis.kind: row for row in found.findings}
@@ -33,20 +33,20 @@ def test_a_lag_before_a_rate_limit_is_told_from_one_behind_it(tmp_path: Path) ->
     assert abs(rows["control_rate_limit"].value - 0.0265) < 3.0 * rows["control_rate_limit"].std_error
 
 
-def test_effects_of_a_control_act_in_the_order_found_but_for_one_that_comes_first() -> None:
+def test_control_effects_act_in_order_of_selection_except_one_marked_first() -> None:
     lag = ActiveEffect(control_lag("delta_e"), (0.1,))
     limit = ActiveEffect(control_rate_limit("delta_e", 1.0, 0.1), (0.2,))
     assert [active for _, active in in_acting_order([limit, lag])] == [limit, lag]
     late = Hypothesis("control_delay", "delta_e", effects=(ActiveEffect(control_delay("delta_e"), (0.1,)),))
-    behind, before = in_either_order([late], [limit])
-    assert [active for _, active in in_acting_order([limit, *behind.effects])] == [limit, *behind.effects]
+    deficit, before = in_either_order([late], [limit])
+    assert [active for _, active in in_acting_order([limit, *deficit.effects])] == [limit, *deficit.effects]
     assert [active for _, active in in_acting_order([limit, *before.effects])] == [*before.effects, limit]
     assert in_either_order([late], []) == [late]
 
 
 @pytest.mark.slow
 def test_separation_is_found_where_alpha_spans_less_than_six_degrees(tmp_path: Path) -> None:
-    """Beside a step of thrust on either flight; C_m_q was 30 % off with powers of alpha in its place."""
+    """Together with a step of thrust on either flight; C_m_q was 30 % off with powers of alpha in its place."""
     found = decided_of(tmp_path, 101, 37)
     log = read_log(tmp_path / "identification.csv")
     assert float(np.ptp(log["alpha"])) < np.radians(6.0)
@@ -55,8 +55,8 @@ def test_separation_is_found_where_alpha_spans_less_than_six_degrees(tmp_path: P
     assert set(rows) == {"sensor_delay", "flow_separation", "thrust_change"}
 
 
-def test_a_bend_of_lift_over_all_angles_is_no_separation(tmp_path: Path) -> None:
-    """An elevator that cannot follow, in a recording smoothed afterwards, was told as a static curve at both limits."""
+def test_curved_lift_over_all_angles_is_no_separation(tmp_path: Path) -> None:
+    """An inconsistent elevator, in a record smoothed afterwards, was identified as a static curve at both limits."""
     found = decided_of(tmp_path, 141, 20)
     assert "flow_separation" not in {row.hypothesis.kind for row in found.findings}
     (limit,) = [row for row in found.findings if row.hypothesis.kind == "control_rate_limit"]
@@ -68,14 +68,14 @@ def named(found: EquationErrorDecision) -> set[tuple[str, str]]:
 
 
 @pytest.mark.slow
-def test_a_lateness_that_forces_do_not_bear_out_is_not_named(tmp_path: Path) -> None:
-    """Kinematics gain 29 in ln L by a lag of V of .03 s that is not there; forces and moments lose 19 by it."""
+def test_a_delay_contradicted_by_the_forces_is_not_selected(tmp_path: Path) -> None:
+    """Kinematics gain 29 in ln L by a false lag of V of .03 s; forces and moments lose 19 by it."""
     assert named(decided_of(tmp_path, 104, 10)) == {("cg_shift", "x")}
 
 
 @pytest.mark.slow
-def test_a_lag_beside_a_scale_is_told_from_a_delay(tmp_path: Path) -> None:
-    """To first order a lag of V beside its scale gains a sixth of what it does: it was left unasked."""
+def test_a_lag_with_a_scale_factor_error_is_distinguished_from_a_delay(tmp_path: Path) -> None:
+    """To first order a lag of V with its scale factor gains a sixth of its converged gain: it was not tested."""
     rows = {row.hypothesis.label[:2]: row for row in decided_of(tmp_path, 104, 5).findings}
     lag = rows["sensor_lag", "V"]
     assert abs(lag.value - 0.901) < 3.0 * lag.std_error
@@ -83,15 +83,15 @@ def test_a_lag_beside_a_scale_is_told_from_a_delay(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_centre_of_gravity_that_moves_on_either_flight_is_no_step_of_the_moment(tmp_path: Path) -> None:
-    """Taken for a step on the unseen flight it was one on the fitted flight too, with a term of alpha^2 beside it."""
+def test_a_moving_centre_of_gravity_is_no_step_of_the_moment(tmp_path: Path) -> None:
+    """Taken for a step on the validation flight it was one on the fitted flight too, and alpha^2 was added."""
     (row,) = decided_of(tmp_path, 104, 25).findings
     assert row.hypothesis.label == ("cg_shift", "x", "")
     assert abs(row.value - 0.155) < 3.0 * row.std_error
 
 
-def test_what_an_effect_that_does_not_stand_was_taken_for_is_asked_again(tmp_path: Path) -> None:
-    """Separation with its moment at the limit stood for a bent moment and left; the moment stayed 28 % off."""
+def test_effects_masked_by_an_eliminated_one_are_tested_again(tmp_path: Path) -> None:
+    """Separation with its moment at the limit masked a nonlinear moment and left; the moment stayed 28 % off."""
     found = decided_of(tmp_path, 104, 31)
     assert ("aero_term", "C_m") in named(found)
     every = {row.hypothesis.label for row in (*found.findings, *found.alternatives)}

@@ -1,4 +1,4 @@
-"""Channels that are early by one time are told as others that are late, where that takes fewer faults."""
+"""Several channels early by one time are identified as others that are late, where that takes fewer errors."""
 
 from __future__ import annotations
 
@@ -7,65 +7,67 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from equations_decided import proved
+from equations_decided import identified
 
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.candidates import joined
-from aerosid.equation_error.selection.deletion import Chosen, Selected, paid
-from aerosid.equation_error.selection.prices import Rules, own_effects, rules_for
-from aerosid.equation_error.selection.proved_faults import ProvedFaults
-from aerosid.equation_error.selection.time_origin import with_late_channels
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for, effects_of
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, penalised_likelihood
+from aerosid.equation_error.selection.time_origin import with_other_time_origin
 from aerosid.logs.flight_log import FlightLog
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 LATE = 0.15
-"""s that the planted channels come late or early."""
+"""Planted time delay or lead of the channels, s."""
 
 BODY = BODIES[0]
 
 
-def shifted(log: FlightLog, channels: Sequence[str], delay: float) -> FlightLog:
-    """The log with some channels later by a time, along the straight line between samples."""
+def delayed(log: FlightLog, channels: Sequence[str], delay: float) -> FlightLog:
+    """The log with some channels delayed, by linear interpolation between samples."""
     moved = {c: np.interp(log.time - delay, log.time, log[c]) for c in channels}
     return replace(log, channels={**log.channels, **moved})
 
 
-def early(faults: ProvedFaults, channels: Sequence[str]) -> tuple[Selected, Rules]:
-    """A structure in which delays of some channels are free, begun early."""
-    estimated, point, chosen = faults.declared, faults.declared.point, []
-    for hypothesis in faults.asked:
+def early(errors: InstrumentErrors, channels: Sequence[str]) -> tuple[SelectedStructure, SelectionCriterion]:
+    """A structure in which the delays of some channels are free, starting early."""
+    estimated, point, chosen = errors.declared, errors.declared.point, []
+    for hypothesis in errors.hypotheses:
         if hypothesis.kind == "sensor_delay" and hypothesis.where in channels:
             (active,) = hypothesis.effects
-            point = joined(point, replace(hypothesis, effects=(replace(active, values=(-LATE,)),)))
-            chosen.append(Chosen(hypothesis, kinematic=True, gain=0.0))
-    rules = rules_for(faults.asked, estimated.design.target.size, 0.01, 0.3)
-    return Selected(estimate(estimated.frame, point), tuple(chosen)), rules
+            point = with_hypothesis(point, replace(hypothesis, effects=(replace(active, values=(-LATE,)),)))
+            chosen.append(SelectedEffect(hypothesis, kinematic=True, gain=0.0))
+    criterion = criterion_for(errors.hypotheses, estimated.design.target.size, 0.01, 0.3)
+    return SelectedStructure(estimate(estimated.problem, point), tuple(chosen)), criterion
 
 
-def told(faults: ProvedFaults, begun: Selected, rules: Rules) -> dict[tuple[str, str], float]:
-    """Kind, channel and number of what is chosen after the other origin was tried."""
-    sensors = [h for h in faults.asked if h.kind in ("sensor_delay", "sensor_lag")]
-    found = with_late_channels(begun, sensors, rules, lambda _found, _hypothesis: True)
-    assert paid(found, rules) >= paid(begun, rules)
+def found_delays(
+    errors: InstrumentErrors, initial: SelectedStructure, criterion: SelectionCriterion
+) -> dict[tuple[str, str], float]:
+    """Kind, channel and value of the selected delays after the other origin was tried."""
+    sensors = [h for h in errors.hypotheses if h.kind in ("sensor_delay", "sensor_lag")]
+    found = with_other_time_origin(initial, sensors, criterion, lambda _found, _hypothesis: True)
+    assert penalised_likelihood(found, criterion) >= penalised_likelihood(initial, criterion)
     numbers = {}
     for each in found.chosen:
-        (active,) = own_effects(found.estimate.point, each.hypothesis)
+        (active,) = effects_of(found.estimate.point, each.hypothesis)
         numbers[each.hypothesis.kind, each.hypothesis.where] = active.values[0]
     return numbers
 
 
-def test_a_late_vane_is_told_and_not_three_early_sensors() -> None:
+def test_one_late_vane_is_preferred_to_three_early_sensors() -> None:
     aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(8400))
-    log = shifted(flown("one", BODY, 8401, air=0.2, seconds=24.0), ["alpha"], LATE)
-    faults = proved(aircraft, [log], [])
-    begun, rules = early(faults, ["q", "theta", "a_z"])
-    assert len(begun.chosen) == 3
-    assert told(faults, begun, rules) == {("sensor_delay", "alpha"): pytest.approx(LATE, abs=0.03)}
+    log = delayed(flown("one", BODY, 8401, air=0.2, seconds=24.0), ["alpha"], LATE)
+    errors = identified(aircraft, [log], [])
+    initial, criterion = early(errors, ["q", "theta", "a_z"])
+    assert len(initial.chosen) == 3
+    assert found_delays(errors, initial, criterion) == {("sensor_delay", "alpha"): pytest.approx(LATE, abs=0.03)}
 
 
-def test_a_channel_that_is_early_alone_stays_so() -> None:
+def test_a_single_early_channel_remains_early() -> None:
     aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(8410))
-    log = shifted(flown("one", BODY, 8411, air=0.2, seconds=24.0), ["a_z"], -LATE)
-    faults = proved(aircraft, [log], [])
-    begun, rules = early(faults, ["a_z"])
-    assert told(faults, begun, rules) == {("sensor_delay", "a_z"): pytest.approx(-LATE, abs=0.03)}
+    log = delayed(flown("one", BODY, 8411, air=0.2, seconds=24.0), ["a_z"], -LATE)
+    errors = identified(aircraft, [log], [])
+    initial, criterion = early(errors, ["a_z"])
+    assert found_delays(errors, initial, criterion) == {("sensor_delay", "a_z"): pytest.approx(-LATE, abs=0.03)}

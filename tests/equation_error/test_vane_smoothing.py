@@ -1,4 +1,4 @@
-"""Smoothing time of vanes by likelihood: a good vane in gusts is believed sooner than a noisy one in calm air."""
+"""Smoothing time of vanes by likelihood: shorter for a good vane in gusts than for a noisy one in calm air."""
 
 from dataclasses import replace
 
@@ -7,12 +7,12 @@ import pytest
 from equations_decided import declared
 
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.regression.vane_smoothing import likelier_smoothing
+from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
 @pytest.mark.parametrize(("air", "noise", "shorter"), [(1.0, 0.0, True), (0.0, 4e-3, False)], ids=["gusts", "noise"])
-def test_the_shorter_time_is_taken_in_gusts_and_the_longer_before_a_noisy_vane(
+def test_a_short_time_is_selected_in_gusts_and_a_long_one_for_a_noisy_vane(
     air: float, noise: float, shorter: bool
 ) -> None:
     body = BODIES[0]
@@ -21,9 +21,9 @@ def test_the_shorter_time_is_taken_in_gusts_and_the_longer_before_a_noisy_vane(
         log = flown(name, body, 6300 + n, air=air, seconds=24.0)
         disturbed = log["alpha"] + noise * np.random.default_rng(n).standard_normal(log.time.size)
         logs.append(replace(log, channels={**log.channels, "alpha": disturbed}))
-    begun = declared(aircraft_of(body, 0.08, np.random.default_rng(7)), logs[:1], logs[1:])
-    found = likelier_smoothing(begun)
-    settings = begun.frame.settings
-    assert (found.frame.settings.blend < settings.blend) == shorter
-    other = replace(begun.frame, settings=replace(settings, blend=settings.blends[0]))
-    assert found.log_likelihood >= max(begun.log_likelihood, estimate(other, begun.point).log_likelihood) - 0.1
+    initial = declared(aircraft_of(body, 0.08, np.random.default_rng(7)), logs[:1], logs[1:])
+    found = likelier_vane_smoothing(initial)
+    settings = initial.problem.settings
+    assert (found.problem.settings.blend < settings.blend) == shorter
+    other = replace(initial.problem, settings=replace(settings, blend=settings.blends[0]))
+    assert found.log_likelihood >= max(initial.log_likelihood, estimate(other, initial.point).log_likelihood) - 0.1

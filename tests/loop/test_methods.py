@@ -6,9 +6,9 @@ import pytest
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag
-from aerosid.equation_error.selection.evidence import EvidenceFinding
-from aerosid.equation_error.selection.joint_timing import TwoWitnesses
-from aerosid.equation_error.selection.prices import Support
+from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
+from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.methods import told_of_support, told_of_timing
 from aerosid.loop.result import ClosedLoop
@@ -57,7 +57,7 @@ def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
     slow, late = (
         ActiveEffect(made("alpha"), (value,), "") for made, value in ((sensor_lag, 0.1379), (sensor_delay, 0.2147))
     )
-    said = told_of_timing(TwoWitnesses("alpha", late, 0.0223, slow, 0.0099))
+    said = told_of_timing(DelayDiscrepancy("alpha", late, 0.0223, slow, 0.0099))
     assert "kinematics alone show a delay of 0.215 ± 0.022 s" in said
     assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model has." in said
 
@@ -65,7 +65,7 @@ def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
 def test_a_fault_that_two_witnesses_name_together_is_told_with_what_each_shows() -> None:
     active = ActiveEffect(sensor_bias("V", "m/s", 0.1), (-6.05,), "")
     hypothesis = Hypothesis("sensor_bias", "V", effects=(active,))
-    row = EvidenceFinding(hypothesis, active, -6.05, 0.5, (0.5,), 47.0, "coefficients")
-    said = told_of_support(row, Support((-5.2,), np.array([[1.44]]), 8.4, 8.4))
+    row = EffectEstimate(hypothesis, active, -6.05, 0.5, (0.5,), 47.0, "coefficients")
+    said = told_of_support(row, KinematicEvidence((-5.2,), np.array([[1.44]]), 8.4, 8.4))
     assert said.startswith("sensor_bias of V of −6.05 ± 0.50 m/s is named by kinematics and coefficients together")
     assert "kinematics alone show −5.2 ± 1.2 m/s, 2 ln L 16.8, too little to name it" in said

@@ -27,7 +27,7 @@ def test_known_effects_leave_the_covariance_of_a_regression_in_which_they_are_he
     log = flown(9301)
     found = decided(aircraft, [log], [flown(9302, mirrored=True)])
     uncertainty = attribute_by_equations(found, [questioned(aircraft, log)[1]]).completed_deviations
-    point, frame = found.completed.point, found.completed.frame
+    point, frame = found.completed.point, found.completed.problem
     held = frame.design(replace(point, effects=tuple(frozen(active) for active in point.effects)))
     covariance = solve(held, found.completed.solution.weights).covariance
     own = [held.unknowns.index(value_of(entry, 0)) for entry in point.free]

@@ -1,1 +1,1 @@
-"""The kinematic and coefficient equations of a recording, in the band of its motion."""
+"""The kinematic and coefficient equations of a record, in the band of its motion."""

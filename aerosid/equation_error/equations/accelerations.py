@@ -1,15 +1,15 @@
-"""What a model, thrust, levers and turning axes make of the accelerations, in a few compiled passes over the samples.
+"""Accelerations by a model, thrust, lever arms and inertial coupling, in a few compiled passes over the samples.
 
     q_bar S C_X/m + T cos(incidence)/m + arms,  q_bar S C_Y/m + arms,  q_bar S C_Z/m - T sin(incidence)/m + arms,
     (q_bar S b C_l + I_xz (r' + p q) - (I_zz - I_yy) q r)/I_xx,
     (q_bar S c C_m - (I_xx - I_zz) p r - I_xz (p^2 - r^2) + T z_arm)/I_yy,
     (q_bar S b C_n + I_xz (p' - q r) - (I_yy - I_xx) p q)/I_zz
 
-at the accelerometers and gyros: the equations of `coefficient.py`, each solved for what its sensor shows. A search asks
-for them thousands of times, and hundreds of short steps over a record of a thousand samples each would cost more to
-call than to do. Klein & Morelli, Aircraft System Identification, section 5.1.
+at the accelerometers and gyros: the equations of `coefficient.py`, each solved for the output of its sensor. A search
+evaluates them thousands of times, and hundreds of short steps over a record of a thousand samples each would cost more
+in calls than in work. Klein & Morelli, Aircraft System Identification, section 5.1.
 
-Series of a record are rows (., N) here, so that one step runs along them. The eight coefficients have fixed places,
+Series of a record are rows (., N) here, so that one step runs along them. The eight coefficients have fixed indices,
 those that a case does not model among them: C_X C_Y C_Z C_l C_m C_n C_L C_D.
 """
 
@@ -21,7 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.equation_error.equations.running_integral import shown_of_linear
+from aerosid.equation_error.equations.inertial_coupling import (
+    Aircraft,
+    add_further_arms,
+    add_levers,
+    add_moments,
+    add_thrust_and_arms,
+    are_others,
+    is_moved,
+)
+from aerosid.equation_error.equations.running_integral import derivative_of_linear
 from aerosid.equation_error.equations.term_series import (
     ALPHA_DOT,
     C_T,
@@ -36,7 +45,7 @@ from aerosid.equation_error.equations.term_series import (
     THRUST,
     YAW,
     Body,
-    Course,
+    MotionSeries,
     Terms,
     X,
     Y,
@@ -46,15 +55,6 @@ from aerosid.equation_error.equations.term_series import (
     moves_with_inputs,
     shown_terms,
     sum_terms,
-)
-from aerosid.equation_error.equations.turning_axes import (
-    Aircraft,
-    add_further_arms,
-    add_levers,
-    add_moments,
-    add_thrust_and_arms,
-    are_others,
-    is_moved,
 )
 from aerosid.flight_model.axes import COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
@@ -70,14 +70,14 @@ class Accelerations(NamedTuple):
     Attributes
     ----------
     known : float64[6, N]
-        Of what is known.
+        The known part.
     per_unit : float64[6, N]
         Of one unit of each coefficient.
     in_units : float64[6, N]
-        What one m/s^2 or rad/s^2 is in units of the coefficient, by airspeed as measured and inertia as declared:
-        others would make residuals look small.
+        One m/s^2 or rad/s^2 in units of the coefficient, by airspeed as measured and inertia as declared: others would
+        make residuals look small.
     series : float64[V + 1 + B + P, N]
-        All that terms are made of, as `fill_values` has it.
+        All variables and products of the terms, as `fill_values` has it.
     """
 
     known: Array
@@ -88,16 +88,16 @@ class Accelerations(NamedTuple):
 
 @njit
 def accelerations(
-    course: Course, inputs: Array, terms: Terms, aircraft: Aircraft, linear_inputs: bool
+    course: MotionSeries, inputs: Array, terms: Terms, aircraft: Aircraft, linear_inputs: bool
 ) -> Accelerations:
-    """The accelerations that are known, and what one unit of each coefficient makes.
+    """The known accelerations, and those by one unit of each coefficient.
 
     Parameters
     ----------
     inputs : float64[N, C]
-        With what effects add to them.
+        Including the contributions of effects.
     linear_inputs : bool
-        Whether inputs run along lines between samples: the derivatives of rates then show less of them.
+        Whether inputs are linear between samples: the derivatives of rates then show less of them.
     """
     acting, declared, table = aircraft.acting, aircraft.declared, terms.table
     samples, columns = inputs.shape
@@ -113,13 +113,13 @@ def accelerations(
     if needed[VARIABLE_COUNT + THRUST]:
         series[VARIABLE_COUNT + THRUST] = thrust
     fill_products(terms, series)
-    shape = LIFT, samples  # those about body axes come before lift
+    shape = LIFT, samples  # body-axis coefficients precede lift
     result = Accelerations(np.zeros(shape), np.empty(shape), np.empty(shape), series)
     _weigh(course, inputs, aircraft, result)
-    thrust_shown = shown_of_linear(thrust) if linear_inputs else thrust
+    thrust_shown = derivative_of_linear(thrust) if linear_inputs else thrust
 
-    # Specific forces as the model gives them, m/s^2: measured ones hold the gusts that the moment answers, and a term
-    # or a lever with them in it would explain those.
+    # Specific forces by the model, m/s^2: measured ones contain the gusts to which the moment responds, and a term or a
+    # lever arm computed from them would explain those.
     elsewhere = is_moved(inputs, acting)
     forces = np.zeros((len(COEFFICIENTS), samples))
     if table.uses_alpha_dot or elsewhere:
@@ -141,7 +141,7 @@ def accelerations(
         add_further_arms(course, inputs, aircraft, totals, result.known)
     if are_others(acting, declared):
         totals = shown_terms(terms, terms.values, series, linear_inputs)
-        # The model's angular accelerations: gusts roll and yaw, and would look like I_xz.
+        # The model's angular accelerations: rolling and yawing by gusts would look like I_xz.
         _to_angular_accelerations(course, aircraft, result, totals)
         p_dot, r_dot = totals[ROLL], totals[YAW]
         add_moments(course, thrust_shown, acting, aircraft.modelled, 1.0, p_dot, r_dot, result.known)
@@ -155,36 +155,41 @@ def accelerations(
 
 @njit
 def stacked(
-    course: Course, terms: Terms, found: Accelerations, asked: Places, equations: Places, linear_inputs: bool
+    course: MotionSeries,
+    terms: Terms,
+    found: Accelerations,
+    term_indices: Places,
+    equations: Places,
+    linear_inputs: bool,
 ) -> Array:
-    """What is known of some equations and what one unit of some terms adds to them, (N, M), m/s^2 or rad/s^2.
+    """Known part of some equations and contribution of one unit of some terms to them, (N, M), m/s^2 or rad/s^2.
 
     Parameters
     ----------
-    asked : int64[M]
-        Terms; -1 for what is known.
+    term_indices : int64[M]
+        Terms; -1 for the known part.
     equations : int64[M]
-        Places of the equations.
+        Indices of the equations.
     """
     samples = found.known.shape[1]
-    out = np.empty((samples, asked.size))
-    for m in range(asked.size):
-        entry, place = asked[m], equations[m]
+    out = np.empty((samples, term_indices.size))
+    for m in range(term_indices.size):
+        entry, index = term_indices[m], equations[m]
         if entry < 0:
-            out[:, m] = found.known[place]
+            out[:, m] = found.known[index]
             continue
         coefficient = terms.places[terms.table.coefficient[entry]]
         along = found.series[terms.table.value[entry]].copy()
         if linear_inputs and coefficient >= ROLL and coefficient <= YAW and moves_with_inputs(terms, entry):
-            along = shown_of_linear(along)
+            along = derivative_of_linear(along)
         for s in range(terms.added_to.size):
             if terms.added_to[s] == entry:
                 along += terms.added[s]
-        per_unit = found.per_unit[place]
-        if coefficient == place:
+        per_unit = found.per_unit[index]
+        if coefficient == index:
             for n in range(samples):
                 out[n, m] = along[n] * per_unit[n]
-        elif (coefficient == LIFT) == (place == X):  # C_L in C_X and C_D in C_Z act by the sine
+        elif (coefficient == LIFT) == (index == X):  # C_L in C_X and C_D in C_Z act by the sine
             sign = 1.0 if coefficient == LIFT else -1.0
             for n in range(samples):
                 out[n, m] = sign * along[n] * course.sine[n] * per_unit[n]
@@ -195,18 +200,20 @@ def stacked(
 
 
 @njit
-def against_measured(columns: Array, measured: Array, in_units: Array, asked: Places, equations: Places) -> None:
-    """What is measured (6, N) less what is known, and the other columns (N, M) of `stacked`, to units, in place."""
-    for m in range(asked.size):
-        place = equations[m]
+def subtract_from_measured(
+    columns: Array, measured: Array, in_units: Array, term_indices: Places, equations: Places
+) -> None:
+    """Measured signals (6, N) less the known part, and the other columns (N, M) of `stacked`, in units, in place."""
+    for m in range(term_indices.size):
+        index = equations[m]
         for n in range(columns.shape[0]):
-            shown = measured[place, n] - columns[n, m] if asked[m] < 0 else columns[n, m]
-            columns[n, m] = shown * in_units[place, n]
+            shown = measured[index, n] - columns[n, m] if term_indices[m] < 0 else columns[n, m]
+            columns[n, m] = shown * in_units[index, n]
 
 
 @njit
 def _thrust(inputs: Array, body: Body) -> Array:
-    """The thrust, N, (N,), with what effects add to it."""
+    """The thrust, N, (N,), including the contributions of effects."""
     thrust = inputs[:, THRUST].copy()
     if body.thrust_change >= 0:
         thrust += inputs[:, body.thrust_change]
@@ -214,8 +221,8 @@ def _thrust(inputs: Array, body: Body) -> Array:
 
 
 @njit_inline
-def _weigh(course: Course, inputs: Array, aircraft: Aircraft, result: Accelerations) -> None:
-    """Accelerations that one unit of each coefficient makes, and the unit of its equation."""
+def _weigh(course: MotionSeries, inputs: Array, aircraft: Aircraft, result: Accelerations) -> None:
+    """Accelerations by one unit of each coefficient, and the unit of its equation."""
     acting, declared = aircraft.acting, aircraft.declared
     samples, per_unit, in_units = inputs.shape[0], result.per_unit, result.in_units
     for n in range(samples):
@@ -223,22 +230,22 @@ def _weigh(course: Course, inputs: Array, aircraft: Aircraft, result: Accelerati
         force, mass = pressed * course.V[n] ** 2, inputs[n, MASS]
         reference = 1.0 / (pressed * course.airspeed[n] ** 2)
         per_force, of_force = force / mass, mass * reference
-        for place in range(3):
-            per_unit[place, n], in_units[place, n] = per_force, of_force
+        for index in range(3):
+            per_unit[index, n], in_units[index, n] = per_force, of_force
         per_unit[PITCH, n], in_units[PITCH, n] = force, reference
-    for place, length, inertia, usual in (
+    for index, length, inertia, usual in (
         (ROLL, acting.span, acting.I_xx, declared.I_xx),
         (YAW, acting.span, acting.I_zz, declared.I_zz),
         (PITCH, acting.mean_chord, acting.I_yy, declared.I_yy),
     ):
-        if aircraft.modelled[place]:
+        if aircraft.modelled[index]:
             for n in range(samples):
-                per_unit[place, n] = per_unit[PITCH, n] * (length / inertia)
-                in_units[place, n] = in_units[PITCH, n] * (usual / length)
+                per_unit[index, n] = per_unit[PITCH, n] * (length / inertia)
+                in_units[index, n] = in_units[PITCH, n] * (usual / length)
 
 
 @njit_inline
-def _to_body_axes(course: Course, totals: Array) -> None:
+def _to_body_axes(course: MotionSeries, totals: Array) -> None:
     """Lift and drag, (8, N), added to the coefficients about body axes."""
     for n in range(totals.shape[1]):
         sine, cosine = course.sine[n], course.cosine[n]
@@ -249,11 +256,11 @@ def _to_body_axes(course: Course, totals: Array) -> None:
 
 @njit_inline
 def _push(totals: Array, aircraft: Aircraft, per_unit: Array, known: Array) -> None:
-    """Add what coefficients (8, N), turned to body axes, make of the accelerations (6, N)."""
-    for place in range(known.shape[0]):
-        if aircraft.modelled[place]:
+    """Add the accelerations (6, N) by coefficients (8, N) in body axes."""
+    for index in range(known.shape[0]):
+        if aircraft.modelled[index]:
             for n in range(known.shape[1]):
-                known[place, n] += totals[place, n] * per_unit[place, n]
+                known[index, n] += totals[index, n] * per_unit[index, n]
 
 
 @njit_inline
@@ -268,7 +275,7 @@ def _to_specific_forces(thrust: Array, inputs: Array, body: Body, per_unit: Arra
 
 
 @njit_inline
-def _fill_modelled_alpha_dot(course: Course, body: Body, forces: Array, series: Array) -> None:
+def _fill_modelled_alpha_dot(course: MotionSeries, body: Body, forces: Array, series: Array) -> None:
     """The rate of alpha by the model's forces, m/s^2, times c/(2 U0)."""
     for n in range(forces.shape[1]):
         V = course.V[n]
@@ -279,13 +286,13 @@ def _fill_modelled_alpha_dot(course: Course, body: Body, forces: Array, series: 
 
 
 @njit_inline
-def _to_angular_accelerations(course: Course, aircraft: Aircraft, result: Accelerations, totals: Array) -> None:
+def _to_angular_accelerations(course: MotionSeries, aircraft: Aircraft, result: Accelerations, totals: Array) -> None:
     """Coefficients (8, N) of the moments to angular accelerations, those that are not modelled as measured."""
     measured = (course.p_dot, course.q_dot, course.r_dot)
     for axis in range(3):
-        place = ROLL + axis
+        index = ROLL + axis
         for n in range(totals.shape[1]):
-            if aircraft.modelled[place]:
-                totals[place, n] = result.known[place, n] + totals[place, n] * result.per_unit[place, n]
+            if aircraft.modelled[index]:
+                totals[index, n] = result.known[index, n] + totals[index, n] * result.per_unit[index, n]
             else:
-                totals[place, n] = measured[axis][n]
+                totals[index, n] = measured[axis][n]

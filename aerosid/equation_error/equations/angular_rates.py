@@ -1,4 +1,4 @@
-"""Angular rates with their derivatives, and what accelerometers away from the centre of gravity read of them."""
+"""Angular rates and their derivatives, and the lever-arm accelerations of accelerometers off the centre of gravity."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, levers
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import position
-from aerosid.equation_error.equations.turning_axes import ARMED, levers
 
 Array = NDArray[np.float64]
 
@@ -44,18 +44,18 @@ def rates_of(recording: Recording, true: Mapping[str, Array]) -> Rates:
     return Rates(**known)
 
 
-def lever_accelerations(channel: str, place: Sequence[float], rates: Rates) -> Array:
-    """What an accelerometer at a place, m from the centre of gravity, reads beyond one there, (N,) m/s^2."""
-    x, y, z = map(float, place)
-    return np.asarray(levers(ARMED.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
+def lever_accelerations(channel: str, location: Sequence[float], rates: Rates) -> Array:
+    """Additional acceleration of an accelerometer at a position, m from the centre of gravity, (N,) m/s^2."""
+    x, y, z = map(float, location)
+    return np.asarray(levers(ACCELEROMETERS.index(channel), x, y, z, *map(np.ascontiguousarray, vars(rates).values())))
 
 
 def forces_at_centre(
     recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], rates: Rates
 ) -> dict[str, Array]:
-    """Specific forces at the centre of gravity of the accelerometers that there are, m/s^2, (N,) each."""
+    """Specific forces at the centre of gravity from the accelerometers that there are, m/s^2, (N,) each."""
     return {
         name: true[name] - lever_accelerations(name, position(recording, effects, name).tolist(), rates)
-        for name in ARMED
+        for name in ACCELEROMETERS
         if name in recording.channels and name in true
     }

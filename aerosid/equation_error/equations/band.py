@@ -1,4 +1,4 @@
-"""Low-pass and decimation to the band in which the motion stands above its noise, alike for everything compared."""
+"""Low-pass and decimation to the band in which the motion exceeds its noise, identical for all compared signals."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ HALF_LENGTH = 5
 """Numerical: half the filter's length in samples after decimation; the transition is then a fifth of the band."""
 
 CUT_AT_ENDS = 2
-"""Numerical: samples after decimation left out at either end, where the filter leans on the record's reflection."""
+"""Numerical: samples after decimation left out at either end, where the filter relies on the record's reflection."""
 
 FLOOR_SHARE = 0.2
-"""Numerical: share of all frequencies, 1, the highest, whose median power counts as the noise floor."""
+"""Numerical: fraction of all frequencies, 1, the highest, whose median power is the noise floor."""
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,14 @@ class Band:
     weights: Array
 
     def rows(self, samples: int) -> NDArray[np.int64]:
-        """Places of the samples that are kept, of a record of so many."""
+        """Indices of the retained samples of a record of given length."""
         first = CUT_AT_ENDS * self.step if self.step > 1 else 0
         return np.arange(first, samples - first, self.step, dtype=np.int64)
 
     def __call__(self, values: Array) -> Array:
-        """The series (N,) or (N, K) in the band, fewer samples.
+        """The series (N,) or (N, K) in the band, decimated.
 
-        A linear operation: what holds between columns before holds after. Ends are reflected through their values.
+        A linear operation: linear relations between columns are preserved. Ends are reflected through their values.
         """
         if self.step == 1:
             return values
@@ -47,27 +47,27 @@ class Band:
         after = 2.0 * values[-1] - values[-2 : -half - 2 : -1]
         whole = np.concatenate([before, values, after])
         first = CUT_AT_ENDS * self.step
-        kept = self.rows(values.shape[0])
+        rows = self.rows(values.shape[0])
         columns = np.ascontiguousarray(whole[first:], dtype=np.float64).reshape(whole.shape[0] - first, -1)
-        return decimated(self.weights, columns, self.step)[: kept.size].reshape(kept.size, *values.shape[1:])
+        return decimated(self.weights, columns, self.step)[: rows.size].reshape(rows.size, *values.shape[1:])
 
 
 def band_end(
     rates: Sequence[Array], interval: float, ratio: float, depth: float, limits: tuple[float, float, float]
 ) -> float:
-    """The frequency, Hz, up to which the pitch rate's power stands above its floor.
+    """The frequency, Hz, up to which the pitch rate's power exceeds its noise floor.
 
     Parameters
     ----------
     rates : sequence of ndarray, shape (N,)
-        Pitch rate of each recording, at a constant `interval`, s.
+        Pitch rate of each record, at a constant `interval`, s.
     ratio : float
         Power over the floor that counts as above.
     depth : float
-        Share of the greatest power below which a frequency holds no motion: a recording smoothed after the flight has
-        no floor, and beyond its smoothing nothing but rounding.
+        Fraction of the maximum power below which a frequency contains no motion: a record smoothed after the flight has
+        no noise floor, and beyond its smoothing only rounding.
     limits : (float, float, float)
-        Lowest and highest end of the band, Hz, and its highest share of the sampling frequency.
+        Lowest and highest upper edge of the band, Hz, and its highest fraction of the sampling frequency.
     """
     lowest, highest, share = limits
     highest = min(highest, share / interval)

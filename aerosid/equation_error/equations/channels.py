@@ -1,4 +1,4 @@
-"""The equations of each case and the channels that they compare, by name."""
+"""Names of the equations of each case and of the channels that they compare."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class EquationSet(NamedTuple):
     kinematic : tuple of str
         Channels that kinematics predict by integration.
     rates : tuple of str
-        Angular rates that moments act on: their power tells the band of the motion.
+        Angular rates on which moments act: their power determines the band of the motion.
     needed : tuple of str
-        Channels without which there is no path of the aircraft. Its sideslip needs no vane.
+        Channels without which no path of the aircraft can be reconstructed. Its sideslip needs no vane.
     """
 
     kinematic: tuple[str, ...]
@@ -43,16 +43,16 @@ COEFFICIENT = SIX.coefficients
 """Body-axis coefficients, each with the channel that measures it: an accelerometer or the derivative of a rate."""
 
 MEASURED_BY = {"C_X": "a_x", "C_Y": "a_y", "C_Z": "a_z", "C_l": "p", "C_m": "q", "C_n": "r"}
-"""The sensor whose faults are seen in each coefficient's own equation."""
+"""The sensor whose errors appear in each coefficient's own equation."""
 
-SIDEWAYS = EQUATION_SETS[LATERAL.name].kinematic
-"""Those of them out of the plane of symmetry."""
+LATERAL_PATHS = EQUATION_SETS[LATERAL.name].kinematic
+"""Kinematic channels out of the plane of symmetry."""
 
-ASIDE = LATERAL.coefficients
+LATERAL_COEFFICIENTS = LATERAL.coefficients
 """The coefficients out of the plane of symmetry."""
 
-VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(ASIDE, "beta")
-"""The vane that sees the gusts which each coefficient answers."""
+VANE_OF = dict.fromkeys(LONGITUDINAL.coefficients, "alpha") | dict.fromkeys(LATERAL_COEFFICIENTS, "beta")
+"""The vane that measures the gusts to which each coefficient responds."""
 
 
 def equations_of(axes: Axes) -> EquationSet:

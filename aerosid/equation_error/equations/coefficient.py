@@ -5,12 +5,12 @@
     I_yy q' + (I_xx - I_zz) p r + I_xz (p^2 - r^2) - T z_arm = q_bar S c C_m,
     I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q = q_bar S b C_n
 
-each as its sensor would read it: the model's side is moved to the sensor and goes through the sensor's faults, so that
-a fault's likelihood is that of the channel as measured. Where inputs run linearly between samples, the derivative of a
-sampled rate shows less of them than of the motion: they enter the moments as it shows them. A case has those of the
+each as its sensor would read it: the model's side is transformed to the sensor, including the sensor's errors, so that
+an error's likelihood is that of the channel as measured. Where inputs are linear between samples, the derivative of a
+sampled rate shows less of them than of the motion: they enter the moments accordingly. A case has the equations of the
 coefficients that it models. C_L and C_D act as C_X = C_L sin alpha - C_D cos alpha, C_Z = -C_L cos alpha - C_D sin
-alpha. Klein & Morelli, Aircraft System Identification, section 5.1 (equation error). Where a term holds lift,
-as a drag polar does, that is the lift of the model.
+alpha. Klein & Morelli, Aircraft System Identification, section 5.1 (equation error). Where a term contains lift, as a
+drag polar does, that is the lift of the model.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.equations.accelerations import accelerations, against_measured, stacked
+from aerosid.equation_error.equations.accelerations import accelerations, stacked, subtract_from_measured
 from aerosid.equation_error.equations.channels import MEASURED_BY
+from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, Aircraft
 from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.equations.sensors import as_read, bias, faults_of, position
+from aerosid.equation_error.equations.sensors import as_read, bias, errors_of, position
 from aerosid.equation_error.equations.term_series import Body, Terms
-from aerosid.equation_error.equations.turning_axes import ARMED, Aircraft
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -41,23 +41,23 @@ Array = NDArray[np.float64]
 
 
 TOUCHED = {"C_L": ("C_X", "C_Z"), "C_D": ("C_X", "C_Z")}
-"""The body-axis equations that a coefficient of the wind axes touches; every other touches its own."""
+"""The body-axis equations in which a wind-axis coefficient acts; every other acts in its own."""
 
 _KNOWN = -1
-"""Layout: stands for what is known of an equation, where others are places of terms."""
+"""Layout: index of the known part of an equation, where others are indices of terms."""
 
 
 class CoefficientEquations:
-    """The equations of one recording at one point of the search, before they are brought into the band.
+    """The equations of one record at one point of the search, before they are filtered to the band.
 
-    All in units of the coefficient: what is measured, what is known of it, what one unit of a term adds.
+    All in units of the coefficient: measured signals, known part, contribution of one unit of a term.
 
     Parameters
     ----------
     free : sequence of Entry
         Terms that are estimated.
     values : mapping of Entry to float, optional
-        Values with which some of those count among what is known.
+        Values with which some of those belong to the known part.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class CoefficientEquations:
             np.array(model.values),
             known,
             np.array([series for _, series in added]).reshape(len(added), inputs.shape[0]),
-            np.array([place for place, _ in added], dtype=np.int64),
+            np.array([index for index, _ in added], dtype=np.int64),
         )
         aircraft = self._aircraft(model.constants, declared)
         self._found = accelerations(motion.course, inputs, self._terms, aircraft, recording.linear_inputs)
@@ -98,39 +98,39 @@ class CoefficientEquations:
         return self._recording.manoeuvre.axes.coefficients
 
     def target(self, name: str) -> Array:
-        """What is measured less what is known, (N,)."""
+        """Measured signal less the known part, (N,)."""
         return self.columns(())[1][:, self.names.index(name)]
 
     def columns(self, entries: Sequence[Entry]) -> tuple[dict[str, list[Entry]], Array]:
-        """What is measured less what is known, and what one unit of some terms adds, equation after equation.
+        """Measured signal less the known part, and contribution of one unit of some terms, equation after equation.
 
         Returns
         -------
         touching : dict of str to list of Entry
-            Those of the entries that touch each equation, K of them.
+            Those of the entries that act in each equation, K of them.
         columns : ndarray, shape (N, sum of 1 + K)
         """
         touching = {
             name: [entry for entry in entries if name in TOUCHED.get(entry[0], (entry[0],))] for name in self.names
         }
-        asked, equations = [], []
+        term_indices, equations = [], []
         for name, touched in touching.items():
-            asked.extend([_KNOWN, *(self._model.places[entry] for entry in touched)])
+            term_indices.extend([_KNOWN, *(self._model.places[entry] for entry in touched)])
             equations.extend([COEFFICIENTS.index(name)] * (1 + len(touched)))
-        which = np.array(asked), np.array(equations)
+        which = np.array(term_indices), np.array(equations)
         linear = self._recording.linear_inputs
         columns = stacked(self._motion.course, self._terms, self._found, *which, linear)
         last = 0
         for name, touched in touching.items():
             first, last = last, last + 1 + len(touched)
-            if faults_of(self._effects, self._recording, MEASURED_BY[name]):
+            if errors_of(self._effects, self._recording, MEASURED_BY[name]):
                 shown = as_read(self._recording, self._effects, MEASURED_BY[name], columns[:, first:last])
                 columns[:, first:last] = shown
-        against_measured(columns, self._measured(), self._found.in_units, *which)
+        subtract_from_measured(columns, self._measured(), self._found.in_units, *which)
         return touching, columns
 
     def _measured(self) -> Array:
-        """What the equations' sensors show, (6, N), without the bias of theirs."""
+        """The signals of the equations' sensors, (6, N), without their biases."""
         recording = self._recording
         measured = np.zeros((len(SIX.coefficients), recording.time.size))
         for name in self.names:
@@ -144,11 +144,11 @@ class CoefficientEquations:
         return measured
 
     def _aircraft(self, acting: Constants, declared: Constants) -> Aircraft:
-        """The aircraft with its accelerometers where they sit, as compiled code takes it."""
+        """The aircraft with its accelerometer positions, as compiled code takes it."""
         recording, effects = self._recording, self._effects
         positions, further = np.zeros((3, 3)), np.zeros((3, 3))
         moved = {active.effect.where for active in effects if isinstance(active.effect, PositionEffect)}
-        for row, channel in enumerate(ARMED):
+        for row, channel in enumerate(ACCELEROMETERS):
             if channel in recording.channels:
                 positions[row] = recording.position(channel)
                 if channel in moved:
@@ -157,7 +157,7 @@ class CoefficientEquations:
         return Aircraft(_body(acting, axes), _body(declared, axes), _modelled(axes), positions, further)
 
     def _with_state_effect(self, active: ActiveEffect, flight: Flight, added: list[tuple[int, Array]]) -> Array:
-        """The inputs with what an effect of the motion adds; its share of the lift is `added` to that derivative."""
+        """The inputs with an effect of the motion; its part of the lift is `added` to that derivative."""
         effect, model = active.effect, self._model
         assert isinstance(effect, StateEffect)
         inputs = flight.inputs.copy()
@@ -172,9 +172,9 @@ class CoefficientEquations:
 
 @lru_cache(maxsize=16)
 def _body(constants: Constants, axes: Axes) -> Body:
-    """The constants as compiled code takes them: whatever the case, so that it is compiled once."""
+    """The constants as compiled code takes them: the same type in every case, so that it is compiled once."""
     c, first = constants, len(input_columns_of(axes))
-    columns = (place if place < 0 else first + place for place in (c.thrust_change, c.cg_x, c.cg_y, c.cg_z))
+    columns = (index if index < 0 else first + index for index in (c.thrust_change, c.cg_x, c.cg_y, c.cg_z))
     lengths = (float(c.wing_area), float(c.mean_chord), float(c.span))
     inertia = (float(c.I_xx), float(c.I_yy), float(c.I_zz), float(c.I_xz))
     engine = (float(c.thrust_incidence), float(c.thrust_z_arm))
@@ -183,7 +183,7 @@ def _body(constants: Constants, axes: Axes) -> Body:
 
 @cache
 def _places(axes: Axes) -> NDArray[np.int64]:
-    """Place of each of the model's coefficients among all."""
+    """Index of each of the model's coefficients among all."""
     return np.array([COEFFICIENTS.index(name) for name in loads_of(axes)])
 
 

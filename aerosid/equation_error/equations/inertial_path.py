@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.equation_error.equations.complementary_filter import without_gusts
 from aerosid.equation_error.equations.running_integral import summed_up
-from aerosid.equation_error.equations.smoothing import without_gusts
 
 Array = NDArray[np.float64]
 
@@ -23,11 +23,11 @@ def inertial_path(
     Parameters
     ----------
     air_sensors : tuple of ndarray, shape (N,)
-        Both as vane and pitot tube have them, gusts included.
+        Both as measured by vane and pitot tube, gusts included.
     forcing : tuple of ndarray, shape (N,)
         u' + q w and w' - q u, m/s^2.
     drift : float
-        Standard deviation, samples, of the Gaussian that tells the wind's drift from gusts.
+        Standard deviation, samples, of the Gaussian that separates the wind's drift from gusts.
     """
     path = measured = np.stack(air_sensors)
     for turn in range(PATH_ROUNDS):
@@ -43,9 +43,9 @@ def inertial_path(
 def _integrated(
     u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array, measured: Array, interval: float
 ) -> tuple[Array, Array]:
-    """Angle of attack and speed in the plane, (2, N), of u' + q w and w' - q u, and the angle's rate, (N,).
+    """Angle of attack and speed in the plane, (2, N), from u' + q w and w' - q u, and the angle's rate, (N,).
 
-    With the means of what was measured.
+    With the means of the measured signals.
     """
     samples = u.shape[0]
     rates = np.empty((2, samples))
@@ -62,7 +62,7 @@ def _integrated(
 
 @njit_inline
 def _align(path: Array, measured: Array) -> None:
-    """Give a path the mean of what was measured, in place."""
+    """Give a path the mean of the measured signal, in place."""
     total = 0.0
     for n in range(path.shape[0]):
         total += measured[n] - path[n]
@@ -71,5 +71,5 @@ def _align(path: Array, measured: Array) -> None:
 
 
 def aligned(path: Array, measured: Array) -> Array:
-    """The path with the mean of what was measured, (N,)."""
+    """The path with the mean of the measured signal, (N,)."""
     return np.asarray(path + float(np.mean(measured - path)))

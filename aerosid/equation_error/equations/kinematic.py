@@ -8,8 +8,8 @@
 
 with u' = a_x - g sin theta - q w + r v, v' = a_y + g cos theta sin phi - r u + p w and
 w' = a_z + g cos phi cos theta + q u - p v (Klein & Morelli, Aircraft System Identification, eqs. 10.3-10.6), I the
-running integral, and a constant for each path and recording. Of these each case has what it integrates; the motion that
-it does not integrate is taken as measured. Sideslip that no vane shows is that of the path (`sideslip_path`).
+running integral, and a constant for each path and record. Each case has the equations of what it integrates; the other
+motion is taken as measured. Without a vane, sideslip is that of the path (`sideslip_path`).
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.equation_error.equations.angular_rates import Rates, forces_at_centre, rates_of
+from aerosid.equation_error.equations.complementary_filter import blended, without_gusts
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.sideslip_path import (
-    Sideways,
-    about_a_line,
+    LateralPath,
     beta_at_centre,
-    of_mean_wind,
+    detrended,
+    mean_gust_correction,
     path_errors,
 )
-from aerosid.equation_error.equations.smoothing import blended, without_gusts
-from aerosid.equation_error.equations.term_series import Course
+from aerosid.equation_error.equations.term_series import MotionSeries
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -45,18 +45,18 @@ from aerosid.flight_model.flight import Flight
 Array = NDArray[np.float64]
 
 
-KEPT_ADDED = 4
-"""Numerical: sets of numbers of an effect of the motion for which what it adds is kept."""
+CACHED_ADDED = 4
+"""Numerical: parameter sets of an effect of the motion for which its contributions are cached."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion that the sensors, corrected for their faults, show; all (N,), SI.
+    """The motion reconstructed from the sensors, corrected for their errors; all (N,), SI.
 
     `alpha`, `beta`, `V`: inertial path at high frequency, sensors at low; `alpha_dot` from the accelerometers; `path`
-    holds the integrated channels as far as their sensors are there. `gusts`: what each vane shows beyond its path, fast
-    gusts and its noise. `recording`: whose motion it is. `sine`, `cosine`: of alpha.
-    `astray`, (N, K): what may be wrong with a sideslip that no vane shows, rad, each of one standard deviation.
+    contains the integrated channels whose sensors are there. `gusts`: difference of each vane from its path, fast gusts
+    and its noise. `recording`: the record. `sine`, `cosine`: of alpha. `sideslip_errors`, (N, K): error modes of a
+    sideslip without a vane, rad, each of one standard deviation.
     """
 
     V: Array
@@ -73,25 +73,25 @@ class Motion:
     recording: Recording
     sine: Array
     cosine: Array
-    astray: Array
+    sideslip_errors: Array
 
     @cached_property
-    def astray_in_band(self) -> Array:
-        """What usual errors of other sensors make of a sideslip that no vane shows, rad, (n, K), in the band."""
-        return self.recording.band(self.astray)
+    def sideslip_errors_in_band(self) -> Array:
+        """Effect of usual errors of other sensors on a sideslip without a vane, rad, (n, K), in the band."""
+        return self.recording.band(self.sideslip_errors)
 
     @cached_property
-    def course(self) -> Course:
+    def course(self) -> MotionSeries:
         """The motion as the coefficient equations take it."""
         measured = self.recording.channels.get("V", self.V)
         gravity = GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi)
         attitude = (self.phi, self.theta, self.alpha_dot, self.sine, self.cosine)
         series = (self.V, measured, self.alpha, self.beta, *vars(self.rates).values(), *attitude, gravity)
-        return Course(*map(np.ascontiguousarray, series))
+        return MotionSeries(*map(np.ascontiguousarray, series))
 
     @cached_property
     def states(self) -> Array:
-        """The motion as the states of the recording's case, (N, n); heading, on which nothing depends, is left zero."""
+        """The motion as the states of the record's case, (N, n); heading, on which nothing depends, is left zero."""
         plane = self.V * np.cos(self.beta)
         known = {
             "u": plane * self.cosine,
@@ -112,36 +112,37 @@ class Motion:
         return []
 
     def added_by(self, active: ActiveEffect, model: AerodynamicModel, flight: Flight) -> dict[str, Array]:
-        """What an effect of the motion adds to each of its input columns, (N,) each; not to be written to.
+        """Contribution of an effect of the motion to each of its input columns, (N,) each; not to be written to.
 
-        One that is not proportional to a coefficient depends on the motion alone, and is made once for its numbers.
+        One that is not proportional to a coefficient depends on the motion alone, and is computed once for its
+        parameters.
         """
         effect, ground, values = active.effect, self.recording.manoeuvre.ground, np.array(model.values)
         assert isinstance(effect, StateEffect)
         if effect.proportional:
             return added_along(active, model, flight, values, self.states, ground)
-        place = slope_of(model, effect)
-        slope = 0.0 if place is None else float(values[place])
-        for known, beside, added in self._added:
-            if known is active and beside == slope:
+        index = slope_of(model, effect)
+        slope = 0.0 if index is None else float(values[index])
+        for known, known_slope, added in self._added:
+            if known is active and known_slope == slope:
                 return added
         added = added_along(active, model, flight, values, self.states, ground)
         self._added.insert(0, (active, slope, added))
-        del self._added[KEPT_ADDED:]
+        del self._added[CACHED_ADDED:]
         return added
 
 
 def reconstruct(
     recording: Recording, effects: Sequence[ActiveEffect], true: Mapping[str, Array], settings: EquationErrorSettings
 ) -> Motion:
-    """The motion, from channels corrected for their sensors' faults.
+    """Flight-path reconstruction from channels corrected for their sensors' errors.
 
     Parameters
     ----------
     true : mapping of str to ndarray, shape (N,)
-        The compared channels; what of theta, accelerations and h is missing predicts nothing.
+        The compared channels; those of theta, accelerations and h that are missing predict nothing.
     settings : EquationErrorSettings
-        The times over which what is measured less what is integrated is smoothed.
+        Smoothing times of the difference between measured and integrated signals.
     """
     interval, drift = recording.interval, settings.wind_memory / recording.interval
     integrated = recording.manoeuvre.axes.integrated
@@ -160,50 +161,50 @@ def reconstruct(
     aside = recording.sine_and_cosine("beta", beta)
     plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
-    turned_aside = "v" in integrated and "a_y" in forces
-    seen_aside = turned_aside and "beta" in true
+    has_lateral_path = "v" in integrated and "a_y" in forces
+    has_beta_vane = has_lateral_path and "beta" in true
     side = forces.get("a_y", np.zeros_like(q)) + GRAVITY * pitch[1] * bank[0]
-    sideways = Sideways(side, rates, interval, seen=seen_aside)
-    if turned_aside and not seen_aside:
-        beta_vane = sideways.path((u, w), v, speed)
+    lateral = LateralPath(side, rates, interval, has_vane=has_beta_vane)
+    if has_lateral_path and not has_beta_vane:
+        beta_vane = lateral.path((u, w), v, speed)
         aside = recording.sine_and_cosine("beta", beta_vane)
         plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
     if along_path:
         flow = (alpha, beta_vane, speed, aside[1])
-        found, alpha_dot = _path_in_plane(sideways, forces, (pitch, bank), flow, (plane, u, w, v), drift)
+        found, alpha_dot = _path_in_plane(lateral, forces, (pitch, bank), flow, (plane, u, w, v), drift)
         path |= found
         alpha, speed = blended(np.stack([alpha, speed]), np.stack([*found.values()]), settings.blend / interval)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
         forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
     turn = np.sin(alpha), np.cos(alpha)
-    if turned_aside:
+    if has_lateral_path:
         _, u, w, v = _velocities(speed, turn, aside)
-        swept = sideways.path((u, w), v, speed)
-        if seen_aside:
-            path["beta"] = swept
-            beta = blended(beta, swept, settings.blend_aside / interval)
+        beta_path = lateral.path((u, w), v, speed)
+        if has_beta_vane:
+            path["beta"] = beta_path
+            beta = blended(beta, beta_path, settings.blend_aside / interval)
         else:
-            beta = beta_vane = swept
+            beta = beta_vane = beta_path
         aside = recording.sine_and_cosine("beta", beta)
         _, u, w, v = _velocities(speed, turn, aside)
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
-            # The path's own angle of attack and speed: gusts move the vane and the pitot tube, and not the aircraft.
+            # Angle of attack and speed of the path: gusts move the vane and the pitot tube, and not the aircraft.
             _, u, w, _ = _velocities(path["V"], (np.sin(path["alpha"]), np.cos(path["alpha"])), aside)
         path["h"] = aligned(running_integral(_climb((u, v, w), bank, pitch), interval), h)
     if "theta" not in true:
         path.pop("V", None)
     gusts = {"alpha": alpha_vane - alpha, "beta": beta_vane - beta}
-    astray = np.zeros((q.size, 0))
-    if turned_aside and not seen_aside:
-        astray = path_errors(rates, (phi, theta), speed, interval, settings.path_errors)
-    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn, astray)
+    modes = np.zeros((q.size, 0))
+    if has_lateral_path and not has_beta_vane:
+        modes = path_errors(rates, (phi, theta), speed, interval, settings.path_errors)
+    return Motion(speed, alpha, beta, rates, phi, theta, h, alpha_dot, forces, path, gusts, recording, *turn, modes)
 
 
 def _path_in_plane(
-    sideways: Sideways,
+    lateral: LateralPath,
     forces: Mapping[str, Array],
     attitude: tuple[tuple[Array, Array], tuple[Array, Array]],
     flow: tuple[Array, Array, Array, Array],
@@ -224,23 +225,23 @@ def _path_in_plane(
         Samples over which the wind drifts.
     """
     (pitch, bank), (alpha, beta, speed, aside), (plane, u, w, v) = attitude, flow, velocities
-    rates, interval = sideways.rates, sideways.interval
-    swept = beta
-    if sideways.seen:
-        # A side gust moves the vane and not the aircraft: by r v and p v it would bend the path in the plane.
-        swept = sideways.path((u, w), v, speed)
-        v = speed * np.sin(without_gusts(beta[None], swept[None], drift)[0])
+    rates, interval = lateral.rates, lateral.interval
+    beta_path = beta
+    if lateral.has_vane:
+        # A side gust moves the vane and not the aircraft: by r v and p v it would bias the path in the plane.
+        beta_path = lateral.path((u, w), v, speed)
+        v = speed * np.sin(without_gusts(beta[None], beta_path[None], drift)[0])
     ahead = forces["a_x"] - GRAVITY * pitch[0] + rates.r * v
     below = forces["a_z"] + GRAVITY * pitch[1] * bank[1] - rates.p * v
     (path, path_speed), alpha_dot = inertial_path((alpha, plane), rates.q, (ahead, below), interval, drift)
-    if sideways.seen:
+    if lateral.has_vane:
         bent = running_integral(-(u * rates.p + w * rates.r) / plane**2, interval)
-        path = path + of_mean_wind(alpha - path, bent, speed * np.sin(beta - swept))
+        path = path + mean_gust_correction(alpha - path, bent, speed * np.sin(beta - beta_path))
     return {"alpha": path, "V": path_speed / aside}, alpha_dot
 
 
 def with_height(motion: Motion, h: Array) -> Motion:
-    """The motion beside another height, m, (N,), of its sensor without its faults."""
+    """The motion with another height, m, (N,), of its sensor without its errors."""
     if "h" not in motion.path:
         return replace(motion, h=h)
     return replace(motion, h=h, path={**motion.path, "h": aligned(motion.path["h"], h)})
@@ -263,7 +264,7 @@ def _velocities(
 def _forces_of(
     u: Array, w: Array, v: Array, rates: Rates, attitude: tuple[Array, Array], interval: float
 ) -> dict[str, Array]:
-    """Specific forces along x and z, m/s^2, that the measured velocities ask for."""
+    """Specific forces along x and z, m/s^2, that correspond to the measured velocities."""
     theta, phi = attitude
     return {
         "a_x": derivative(u, interval) + GRAVITY * np.sin(theta) + rates.q * w - rates.r * v,
@@ -274,7 +275,7 @@ def _forces_of(
 def _attitude(
     recording: Recording, rates: Rates, true: Mapping[str, Array], bank: tuple[Array, Array, Array], alpha: Array
 ) -> tuple[Array, tuple[Array, Array], dict[str, Array]]:
-    """Pitch angle (N,), its sine and cosine, and the integrated angles as far as their sensors are there.
+    """Pitch angle (N,), its sine and cosine, and the integrated angles whose sensors are there.
 
     `bank`: phi, its sine and its cosine.
     """
@@ -301,7 +302,7 @@ def _attitude(
 
 
 def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], motion: Motion) -> dict[str, Array]:
-    """What the sensors of the integrated channels would read of the path, (N,) each."""
+    """Predicted signals of the sensors of the integrated channels, (N,) each."""
     found = {}
     rates = motion.rates
     for name, values in motion.path.items():
@@ -320,19 +321,19 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
     return found
 
 
-def unfollowed(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
-    """Heading, where it does not follow the rates: a magnetic one that swings, or another quantity under its name."""
+def inconsistent_heading(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
+    """Heading, where inconsistent with the rates: a magnetic one that swings, or another quantity under its name."""
     if "psi" not in recording.channels:
         return ()
     path = reconstruct(recording, (), recording.channels, settings).path["psi"]
-    measured, left = (about_a_line(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
+    measured, left = (detrended(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
     return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 
 
 def _flow_at_centre(
     recording: Recording, effects: Sequence[ActiveEffect], read: tuple[Array, Array, Array], rates: Rates
 ) -> tuple[Array, Array, Array]:
-    """Airspeed, angle of attack and sideslip of the centre of gravity from those of their sensors."""
+    """Airspeed, angle of attack and sideslip of the centre of gravity from those at their sensors."""
     speed = _speed_at_centre(recording, effects, read[0], rates)
     alpha = _alpha_at_centre(recording, effects, read[1], speed, rates)
     return speed, alpha, beta_at_centre(recording, effects, read[2], speed, rates)
@@ -350,7 +351,7 @@ def _alpha_at_centre(
 ) -> Array:
     """Angle of attack at the centre of gravity from that of the vane, to first order in the rates."""
     if "alpha" not in recording.channels:
-        return alpha  # of a measured input that is done on reading
+        return alpha  # a measured input is corrected on reading
     x, y, z = position(recording, effects, "alpha")
     if not (x or y or z):
         return alpha

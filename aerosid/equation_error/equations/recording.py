@@ -1,4 +1,4 @@
-"""One recording as the equations take it: bridged channels at a constant interval, in the band of the motion."""
+"""One record as used by the equations: gaps filled, at a constant interval, in the band of the motion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aerosid.effects import ActiveEffect, InputEffect, NoiseEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.band import Band, band_end, band_up_to
 from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.equations.running_integral import derivative, linear_in_derivative
+from aerosid.equation_error.equations.running_integral import derivative, linear_as_differentiated
 from aerosid.equation_error.settings import TRIALS, EquationErrorSettings
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -24,18 +24,18 @@ from aerosid.flight_model.flight import Flight
 Array = NDArray[np.float64]
 
 IRREGULAR = 0.02
-"""Numerical: share of the sampling interval, 1, by which samples may lie off a regular grid before they are
+"""Numerical: fraction of the sampling interval, 1, by which samples may deviate from a regular grid before they are
 interpolated to one."""
 
 
-KEPT_FLIGHTS = 4
-"""Numerical: flights with some effects' inputs that are kept; a column by difference asks for the same one again."""
+CACHED_FLIGHTS = 4
+"""Numerical: cached flights with some effects' inputs; a column by finite differences needs the same one again."""
 
-KEPT_CHANNELS = 8
-"""Numerical: sets of numbers of its sensor's faults for which a channel, and what is made of it, is kept."""
+CACHED_CHANNELS = 8
+"""Numerical: parameter sets of its sensor's errors for which a channel, and what is derived from it, is cached."""
 
 _ON_INPUTS = (InputEffect, NoiseEffect, PositionEffect)
-"""Effects that change what a flight holds beside the motion."""
+"""Effects that change a flight's data other than the motion."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,14 @@ class Recording:
     channels : mapping of str to ndarray, shape (N,)
         Measured outputs, SI.
     resolution : mapping of str to float
-        Smallest step of each channel, SI; 0 where none is seen.
+        Quantisation step of each channel, SI; 0 where none is found.
     band : Band
-        That of all recordings compared together.
+        That of all records compared together.
     refined : bool
-        Whether samples were put between its own, its inputs along splines.
+        Whether samples were interpolated between its own, its inputs by splines.
     linear_inputs : bool
-        Whether its inputs run along straight lines between samples, as in a simulation, and not smoothly, as behind a
-        recorder's filter.
+        Whether its inputs are linear between samples, as in a simulation, instead of smooth, as behind a recorder's
+        filter.
     """
 
     manoeuvre: Manoeuvre
@@ -82,8 +82,8 @@ class Recording:
         return self._rates[channel]
 
     def in_rates(self, values: Array) -> Array:
-        """Inputs or gusts (N, ...) as far as the derivatives of rates show them."""
-        return linear_in_derivative(values) if self.linear_inputs else values
+        """Inputs or gusts (N, ...) as the derivatives of sampled rates show them."""
+        return linear_as_differentiated(values) if self.linear_inputs else values
 
     @cached_property
     def _measured_inputs(self) -> dict[str, Array]:
@@ -91,44 +91,44 @@ class Recording:
         return {name: np.asarray(self.manoeuvre.flight.inputs[:, leading.index(name)]) for name in leading}
 
     @cached_property
-    def _made(self) -> dict[tuple[str, str], list[tuple[Array, tuple[Array, ...]]]]:
+    def _derived(self) -> dict[tuple[str, str], list[tuple[Array, tuple[Array, ...]]]]:
         return {}
 
-    def _made_of(
-        self, what: str, name: str, of: Array, make: Callable[[Array], tuple[Array, ...]]
+    def _derived_from(
+        self, quantity: str, name: str, of: Array, compute: Callable[[Array], tuple[Array, ...]]
     ) -> tuple[Array, ...]:
-        """What is made of a channel; the same array, as measured or without its faults, comes again and again."""
-        known = self._made.setdefault((what, name), [])
-        for before, made in known:
+        """Signals derived from a channel; cached, since the same array, as measured or corrected, recurs."""
+        known = self._derived.setdefault((quantity, name), [])
+        for before, derived in known:
             if before is of:
-                return made
-        known.insert(0, (of, make(of)))
-        del known[KEPT_CHANNELS:]
+                return derived
+        known.insert(0, (of, compute(of)))
+        del known[CACHED_CHANNELS:]
         return known[0][1]
 
     def sine_and_cosine(self, name: str, angle: Array) -> tuple[Array, Array]:
         """Sine and cosine, (N,) each, of an angle, rad."""
-        sine, cosine = self._made_of("turned", name, angle, lambda values: (np.sin(values), np.cos(values)))
+        sine, cosine = self._derived_from("turned", name, angle, lambda values: (np.sin(values), np.cos(values)))
         return sine, cosine
 
     def derivative_of(self, name: str, rate: Array) -> Array:
-        """Derivative, rad/s^2, (N,), of an angular rate, rad/s, as measured or without its sensor's faults."""
+        """Derivative, rad/s^2, (N,), of an angular rate, rad/s, as measured or corrected for its sensor's errors."""
         if rate is self.channels[name]:
             return self.rate_of(name)
-        return self._made_of("derived", name, rate, lambda values: (derivative(values, self.interval),))[0]
+        return self._derived_from("derived", name, rate, lambda values: (derivative(values, self.interval),))[0]
 
     @cached_property
     def _true(self) -> dict[tuple[object, ...], Array]:
         return {}
 
-    def without_faults(self, name: str, faults: Sequence[ActiveEffect], make: Callable[[Array], Array]) -> Array:
-        """A measured channel, (N,), as it was before its sensor's faults; made once for their numbers."""
-        if not faults:
+    def without_errors(self, name: str, errors: Sequence[ActiveEffect], compute: Callable[[Array], Array]) -> Array:
+        """A measured channel, (N,), corrected for its sensor's errors; computed once for their parameters."""
+        if not errors:
             return self.channels[name]
-        key = (name, *((active.name, active.numbers) for active in faults))
-        found = self._true.pop(key) if key in self._true else make(self.channels[name])
+        key = (name, *((active.name, active.numbers) for active in errors))
+        found = self._true.pop(key) if key in self._true else compute(self.channels[name])
         self._true[key] = found
-        if len(self._true) > KEPT_CHANNELS * len(self.channels):
+        if len(self._true) > CACHED_CHANNELS * len(self.channels):
             del self._true[next(iter(self._true))]
         return found
 
@@ -137,7 +137,7 @@ class Recording:
         return []
 
     def acting_flight(self, model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> Flight:
-        """The flight with the inputs that act; most points of a search differ in something else."""
+        """The flight with the acting inputs; most points of a search differ in other effects."""
         acting = tuple(active for active in effects if isinstance(active.effect, _ON_INPUTS))
         for columns, others, flight in self._flights:
             alike = len(others) == len(acting) and all(a is b for a, b in zip(others, acting, strict=True))
@@ -145,15 +145,15 @@ class Recording:
                 return flight
         flight, _ = acting_flight(model, self.manoeuvre, acting)
         self._flights.insert(0, (model.columns, acting, flight))
-        del self._flights[KEPT_FLIGHTS:]
+        del self._flights[CACHED_FLIGHTS:]
         return flight
 
-    def held(self, name: str) -> Array:
+    def as_measured(self, name: str) -> Array:
         """A quantity of the motion as measured, (N,), SI, whether the case integrates it or not."""
         return self.channels[name] if name in self.channels else self.measured_input(name)
 
     def measured_input(self, name: str) -> Array:
-        """Motion that the case does not integrate and the log gives, (N,), SI; zero where there is none."""
+        """Motion that the case does not integrate and the log contains, (N,), SI; zero where there is none."""
         known = self._measured_inputs
         return known[name] if name in known else np.zeros(self.time.size)
 
@@ -174,7 +174,7 @@ class Recording:
 
     @cached_property
     def from_middle(self) -> Array:
-        """Those from the middle of the record, s, (n,)."""
+        """Those instants from the middle of the record, s, (n,)."""
         at = self.time_in_band
         return np.asarray(at - 0.5 * (at[0] + at[-1]))
 
@@ -186,13 +186,13 @@ class Recording:
 def read_recordings(
     identification: Sequence[Manoeuvre], validation: Sequence[Manoeuvre], settings: EquationErrorSettings
 ) -> tuple[Recording, ...]:
-    """All recordings, those to be fitted first, with the band chosen from all of them together."""
-    made = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
+    """All records, those to be fitted first, with the band chosen from all of them together."""
+    derived = [_regular(m, fitted) for part, fitted in ((identification, True), (validation, False)) for m in part]
     limits = (settings.band_lowest, settings.band_highest, settings.band_share)
     ends: dict[float, float] = {}
-    for each in made:
+    for each in derived:
         if each.interval not in ends:
-            alike = [other for other in made if other.interval == each.interval]
+            alike = [other for other in derived if other.interval == each.interval]
             ends[each.interval] = max(
                 band_end(
                     [other.channels[rate] for other in alike],
@@ -203,18 +203,18 @@ def read_recordings(
                 )
                 for rate in equations_of(each.manoeuvre.axes).rates
             )
-    return tuple(_refined(each, ends[each.interval], settings.coarsest) for each in made)
+    return tuple(_refined(each, ends[each.interval], settings.coarsest) for each in derived)
 
 
 def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
-    """The recording in its band, with samples between its own by cubic splines where they lie too far apart.
+    """The record in its band, with samples interpolated by cubic splines where its own are too far apart.
 
-    What is late is found between samples along straight lines, which would make it too small as well.
+    A time delay is evaluated between samples by linear interpolation, which would attenuate the signal as well.
     """
     factor = int(np.ceil(recording.interval / coarsest - 1e-6))
     if factor <= 1:
         return replace(recording, band=band_up_to(end, recording.interval))
-    from scipy.interpolate import CubicSpline  # late: most recordings are fine enough
+    from scipy.interpolate import CubicSpline  # deferred import: most records are fine enough
 
     manoeuvre = recording.manoeuvre
     time = manoeuvre.flight.time
@@ -230,7 +230,7 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
         manoeuvre=replace(manoeuvre, flight=flight),
         interval=interval,
         channels={name: CubicSpline(time, values)(fine) for name, values in recording.channels.items()},
-        # The rounding of a sample is in all that lie beside it.
+        # The rounding error of a sample affects all interpolated neighbours.
         resolution={name: step * np.sqrt(factor) for name, step in recording.resolution.items()},
         band=band_up_to(end, interval),
         refined=True,
@@ -242,8 +242,8 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
     interval = float(np.round(np.median(np.diff(flight.time)), 6))
     count = int(np.floor((flight.time[-1] - flight.time[0]) / interval + 1e-6)) + 1
     time = flight.time[0] + interval * np.arange(count)
-    off = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval
-    if not off:
+    is_irregular = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval
+    if not is_irregular:
         time = flight.time
     channels = {}
     for name in manoeuvre.outputs:
@@ -251,7 +251,7 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
         present = np.isfinite(values)
         channels[name] = np.interp(time, flight.time[present], values[present])
     inputs = flight.inputs
-    if off:
+    if is_irregular:
         inputs = np.column_stack([np.interp(time, flight.time, column) for column in flight.inputs.T])
     measured = np.column_stack([channels.get(name, np.full(time.size, np.nan)) for name in manoeuvre.axes.outputs])
     regular = replace(manoeuvre, flight=flight._replace(time=time, inputs=inputs, measured=measured))
@@ -260,7 +260,7 @@ def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
 
 
 def _step(values: Array) -> float:
-    """The smallest step that a channel takes, where it repeats values; else 0."""
+    """The quantisation step of a channel, where it repeats values; else 0."""
     levels = np.unique(values)
     if levels.size > TRIALS.repeated * values.size or levels.size < 2:
         return 0.0

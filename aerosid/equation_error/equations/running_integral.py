@@ -11,7 +11,7 @@ from aerosid.compiled import njit, njit_inline
 Array = NDArray[np.float64]
 
 FEWEST = 4
-"""Numerical: samples from which on a cubic goes through four neighbours."""
+"""Numerical: samples from which on a cubic passes through four neighbours."""
 
 
 def running_integral(values: Array, interval: float) -> Array:
@@ -24,7 +24,7 @@ def running_integral(values: Array, interval: float) -> Array:
 
     Notes
     -----
-    Each interval takes the integral of the cubic through its own two samples and one on either side: weights
+    Each interval has the integral of the cubic through its own two samples and one on either side: weights
     (-1, 13, 13, -1)/24, at the ends (9, 19, -5, 1)/24. Abramowitz & Stegun, Handbook of Mathematical Functions, 25.4.
     """
     count = values.shape[0]
@@ -90,8 +90,8 @@ _LINEAR[10] += 1.5
 """Weights of s in f; the next is below 2e-6."""
 
 
-def linear_in_derivative(values: Array) -> Array:
-    """What `derivative` shows of an integral whose integrand runs linearly between samples, (N, ...).
+def linear_as_differentiated(values: Array) -> Array:
+    """Result of `derivative` for an integral whose integrand is linear between samples, (N, ...).
 
     Parameters
     ----------
@@ -101,20 +101,20 @@ def linear_in_derivative(values: Array) -> Array:
     Notes
     -----
     The spline's slopes s at the samples of p obey  s[k-1] + 4 s[k] + s[k+1] = 3 (p[k+1] - p[k-1])/h  (de Boor, A
-    Practical Guide to Splines, chapter IV). With p' = f smooth, Simpson's rule makes the right-hand side
-    f[k-1] + 4 f[k] + f[k+1], and the slope is f itself. Where f is linear between samples, as a recorded control is
-    held to be, the trapezoidal rule is exact and makes it 3/2 (f[k-1] + 2 f[k] + f[k+1]): the slopes show
-    s = (3/2) f - 3 g with g[k-1] + 4 g[k] + g[k+1] = f[k], smaller by 2 % at a twelfth of the sampling frequency and by
-    25 % at a quarter of it. Ends are continued by their values.
+    Practical Guide to Splines, chapter IV). With p' = f smooth, Simpson's rule makes the right-hand side f[k-1] + 4
+    f[k] + f[k+1], and the slope is f itself. Where f is linear between samples, as a recorded control is held to be,
+    the trapezoidal rule is exact and makes it 3/2 (f[k-1] + 2 f[k] + f[k+1]): the slopes are s = (3/2) f - 3 g with
+    g[k-1] + 4 g[k] + g[k+1] = f[k], smaller by 2 % at a twelfth of the sampling frequency and by 25 % at a quarter of
+    it. Ends are continued by their values.
     """
     columns = np.ascontiguousarray(values, dtype=np.float64).reshape(values.shape[0], -1)
-    shown = np.column_stack([shown_of_linear(np.ascontiguousarray(column)) for column in columns.T])
+    shown = np.column_stack([derivative_of_linear(np.ascontiguousarray(column)) for column in columns.T])
     return shown.reshape(values.shape)
 
 
 @njit
-def shown_of_linear(values: Array) -> Array:
-    """As `linear_in_derivative`, of one series (N,)."""
+def derivative_of_linear(values: Array) -> Array:
+    """As `linear_as_differentiated`, of one series (N,)."""
     samples, reach = values.shape[0], _LINEAR.shape[0] // 2
     held = np.empty(samples + 2 * reach)
     shown = np.empty(samples)

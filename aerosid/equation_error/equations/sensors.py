@@ -1,4 +1,4 @@
-"""Sensor faults in both directions: taken off what is measured, and put on what is predicted."""
+"""Sensor errors in both directions: removed from measured signals, and applied to predicted ones."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 _AXES = "xyz"
 
 
-def faults_of(effects: Sequence[ActiveEffect], recording: Recording, channel: str) -> list[ActiveEffect]:
-    """Those of the effects that change what the sensor of a channel reads on a recording, in the order they act."""
+def errors_of(effects: Sequence[ActiveEffect], recording: Recording, channel: str) -> list[ActiveEffect]:
+    """The effects on the signal of a channel's sensor in a record, in the order in which they act."""
     return [
         active
         for active in effects
@@ -27,13 +27,13 @@ def faults_of(effects: Sequence[ActiveEffect], recording: Recording, channel: st
 
 
 def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str, Array]:
-    """Each measured channel (N,) as it was before its sensor's faults; ends that a delay leaves bare are held.
+    """Each measured channel (N,) corrected for its sensor's errors; ends without data due to a delay are held.
 
-    Not to be written to: what was made before is kept.
+    Not to be written to: earlier results are cached.
     """
 
-    def without(values: Array, faults: Sequence[ActiveEffect]) -> Array:
-        for active in reversed(faults):
+    def without(values: Array, errors: Sequence[ActiveEffect]) -> Array:
+        for active in reversed(errors):
             effect = active.effect
             assert isinstance(effect, OutputEffect)
             values = with_ends_held(effect.corrected(recording.time, values, active.numbers), values)
@@ -41,14 +41,14 @@ def corrected(recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str
 
     found = {}
     for name in recording.channels:
-        faults = faults_of(effects, recording, name)
-        found[name] = recording.without_faults(name, faults, partial(without, faults=faults))
+        errors = errors_of(effects, recording, name)
+        found[name] = recording.without_errors(name, errors, partial(without, errors=errors))
     return found
 
 
 def as_read(recording: Recording, effects: Sequence[ActiveEffect], channel: str, values: Array) -> Array:
-    """What the sensor of a channel makes of true signals or of their derivatives, (N, K), without its bias."""
-    for active in faults_of(effects, recording, channel):
+    """True signals or their derivatives, (N, K), as a channel's sensor reads them, without its bias."""
+    for active in errors_of(effects, recording, channel):
         effect = active.effect
         assert isinstance(effect, OutputEffect)
         values = effect.transform(recording.time, np.ascontiguousarray(values), active.numbers)
@@ -56,29 +56,29 @@ def as_read(recording: Recording, effects: Sequence[ActiveEffect], channel: str,
 
 
 def bias(recording: Recording, effects: Sequence[ActiveEffect], channel: str) -> float:
-    """What the sensor of a channel adds to everything."""
+    """Total bias of a channel's sensor."""
     total = 0.0
-    for active in faults_of(effects, recording, channel):
+    for active in errors_of(effects, recording, channel):
         effect = active.effect
         assert isinstance(effect, OutputEffect)
-        # A scale acts on the bias before it as on all else.
+        # A scale factor error acts on the bias before it as well.
         total = float(effect.transform(recording.time[:1], np.full((1, 1), total), active.numbers)[0, 0])
         total += effect.offset(active.numbers)
     return total
 
 
 def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str) -> Array:
-    """Where the sensor of a channel sits, m from the declared centre of gravity, (3,)."""
-    place = recording.position(channel).copy()
+    """Position of a channel's sensor, m from the declared centre of gravity, (3,)."""
+    location = recording.position(channel).copy()
     for active in effects:
         if isinstance(active.effect, PositionEffect) and active.effect.where == channel:
             for axis, further in zip(active.effect.axes, active.numbers, strict=True):
-                place[_AXES.index(axis)] += further
-    return place
+                location[_AXES.index(axis)] += further
+    return location
 
 
 def with_ends_held(values: Array, before: Array) -> Array:
-    """The values with bare ends held at the ends of what they were made of, so that they move smoothly with a delay."""
+    """The values with missing ends held at the ends of the original signal, so that they vary smoothly with a delay."""
     known = np.flatnonzero(np.isfinite(values))
     if known.size == values.size:
         return values

@@ -1,11 +1,11 @@
-"""Sideslip: of the lateral accelerometer's path, of a vane elsewhere, and where there is no vane.
+"""Sideslip: from the lateral accelerometer's path, from an offset vane, and without a vane.
 
     beta = asin(I[a_y + g cos theta sin phi - r u + p w]/V)
 
-(Klein & Morelli, Aircraft System Identification, eq. 10.3b). Without a vane nothing tells the path's first value nor
-what the zeros of the accelerometer, the gyros and the bank angle add to it, which is a line in time: the path is taken
-about its line, and the coefficient equations have one of their own. What is wrong with the angle of attack and with the
-size of the bank angle comes and goes with the rolling: of that they have what is usual (`path_errors`).
+(Klein & Morelli, Aircraft System Identification, eq. 10.3b). Without a vane the path's first value is unknown, as is
+the contribution of the biases of the accelerometer, the gyros and the bank angle, which is a line in time: the path is
+detrended, and the coefficient equations have a line of their own. Errors of the angle of attack and of the scale of the
+bank angle vary with the rolling motion: they are modelled with their usual sizes (`path_errors`).
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ WIDEST = 0.99
 
 
 @dataclass(frozen=True)
-class Sideways:
-    """What turns a flight path aside.
+class LateralPath:
+    """Signals that determine the lateral flight path.
 
     Attributes
     ----------
@@ -41,28 +41,28 @@ class Sideways:
     rates : Rates
     interval : float
         s.
-    seen : bool
-        Whether a vane shows sideslip.
+    has_vane : bool
+        Whether a vane measures sideslip.
     """
 
     side: Array
     rates: Rates
     interval: float
-    seen: bool
+    has_vane: bool
 
     def path(self, plane: tuple[Array, Array], v: Array, speed: Array) -> Array:
         """The sideslip, rad, of the lateral accelerometer's path with u and w in the `plane`, m/s.
 
-        `v`: as the vane has it, m/s: the path has its mean; without a vane it is taken about its line.
+        `v`: as measured by the vane, m/s, whose mean the path gets; without a vane it is detrended.
         """
         u, w = plane
         path = running_integral(self.side - self.rates.r * u + self.rates.p * w, self.interval)
-        path = aligned(path, v) if self.seen else about_a_line(path)
-        # Beyond a right angle there is no sideslip that a faulty sensor could have read.
+        path = aligned(path, v) if self.has_vane else detrended(path)
+        # No sideslip that a faulty sensor could have read lies beyond a right angle.
         return np.arcsin(np.clip(path / speed, -WIDEST, WIDEST))
 
 
-def about_a_line(values: Array) -> Array:
+def detrended(values: Array) -> Array:
     """A series without its mean and its trend, (N,)."""
     centred = np.arange(values.size) - 0.5 * (values.size - 1)
     return np.asarray(values - values.mean() - centred * float(centred @ values) / float(centred @ centred))
@@ -71,44 +71,45 @@ def about_a_line(values: Array) -> Array:
 def path_errors(
     rates: Rates, attitude: tuple[Array, Array], speed: Array, interval: float, usual: Mapping[str, float]
 ) -> Array:
-    """What usual errors of other sensors make of a path's sideslip, rad, (N, 2), each of one standard deviation.
+    """Effect of usual errors of other sensors on a path's sideslip, rad, (N, 2), each of one standard deviation.
 
     Parameters
     ----------
     attitude : tuple of ndarray, shape (N,)
         Bank and pitch angle, rad.
     usual : mapping of str to float
-        Standard deviations of the zero of the angle of attack, rad, which turns rolling into sideslip, and of the scale
-        of the bank angle, 1.
+        Standard deviations of the bias of the angle of attack, rad, which couples rolling into sideslip, and of the
+        scale factor error of the bank angle, 1.
     """
     phi, theta = attitude
     rolled = usual["alpha"] * rates.p * speed
     banked = usual["phi"] * GRAVITY * np.cos(theta) * np.cos(phi) * phi
     paths = running_integral(np.column_stack([rolled, banked]), interval)
-    return np.column_stack([about_a_line(path) / speed for path in paths.T])
+    return np.column_stack([detrended(path) / speed for path in paths.T])
 
 
-def of_mean_wind(left: Array, bent: Array, wind: Array) -> Array:
-    """How far the mean of the gusts from the side bends the path in the plane, rad, (N,).
+def mean_gust_correction(left: Array, bend: Array, wind: Array) -> Array:
+    """Correction of the path in the plane for the mean of the side gusts, rad, (N,).
 
-    A record tells the sideslip of the aircraft but for the mean of the gusts over it, which rolling turns into the
-    plane, as the bank angle goes. Least squares with the deviation of the mean of a first-order autoregression.
+    A record determines the aircraft's sideslip except for the mean of the gusts over it, which rolling couples into the
+    plane, in proportion to the bank angle. Least squares with the standard error of the mean of a first-order
+    autoregression.
 
     Parameters
     ----------
     left : ndarray, shape (N,)
-        What the vane shows beyond the path, rad.
-    bent : ndarray, shape (N,)
-        The path's bend for one m/s, rad.
+        Difference of the vane from the path, rad.
+    bend : ndarray, shape (N,)
+        Change of the path by one m/s, rad.
     wind : ndarray, shape (N,)
-        What the vane of sideslip shows beyond its path, m/s.
+        Difference of the sideslip vane from its path, m/s.
     """
-    left, bent = about_a_line(left), about_a_line(bent)
+    left, bend = detrended(left), detrended(bend)
     wind = wind - wind.mean()
-    kept = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
-    mean = float(np.var(wind)) * (1.0 + kept) / (1.0 - kept) / wind.size
+    autocorrelation = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
+    mean = float(np.var(wind)) * (1.0 + autocorrelation) / (1.0 - autocorrelation) / wind.size
     noise = float(np.var(left))
-    return np.asarray(float(left @ bent) / (float(bent @ bent) + noise / max(mean, 1e-300)) * bent)
+    return np.asarray(float(left @ bend) / (float(bend @ bend) + noise / max(mean, 1e-300)) * bend)
 
 
 def beta_at_centre(

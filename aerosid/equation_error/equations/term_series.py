@@ -1,6 +1,6 @@
 """Terms of a model along a record, compiled: their factors and products as rows, and their sums by coefficient.
 
-Series of a record are rows (., N), so that one step runs along them. The eight coefficients have fixed places, those
+Series of a record are rows (., N), so that one step runs along them. The eight coefficients have fixed indices, those
 that a case does not model among them: C_X C_Y C_Z C_l C_m C_n C_L C_D.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
-from aerosid.equation_error.equations.running_integral import shown_of_linear
+from aerosid.equation_error.equations.running_integral import derivative_of_linear
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import TermTable
@@ -21,22 +21,22 @@ Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 X, Y, Z, ROLL, PITCH, YAW, LIFT, DRAG = range(len(COEFFICIENTS))
-"""Places of the coefficients."""
+"""Indices of the coefficients."""
 
 RHO, THRUST, MASS, SOUND = range(len(ATMOSPHERE_AND_BODY))
 """Leading columns of the inputs."""
 
 (ALPHA, Q_HAT, V_HAT, ALPHA_DOT, C_T, MACH, BETA, P_HAT, R_HAT, PHI, P, R, THETA) = range(13)
-"""Places of `VARIABLES`, but for the coefficients among them."""
+"""Indices of `VARIABLES`, without the coefficients among them."""
 
 ALL, FORCES, MOMENTS, MOMENTS_OF_INPUTS, ALL_OTHERS = 0, 1, 2, 3, 4
 """Layout: which terms are summed: forces without those by alpha_dot, moments, those by inputs and all but those."""
 
 
-class Course(NamedTuple):
-    """A motion at every sample, (N,) each, SI: what terms and equations take of it.
+class MotionSeries(NamedTuple):
+    """The motion at every sample as used by terms and equations, (N,) each, SI.
 
-    `airspeed` as measured, by which residuals are weighed; `sine` and `cosine` of alpha; `gravity` across the path,
+    `airspeed` as measured, by which residuals are weighted; `sine` and `cosine` of alpha; `gravity` normal to the path,
     g cos(theta - alpha) cos phi.
     """
 
@@ -65,17 +65,17 @@ class Terms(NamedTuple):
     ----------
     table : TermTable
     places : int64[L]
-        Place of each of the model's coefficients among the eight.
+        Index of each of the model's coefficients among the eight.
     measured : int
-        Columns of the inputs, behind the leading four, that hold motion.
+        Columns of the inputs, after the leading four, that contain motion.
     values : float64[T]
-        Of the model: what lift, levers and angular accelerations are made of.
+        Of the model, for lift, levers and angular accelerations.
     known : float64[T]
         Of those that are not estimated; zero for the others.
     added : float64[S, N]
-        Series that belong to one unit of some terms beside what the term itself says, as separation of the flow.
+        Additional series per unit of some terms, as of flow separation.
     added_to : int64[S]
-        Those terms.
+        Indices of those terms.
     """
 
     table: TermTable
@@ -91,7 +91,7 @@ class Body(NamedTuple):
     """Geometry, inertia and reference speeds of an aircraft, SI, as of `Constants`, whatever the case of the equations.
 
     `thrust_change`, `cg_x`, `cg_y`, `cg_z`: columns of the inputs with thrust beyond that of the thrust input and with
-    the place of the centre of gravity ahead, right of and below the declared one; -1: none.
+    the position of the centre of gravity ahead, right of and below the declared one; -1: none.
     """
 
     wing_area: float
@@ -112,8 +112,8 @@ class Body(NamedTuple):
 
 
 @njit_inline
-def fill_variables(course: Course, inputs: Array, body: Body, needed: NDArray[np.bool_], series: Array) -> None:
-    """Those of the variables that terms name: `VARIABLES` in their order, then the columns of the inputs."""
+def fill_variables(course: MotionSeries, inputs: Array, body: Body, needed: NDArray[np.bool_], series: Array) -> None:
+    """The variables contained in terms: `VARIABLES` in their order, then the columns of the inputs."""
     samples, columns = inputs.shape
     for c in range(columns):
         if needed[VARIABLE_COUNT + c]:
@@ -126,16 +126,16 @@ def fill_variables(course: Course, inputs: Array, body: Body, needed: NDArray[np
     else:
         for n in range(samples):
             series[ALPHA_DOT, n] = 0.5 / course.V[n]
-    for place, rate, length in (
+    for index, rate, length in (
         (Q_HAT, course.q, body.mean_chord),
         (P_HAT, course.p, body.span),
         (R_HAT, course.r, body.span),
-        (ALPHA_DOT, course.alpha_dot, body.mean_chord),  # the last, which held the factor until then
+        (ALPHA_DOT, course.alpha_dot, body.mean_chord),  # last, since its row holds the factor until then
     ):
-        if needed[place]:
+        if needed[index]:
             for n in range(samples):
-                series[place, n] = rate[n] * length * series[ALPHA_DOT, n]
-    for place, same in (
+                series[index, n] = rate[n] * length * series[ALPHA_DOT, n]
+    for index, same in (
         (ALPHA, course.alpha),
         (BETA, course.beta),
         (PHI, course.phi),
@@ -143,9 +143,9 @@ def fill_variables(course: Course, inputs: Array, body: Body, needed: NDArray[np
         (P, course.p),
         (R, course.r),
     ):
-        if needed[place]:
+        if needed[index]:
             for n in range(samples):
-                series[place, n] = same[n]
+                series[index, n] = same[n]
     if needed[V_HAT]:
         for n in range(samples):
             series[V_HAT, n] = course.V[n] / body.airspeed_of_V_hat - 1.0
@@ -156,11 +156,11 @@ def fill_variables(course: Course, inputs: Array, body: Body, needed: NDArray[np
 
 @njit_inline
 def fill_products(terms: Terms, series: Array) -> None:
-    """All products of the variables; where terms hold lift, with the lift of the model's own terms."""
+    """All products of the variables; where terms contain lift, with the lift of the model's own terms."""
     table = terms.table
     _multiply(table, series)
     if table.lift_row >= 0:
-        # As measured it would hold the gusts that drag answers.
+        # As measured it would contain the gusts to which drag responds.
         lift = series[table.lift_slot]
         for n in range(lift.shape[0]):
             lift[n] = 0.0
@@ -185,16 +185,16 @@ def _multiply(table: TermTable, series: Array) -> None:
         else:
             for n in range(samples):
                 series[one + 1 + b, n] = max(series[variable, n] - offset, 0.0)
-    place = one + 1 + shaped
+    index = one + 1 + shaped
     for p in range(table.left.shape[0]):
         left, right = table.left[p], table.right[p]
         for n in range(samples):
-            series[place + p, n] = series[left, n] * series[right, n]
+            series[index + p, n] = series[left, n] * series[right, n]
 
 
 @njit_inline
 def _add_term(terms: Terms, entry: int, value: float, series: Array, total: Array) -> None:
-    """Add a term of a value to a row, with what belongs to it beside."""
+    """Add a term of a value to a row, with its additional series."""
     along = terms.table.value[entry]
     for n in range(total.shape[0]):
         total[n] += value * series[along, n]
@@ -206,7 +206,7 @@ def _add_term(terms: Terms, entry: int, value: float, series: Array, total: Arra
 
 @njit_inline
 def moves_with_inputs(terms: Terms, entry: int) -> bool:
-    """Whether a term holds an input, thrust among them; motion that is measured is none."""
+    """Whether a term contains an input, thrust included; measured motion is none."""
     table = terms.table
     first, last = VARIABLE_COUNT + len(ATMOSPHERE_AND_BODY), VARIABLE_COUNT + len(ATMOSPHERE_AND_BODY) + terms.measured
     for f in range(table.first[entry], table.first[entry + 1]):
@@ -217,7 +217,7 @@ def moves_with_inputs(terms: Terms, entry: int) -> bool:
 
 
 @njit_inline
-def _holds_alpha_dot(table: TermTable, entry: int) -> bool:
+def _contains_alpha_dot(table: TermTable, entry: int) -> bool:
     held: bool = False
     for f in range(table.first[entry], table.first[entry + 1]):
         held = held or table.variable[f] == ALPHA_DOT
@@ -226,12 +226,12 @@ def _holds_alpha_dot(table: TermTable, entry: int) -> bool:
 
 @njit_inline
 def _is_summed(terms: Terms, entry: int, which: int) -> bool:
-    place = terms.places[terms.table.coefficient[entry]]
-    is_moment = bool(ROLL <= place <= YAW)
+    index = terms.places[terms.table.coefficient[entry]]
+    is_moment = bool(ROLL <= index <= YAW)
     if which == ALL:
         return True
     if which == FORCES:
-        return not is_moment and not _holds_alpha_dot(terms.table, entry)
+        return not is_moment and not _contains_alpha_dot(terms.table, entry)
     if which == MOMENTS:
         return is_moment
     by_inputs = is_moment and moves_with_inputs(terms, entry)
@@ -240,7 +240,7 @@ def _is_summed(terms: Terms, entry: int, which: int) -> bool:
 
 @njit_inline
 def sum_terms(terms: Terms, values: Array, series: Array, totals: Array, which: int) -> None:
-    """Add terms of some values to their coefficients, (8, N), before these are turned to body axes."""
+    """Add terms of some values to their coefficients, (8, N), before the transformation to body axes."""
     for entry in range(values.shape[0]):
         if values[entry] != 0.0 and _is_summed(terms, entry, which):
             _add_term(terms, entry, values[entry], series, totals[terms.places[terms.table.coefficient[entry]]])
@@ -254,8 +254,8 @@ def shown_terms(terms: Terms, values: Array, series: Array, linear_inputs: bool)
         sum_terms(terms, values, series, totals, ALL)
         return totals
     sum_terms(terms, values, series, totals, MOMENTS_OF_INPUTS)
-    for place in range(ROLL, YAW + 1):
-        if np.any(totals[place] != 0.0):
-            totals[place] = shown_of_linear(totals[place])
+    for index in range(ROLL, YAW + 1):
+        if np.any(totals[index] != 0.0):
+            totals[index] = derivative_of_linear(totals[index])
     sum_terms(terms, values, series, totals, ALL_OTHERS)
     return totals

@@ -1,1 +1,1 @@
-"""Generalised least squares over the equations of all recordings, with the colour of their residuals."""
+"""Generalised least squares over the equations of all records, with the colour of their residuals estimated."""

@@ -1,4 +1,4 @@
-"""Generalised least squares with autoregressive residuals, their colour shared by recordings, their size each its own.
+"""Generalised least squares with autoregressive residuals, the colour shared by records, the size individual.
 
 The likelihood of a segment of n residuals e of size s and whitened by an autoregression of order p, stationary from the
 first sample on, is  ln L = -n ln s - ln|L_p| - |w|^2/(2 s^2),  w the whitened residuals, L_p the Cholesky factor of the
@@ -20,10 +20,10 @@ from aerosid.compiled import njit, njit_inline
 Array = NDArray[np.float64]
 
 COLOUR_ROUNDS = 3
-"""Numerical: times that a shared colour is estimated with the sizes of the innovations that the last one left."""
+"""Numerical: times that a shared colour is estimated, each with the innovations' sizes of the one before."""
 
 SAME_SIZES = 0.1
-"""Numerical: share by which their ratios may have changed for that to end."""
+"""Numerical: fractional change of their ratios below which that ends."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Colour:
     weights : ndarray, shape (p + 1,)
         Of the whitening filter, the first 1.
     start : ndarray, shape (p, p)
-        Inverse of the Cholesky factor of the first p samples' covariance where the innovations have unit variance.
+        Inverse of the Cholesky factor of the first p samples' covariance for innovations of unit variance.
     """
 
     weights: Array
@@ -43,7 +43,7 @@ class Colour:
     _bases: list[tuple[Array, Array]] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def whitened_basis(self, columns: Array) -> Array:
-        """Orthonormal columns (N, K) that span some columns after whitening; made once for each array."""
+        """Orthonormal basis (N, K) of some columns after whitening; computed once for each array."""
         for known, basis in self._bases:
             if known is columns:
                 return basis
@@ -68,7 +68,7 @@ class Colour:
 
 @njit
 def _filtered(values: Array, weights: Array) -> Array:
-    """Each column of (N, K) less what the samples before foretell of it."""
+    """Each column of (N, K) less its linear prediction from the samples before."""
     filtered = values.copy()
     for lag in range(1, weights.shape[0]):
         for n in range(lag, values.shape[0]):
@@ -78,7 +78,7 @@ def _filtered(values: Array, weights: Array) -> Array:
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Orthonormal columns that span some independent columns (N, K), by Householder's reflections."""
+    """Orthonormal basis of some independent columns (N, K), by Householder's reflections."""
     reflections, factors, _, _ = dgeqrf(columns)
     return np.ascontiguousarray(dorgqr(reflections, factors)[0])
 
@@ -87,12 +87,12 @@ def _orthonormal(columns: Array) -> Array:
 def whitened_segments(
     values: Array, bounds: NDArray[np.int64], weights: Array, starts: Array, orders: NDArray[np.int64], sizes: Array
 ) -> Array:
-    """Segments of columns (R, K), each whitened by its own colour and over its own size.
+    """Segments of columns (R, K), each whitened by its own colour and divided by its own size.
 
     Parameters
     ----------
     bounds : int64[S + 1]
-        Where each segment's rows begin.
+        First row of each segment.
     weights : float64[S, p + 1]
     starts : float64[S, p, p]
         Of each segment's colour, the first `orders` + 1 and `orders` of them.
@@ -168,20 +168,20 @@ def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, l
     Parameters
     ----------
     residuals : sequence of ndarray, shape (N,)
-        One a recording.
+        One per record.
     sizes : sequence of float
-        By which each is divided.
+        Standard deviations by which they are divided.
     order : int
         Samples; less where the records are short.
     longest : float
-        Longest memory, samples, that a pole may have.
+        Longest memory of a pole, samples.
     """
     return colour_of(_burg_s_weights(_Stacked.of(residuals), np.array(sizes, dtype=np.float64), order, longest))
 
 
 @dataclass(frozen=True)
 class _Stacked:
-    """Residuals of several recordings one behind the other, (R,), and where each begins, (S + 1,)."""
+    """Residuals of several records in sequence, (R,), and the first row of each, (S + 1,)."""
 
     values: Array
     bounds: NDArray[np.int64]
@@ -193,19 +193,19 @@ class _Stacked:
         return cls(np.concatenate(parts), bounds)
 
     def each(self, values: Array) -> tuple[Array, ...]:
-        """Each recording's part of values (R,)."""
+        """Each record's part of values (R,)."""
         return tuple(values[a:b] for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True))
 
 
 def _burg_s_weights(stacked: _Stacked, sizes: Array, order: int, longest: float) -> Array:
-    """The whitening filter by Burg's method, its poles' memory bounded."""
+    """The whitening filter by Burg's method, its poles' memory limited."""
     limit = _limit(longest)
     weights, is_within = _burg(stacked.values, stacked.bounds, sizes, order, limit)
     return np.asarray(weights if is_within else _shortened(weights, limit))
 
 
 def _limit(longest: float) -> float:
-    """Radius within which poles lie whose memory is no longer than so many samples."""
+    """Radius within which poles of a memory of no more than so many samples lie."""
     return min(float(np.exp(-1.0 / longest)), 0.999)
 
 
@@ -248,7 +248,7 @@ def _burg(values: Array, bounds: NDArray[np.int64], sizes: Array, order: int, li
 
 @njit
 def _shortened(weights: Array, limit: float) -> Array:
-    """The weights with poles of longer memory drawn in to that of the circle of radius `limit`."""
+    """The weights with poles of longer memory moved inward to the circle of radius `limit`."""
     order = weights.shape[0] - 1
     companion = np.zeros((order, order), dtype=np.complex128)  # eigenvalues of real matrices would have to be real
     for k in range(order):
@@ -271,7 +271,7 @@ def _shortened(weights: Array, limit: float) -> Array:
 def _lies_within(lower: Array) -> bool:
     """Whether all poles lie within the unit circle: all reflection coefficients do (Schur and Cohn's criterion).
 
-    The weights are written over.
+    The weights are overwritten.
     """
     for k in range(lower.shape[0] - 1, 0, -1):
         if not abs(lower[k]) < 1.0:
@@ -284,7 +284,7 @@ def _lies_within(lower: Array) -> bool:
 def _innovations(
     values: Array, bounds: NDArray[np.int64], weights: Array, start: Array, floors: Array
 ) -> tuple[Array, Array, float]:
-    """Parts of `values` (R,) whitened, their sizes (S,) and ln L but for what the first samples' colour takes off."""
+    """Parts of `values` (R,) whitened, their sizes (S,) and ln L without that of the first samples' colour."""
     order = weights.shape[0] - 1
     white, sizes, likelihood = values.copy(), np.zeros(floors.shape[0]), 0.0
     for s in range(floors.shape[0]):
@@ -306,7 +306,7 @@ def _innovations(
 
 @dataclass(frozen=True)
 class Coloured:
-    """Ln L of some residuals with the colour of each, their innovations and the sizes of those."""
+    """Ln L of some residuals with the colour of each, their innovations and the innovations' sizes."""
 
     likelihood: float
     colours: tuple[Colour, ...]
@@ -322,10 +322,10 @@ def with_own_colours(
     order: int,
     longest: float,
 ) -> Coloured:
-    """Each recording with a colour of its own where that is likelier than one they share, by Schwarz's criterion.
+    """Each record with its own colour where Schwarz's criterion prefers that to a shared one.
 
-    A recording in other air, or with something undeclared in it that others do not have, bends the colour of all: what
-    happens suddenly in each of two recordings makes the noise of the other look slow, and hides in it.
+    A record in other air, or with an undeclared effect that others lack, biases the shared colour: step changes in two
+    records make the noise of either look slow, and are absorbed by it.
     """
     if len(parts) == 1:
         return shared
@@ -334,8 +334,8 @@ def with_own_colours(
         for part, size, floor in zip(parts, rough, floors, strict=True)
     ]
     likelihood = sum(each.likelihood for each in own)
-    price = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
-    if likelihood - price <= shared.likelihood:
+    penalty = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
+    if likelihood - penalty <= shared.likelihood:
         return shared
     return Coloured(
         likelihood,
@@ -348,11 +348,11 @@ def with_own_colours(
 def shared_colour(
     parts: Sequence[Array], rough: Sequence[float], floors: Sequence[float], order: int, longest: float
 ) -> Coloured:
-    """The likeliest colour that residuals of several recordings share, their innovations and the size of each.
+    """The likeliest colour shared by residuals of several records, their innovations and the size of each.
 
-    Burg's method weighs recordings by what they are divided by: by their innovations' sizes it comes near the greatest
-    likelihood, and those are known once a colour is. Divided by its own size, a recording with a sudden change in it
-    counts for less than one without, and the colour of all becomes that of the quiet one.
+    Burg's method weights records by their divisors: with the sizes of their innovations it approximates maximum
+    likelihood, and those are known once a colour is. Divided by its own size, a record with a step change has less
+    weight than one without, and the shared colour becomes that of the quiet one.
     """
     stacked, limit = _Stacked.of(parts), _limit(longest)
     weights, start, white, sizes, likelihood = _likeliest(

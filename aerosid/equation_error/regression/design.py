@@ -1,4 +1,4 @@
-"""The stacked regression of all equations and recordings: rows by segment, a column for each unknown."""
+"""The stacked regression of all equations and records: rows by segment, a column for each unknown."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from aerosid.equation_error.equations.channels import KINEMATIC, SIDEWAYS
-from aerosid.equation_error.equations.instruments import TRENDS
+from aerosid.equation_error.equations.channels import KINEMATIC, LATERAL_PATHS
+from aerosid.equation_error.equations.instrumental_variables import TRENDS
 from aerosid.equation_error.equations.points import HEIGHT, Segment, Unknown, value_of
 from aerosid.equation_error.regression.coloured_regression import (
     Colour,
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Design:
-    """Rows of all segments, one under the other.
+    """Rows of all segments, stacked.
 
     Attributes
     ----------
@@ -38,16 +38,16 @@ class Design:
     groups : tuple of (equation, float)
         Segments that may share a colour: the same equation at the same interval, s.
     bounds : ndarray, shape (S + 1,)
-        Where each segment's rows begin.
+        First row of each segment.
     target : ndarray, shape (R,)
     columns : ndarray, shape (R, P)
     unknowns : tuple, length P
     precisions : ndarray, shape (P,)
-        Inverse standard deviation known beforehand of each unknown, 0 where nothing is known.
+        Inverse prior standard deviation of each unknown, 0 without a prior.
     floors : ndarray, shape (S,)
         Least size of each segment's residual.
     instruments : tuple of (ndarray, shape (n, K), or None)
-        The space in which each segment is compared; None for all of it.
+        Instrumental variables that span the space in which each segment is compared; None for all of it.
     """
 
     segments: tuple[tuple[int, str], ...]
@@ -69,7 +69,7 @@ class Design:
         edges = self.bounds.tolist()
         return [slice(first, stop) for first, stop in pairwise(edges)]
 
-    def beside(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
+    def extended(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
         """The design with further columns (R, K)."""
         return Design(
             self.segments,
@@ -86,9 +86,9 @@ class Design:
 
 @dataclass(frozen=True)
 class Weights:
-    """What the residuals are like: the colour of each segment (S), the size of each segment's innovations (S,).
+    """Noise model: colour of the residuals of each segment (S), size of each segment's innovations (S,).
 
-    `excess`: the factor in power, by equation, that is in the sizes because it is compared in a space of instruments.
+    `excess`: power factor, by equation, contained in the sizes where equations are compared by instrumental variables.
     """
 
     colours: tuple[Colour, ...]
@@ -97,7 +97,7 @@ class Weights:
 
     @cached_property
     def _filters(self) -> tuple[Array, Array, NDArray[np.int64]]:
-        """The colours' weights, starts and orders, as compiled code takes them."""
+        """The colours' weights, starts and orders as arrays for compiled code."""
         orders = np.array([colour.start.shape[0] for colour in self.colours], dtype=np.int64)
         most = int(orders.max())
         weights, starts = np.zeros((orders.size, most + 1)), np.zeros((orders.size, most, most))
@@ -106,17 +106,17 @@ class Weights:
         return weights, starts, orders
 
     def whitened(self, values: Array, bounds: NDArray[np.int64]) -> Array:
-        """Segments of columns (R, K) that begin at `bounds` (S + 1,), whitened and over their sizes."""
+        """Segments of columns (R, K) that begin at `bounds` (S + 1,), whitened and divided by their sizes."""
         return np.asarray(whitened_segments(values, bounds, *self._filters, self.sizes))
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Generalised least squares at given weights, and the likelihood with them estimated anew.
+    """Generalised least squares at given weights, and its likelihood.
 
     `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
-    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the columns treated alike, each
-    segment's in the space of its instruments; `penalty` what the unknowns' prior takes off ln L.
+    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the whitened columns, each
+    segment's projected on its instrumental variables; `penalty`: reduction of ln L by the unknowns' prior.
     """
 
     values: Array
@@ -132,12 +132,12 @@ class Solution:
 def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
     """The regression of some equations with their constants, drifts and free terms."""
     bounds = np.concatenate([[0], np.cumsum([each.target.size for each in segments])]).astype(np.int64)
-    place: dict[Unknown, int] = {}
+    index: dict[Unknown, int] = {}
     parts: list[tuple[int, int, Array]] = []
     precision: dict[Unknown, float] = {}
 
     def put(unknown: Unknown, segment: int, values: Array) -> None:
-        parts.append((place.setdefault(unknown, len(place)), segment, values))
+        parts.append((index.setdefault(unknown, len(index)), segment, values))
 
     for s, each in enumerate(segments):
         if each.equation in KINEMATIC:
@@ -150,9 +150,9 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             unknown = ("bend", each.equation, each.recording)
             put(unknown, s, 0.5 * each.time**2)
             precision[unknown] = 1.0 / settings.height_bend
-        if each.wander is not None:
-            for n, values in enumerate(each.wander.T):
-                mode: Unknown = ("wander", each.equation, each.recording, n)
+        if each.random_walk is not None:
+            for n, values in enumerate(each.random_walk.T):
+                mode: Unknown = ("random_walk", each.equation, each.recording, n)
                 put(mode, s, values)
                 precision[mode] = 1.0
         if each.drifts:
@@ -162,10 +162,10 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         for entry, values in each.columns.items():
             which = value_of(entry, each.recording)
             put(which, s, values)
-            # The mean of a sideslip that no vane shows is in the constants, however symmetric the aircraft.
+            # The mean of a sideslip without a vane is contained in the constants, however symmetric the aircraft.
             if entry[1] == CONSTANT and entry[0] in settings.asymmetry and not each.drifts:
                 precision[which] = 1.0 / settings.asymmetry[entry[0]]
-    columns = np.zeros((int(bounds[-1]), len(place)))
+    columns = np.zeros((int(bounds[-1]), len(index)))
     for p, s, values in parts:
         columns[bounds[s] : bounds[s + 1], p] += values
     target = np.concatenate([each.target for each in segments])
@@ -175,15 +175,15 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
         bounds,
         target,
         columns,
-        tuple(place),
-        np.array([precision.get(unknown, 0.0) for unknown in place]),
+        tuple(index),
+        np.array([precision.get(unknown, 0.0) for unknown in index]),
         np.array([each.floor for each in segments]),
         tuple(each.instruments for each in segments),
     )
 
 
 def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings) -> Weights:
-    """Colour and sizes that residuals (R,) show."""
+    """Colours and sizes estimated from residuals (R,)."""
     by_group: dict[tuple[str, float], list[int]] = {}
     for s, group in enumerate(design.groups):
         by_group.setdefault(group, []).append(s)
@@ -194,7 +194,7 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
         parts = [residuals[design.rows(s)] for s in members]
         rough = [max(float(np.std(part)), 1e-300) for part in parts]
         longest = np.inf
-        if equation not in KINEMATIC or equation in SIDEWAYS:
+        if equation not in KINEMATIC or equation in LATERAL_PATHS:
             longest = settings.memory / interval
         floors = [max(float(design.floors[s]), 1e-12) for s in members]
         found = shared_colour(parts, rough, floors, settings.order, longest)
@@ -211,8 +211,8 @@ def residual_weights(design: Design, residuals: Array, settings: EquationErrorSe
 def _excess(design: Design, members: Sequence[int], coloured: Coloured, settings: EquationErrorSettings) -> float:
     """Power of one equation's whitened residuals in the space of its instruments over their power in all directions.
 
-    A low order does not whiten what is slow altogether, and what the controls move is slow: the noise is that which is
-    left where the equation is compared, with what is usual as prior knowledge (scaled inverse chi squared).
+    A low order does not whiten slow noise completely, and the response to the controls is slow: the noise is that which
+    remains where the equation is compared, with the usual ratio as prior (scaled inverse chi squared).
     """
     free, power = 0, 0.0
     for s, colour, white, size in zip(members, coloured.colours, coloured.white, coloured.sizes, strict=True):
@@ -228,18 +228,18 @@ def _excess(design: Design, members: Sequence[int], coloured: Coloured, settings
 
 
 def freedom(design: Design, segment: int) -> int:
-    """Directions in which a segment is compared, less those of its constant and its drifts."""
+    """Degrees of freedom in which a segment is compared, less those of its constant and its drifts."""
     instruments = design.instruments[segment]
     return 0 if instruments is None else max(instruments.shape[1] - TRENDS, 0)
 
 
 def whiten(design: Design, values: Array, weights: Weights) -> Array:
-    """Rows (R, K) whitened and over their sizes."""
+    """Rows (R, K) whitened and divided by their sizes."""
     return weights.whitened(np.ascontiguousarray(values), design.bounds)
 
 
 def solve(design: Design, weights: Weights) -> Solution:
-    """Generalised least squares at given weights; unknowns that nothing shows keep zero with an infinite deviation."""
+    """Generalised least squares at given weights; unidentifiable unknowns stay zero with infinite deviation."""
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
     bases = whitened_instruments(design, weights)
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
@@ -264,10 +264,10 @@ def solve(design: Design, weights: Weights) -> Solution:
 
 
 def _inverse(correlation: Array) -> Array:
-    """The inverse (P, P) without the directions that nothing shows, whose eigenvalue is below 1e-10.
+    """The inverse (P, P) without the unidentifiable directions, whose eigenvalue is below 1e-10.
 
     The inverse's trace is the sum of the eigenvalues' inverses: where it is below 1e10, all are above, and Cholesky's
-    factor is enough.
+    factor is sufficient.
     """
     factor, failed = dpotrf(correlation)
     if not failed:
@@ -284,7 +284,7 @@ def _inverse(correlation: Array) -> Array:
 def log_likelihoods(
     design: Design, innovations: Array, weights: Weights, bases: Sequence[Array | None] | None = None
 ) -> list[float]:
-    """Ln L of each segment but for a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
+    """Ln L of each segment up to a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
     bases = whitened_instruments(design, weights) if bases is None else bases
     each = []
     for s, colour in enumerate(weights.colours):
@@ -307,7 +307,7 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
 
 
 def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:
-    """Orthonormal columns that span each segment's instruments after whitening; None where all is compared."""
+    """Orthonormal basis of each segment's instruments after whitening; None where all is compared."""
     return [
         None if instruments is None else colour.whitened_basis(instruments)
         for colour, instruments in zip(weights.colours, design.instruments, strict=True)
@@ -315,21 +315,21 @@ def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]
 
 
 def gain_over(base: Design, plain: float, found: Solution, settings: EquationErrorSettings) -> float:
-    """Gain in ln L of a solution over a base that lacks something, whose own likelihood is `plain`.
+    """Gain in ln L of a solution over a reduced base of likelihood `plain`.
 
-    Where equations are compared in the space of instruments, both are solved with the colours of the wider structure,
-    and the size of each equation's noise is averaged over what either leaves of it there: the logarithm of an F ratio
-    with the prior knowledge of the noise, honest however few the instruments are.
+    Where equations are compared by instrumental variables, both are solved with the colours of the wider structure, and
+    the size of each equation's noise is integrated out: the logarithm of an F ratio with the prior of the noise, valid
+    however few the instruments are.
     """
-    if compares_all(base):
+    if uses_no_instruments(base):
         return found.log_likelihood - plain
     lacking = solve(base, found.weights)
     bases = whitened_instruments(base, found.weights)
     return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
 
 
-def compares_all(design: Design) -> bool:
-    """Whether no equation is compared in the space of instruments."""
+def uses_no_instruments(design: Design) -> bool:
+    """Whether no equation is compared by instrumental variables."""
     return all(instruments is None for instruments in design.instruments)
 
 
@@ -355,7 +355,7 @@ def _averaged(
 
 
 def white_weights(design: Design) -> Weights:
-    """Weights to begin with: no colour, sizes of the residuals of ordinary least squares by equation."""
+    """Initial weights: white noise, sizes of the residuals of ordinary least squares by equation."""
     sizes = np.ones(len(design.segments))
     for s in range(len(design.segments)):
         sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
@@ -363,7 +363,7 @@ def white_weights(design: Design) -> Weights:
 
 
 def uncoloured(design: Design, residuals: Array) -> Solution:
-    """Least squares with each segment's size alone: what a slow effect looks like before the colour takes it in."""
+    """Least squares with each segment's size alone: a slow effect before the colour absorbs it."""
     sizes = np.array(
         [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
     )
@@ -376,13 +376,13 @@ def regress(
     start: Weights | None = None,
     rounds: int = 3,
 ) -> Solution:
-    """Least squares and the residuals' colour and sizes in turn."""
+    """Least squares and the residuals' colours and sizes, alternating."""
     weights = start or white_weights(design)
     solution = solve(design, weights)
     for _ in range(rounds if start else rounds + 3):
         weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)
-        if start and found.log_likelihood < solution.log_likelihood and compares_all(design):
+        if start and found.log_likelihood < solution.log_likelihood and uses_no_instruments(design):
             break  # a colour by Burg's method that is less likely than the one before
         done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
         solution = found

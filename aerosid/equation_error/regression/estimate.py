@@ -1,4 +1,4 @@
-"""Gauss-Newton on the stacked equations: terms, sensor faults, controls and whatever else acts beside them."""
+"""Gauss-Newton on the stacked equations: terms, instrument errors, controls and all other effects."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from aerosid.equation_error.regression.design import (
     Design,
     Solution,
     Weights,
-    compares_all,
     design_of,
     gain_over,
     regress,
     solve,
+    uses_no_instruments,
 )
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
@@ -33,23 +33,23 @@ STEPS = 8
 """Numerical: Gauss-Newton steps at most."""
 
 HALVINGS = 4
-"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends where it is."""
+"""Numerical: times that a step is shortened, to 0.4 of itself, before the search ends at the current point."""
 
 REPETITIONS = 6
-"""Numerical: times at most that a regression is repeated with the lift that it gave itself."""
+"""Numerical: times at most that a regression is repeated with the lift estimated by the one before."""
 
 SETTLED = 1e-4
-"""Numerical: change of every term's value, as a share of it, below which that ends."""
+"""Numerical: fractional change of every term's value below which that ends."""
 
 CLOSE = 0.05
-"""Numerical: change of ln L in a step that decides nothing any more."""
+"""Numerical: change of ln L in a step that counts as converged."""
 
 
 @dataclass(frozen=True)
-class Frame:
-    """What is compared: some equations of some recordings, with the settings.
+class RegressionProblem:
+    """Some equations of some records, with the settings of their regression.
 
-    `all_fitted`: whether coefficients are regressed on the validation recordings too.
+    `all_fitted`: whether coefficients are regressed on the validation records too.
     """
 
     recordings: tuple[Recording, ...]
@@ -62,7 +62,7 @@ class Frame:
         return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
 
     def acting(self, point: Point) -> Point:
-        """The point without what belongs to a recording whose coefficients are not compared: nothing shows it here."""
+        """The point without effects of records whose coefficients are not compared: they are not identifiable here."""
         if self.all_fitted or self.kinds != COEFFICIENT:
             return point
         names = {recording.name for recording in self.recordings if recording.fitted}
@@ -87,16 +87,16 @@ class Frame:
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:
         return {}
 
-    def left(self, point: Point, values: Mapping[Unknown, float]) -> Array:
-        """Residuals (R,) of coefficient equations at a point, the linear unknowns given."""
-        return self._equations.left(point, values)
+    def residuals(self, point: Point, values: Mapping[Unknown, float]) -> Array:
+        """Residuals (R,) of coefficient equations at a point for given linear unknowns."""
+        return self._equations.residuals(point, values)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A point of highest likelihood: the regression there, effects' columns among the others."""
+    """Maximum-likelihood estimate: the regression at its point, with columns of the effects' parameters."""
 
-    frame: Frame
+    problem: RegressionProblem
     point: Point
     design: Design
     solution: Solution
@@ -106,16 +106,16 @@ class Estimate:
         """Of all equations."""
         return self.solution.log_likelihood
 
-    def gain_over(self, base: Estimate | Peak) -> float:
-        """Gain in ln L over the estimate of a structure that lacks something."""
-        if compares_all(base.design):
+    def gain_over(self, base: Estimate | Optimum) -> float:
+        """Gain in ln L over the estimate of a reduced structure."""
+        if uses_no_instruments(base.design):
             return self.log_likelihood - base.log_likelihood
-        design = base.estimate.design if isinstance(base, Peak) else base.design
-        return gain_over(design, base.log_likelihood, self.solution, self.frame.settings)
+        design = base.estimate.design if isinstance(base, Optimum) else base.design
+        return gain_over(design, base.log_likelihood, self.solution, self.problem.settings)
 
     def gain_by(self, wider: Solution) -> float:
-        """Gain in ln L over this estimate of a solution with further columns."""
-        return gain_over(self.design, self.log_likelihood, wider, self.frame.settings)
+        """Gain in ln L over this estimate by a solution with further columns."""
+        return gain_over(self.design, self.log_likelihood, wider, self.problem.settings)
 
     def value(self, unknown: Unknown) -> float:
         """The estimate of a linear unknown."""
@@ -123,15 +123,15 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Peak:
-    """A point of highest likelihood, the columns of its effects' numbers made when they are asked for.
+class Optimum:
+    """A maximum-likelihood point, the columns of its effects' parameters computed when needed.
 
-    They cost as much as a step towards it, and a structure that loses its contest needs none.
+    They cost as much as a step, and a structure that is rejected needs none.
 
-    `columns`, (R, K): those of the numbers in order, where they were made for a step that was not taken.
+    `columns`, (R, K): those of the parameters in order, where they were computed for a step that was not taken.
     """
 
-    frame: Frame
+    problem: RegressionProblem
     point: Point
     design: Design
     solution: Solution
@@ -144,142 +144,142 @@ class Peak:
 
     @cached_property
     def estimate(self) -> Estimate:
-        """With the effects' columns among the others."""
-        free = numbers_of(self.point.effects)
+        """With the columns of the effects' parameters."""
+        free = free_parameters(self.point.effects)
         if not free:
-            return Estimate(self.frame, self.point, self.design, self.solution)
+            return Estimate(self.problem, self.point, self.design, self.solution)
         columns = self.columns
         if columns is None:
-            columns = effect_columns(self.frame, linear_values(self.design, self.solution), self.point, free)
-        wide = self.design.beside(columns, [("effect", i, k) for i, k in free])
+            columns = effect_sensitivities(self.problem, linear_values(self.design, self.solution), self.point, free)
+        wide = self.design.extended(columns, [("effect", i, k) for i, k in free])
         full = solve(wide, self.solution.weights)
         # The likelihood of the point itself, not of the linear step beyond it.
         full = replace(full, log_likelihood=self.log_likelihood, residuals=self.solution.residuals)
-        return Estimate(self.frame, self.point, wide, full)
+        return Estimate(self.problem, self.point, wide, full)
 
     @property
     def has_columns(self) -> bool:
-        """Whether the effects' columns are made already."""
+        """Whether the columns of the effects' parameters have been computed."""
         return "estimate" in vars(self)
 
-    def with_columns(self) -> Peak:
-        """The same, the effects' columns made."""
+    def with_columns(self) -> Optimum:
+        """The same, the columns of the effects' parameters computed."""
         _ = self.estimate
         return self
 
     def gain_over(self, base: Estimate) -> float:
-        """Gain in ln L over the estimate of a structure that lacks something."""
-        if compares_all(base.design):
+        """Gain in ln L over the estimate of a reduced structure."""
+        if uses_no_instruments(base.design):
             return self.log_likelihood - base.log_likelihood
         return self.estimate.gain_over(base)
 
 
-def residual_of(frame: Frame, known: Mapping[Unknown, float], point: Point) -> Array:
+def residual_of(problem: RegressionProblem, known: Mapping[Unknown, float], point: Point) -> Array:
     """Residuals (R,) at a point with values of the linear unknowns."""
-    if frame.kinds == COEFFICIENT:
-        return frame.left(point, known)
-    fresh = frame.design(point)
+    if problem.kinds == COEFFICIENT:
+        return problem.residuals(point, known)
+    fresh = problem.design(point)
     chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
     return np.asarray(fresh.target - fresh.columns @ chosen)
 
 
-def effect_columns(
-    frame: Frame, known: Mapping[Unknown, float], point: Point, numbers: Sequence[tuple[int, int]]
+def effect_sensitivities(
+    problem: RegressionProblem, known: Mapping[Unknown, float], point: Point, parameters: Sequence[tuple[int, int]]
 ) -> Array:
-    """What one unit of each of some effects' numbers adds to every equation, (R, K), by differences.
+    """Sensitivities of every equation to some effects' parameters, (R, K), by finite differences.
 
-    `known`: values of the linear unknowns; `numbers`: place of the effect and of its number.
+    `known`: values of the linear unknowns; `parameters`: index of the effect and of its parameter.
     """
-    here = residual_of(frame, known, point)
-    columns = np.zeros((here.size, len(numbers)))
-    for column, (place, number) in enumerate(numbers):
-        active = point.effects[place]
+    here = residual_of(problem, known, point)
+    columns = np.zeros((here.size, len(parameters)))
+    for column, (index, number) in enumerate(parameters):
+        active = point.effects[index]
         parameter = active.effect.parameters[number]
         side = active.beside(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
             side = active.beside(number, -parameter.step)
-        moved = residual_of(frame, known, replace(point, effects=_put(point.effects, place, side)))
+        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)))
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
 
 
 def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
-    """The values of a solution's unknowns that are no effect's numbers."""
+    """The values of a solution's linear unknowns, without the effects' parameters."""
     pairs = zip(design.unknowns, solution.values.tolist(), strict=False)
     return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
 
 
-def _put(effects: Sequence[ActiveEffect], place: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
+def _put(effects: Sequence[ActiveEffect], index: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
     changed = list(effects)
-    changed[place] = active
+    changed[index] = active
     return tuple(changed)
 
 
-def estimate(frame: Frame, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
-    """The likeliest numbers of a structure, as `likeliest_numbers`, with the columns of its effects."""
-    return likeliest_numbers(frame, point, weights, steps).estimate
+def estimate(problem: RegressionProblem, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
+    """Maximum-likelihood estimate of a structure, as `maximise_likelihood`, with the columns of its effects."""
+    return maximise_likelihood(problem, point, weights, steps).estimate
 
 
-def likeliest_numbers(
-    frame: Frame,
+def maximise_likelihood(
+    problem: RegressionProblem,
     point: Point,
     weights: Weights | None = None,
     steps: int = STEPS,
-    may_win: Callable[[Solution], bool] = lambda _promised: True,
-) -> Peak:
-    """The likeliest numbers of a structure.
+    is_promising: Callable[[Solution], bool] = lambda _predicted: True,
+) -> Optimum:
+    """Maximum-likelihood parameters of a structure by Gauss-Newton.
 
     Parameters
     ----------
     point : Point
-        Where to begin.
+        Starting values.
     weights : Weights, optional
-        What the residuals are like to begin with.
-    may_win : callable
-        Whether what a step promises to first order, the solution with all numbers among its unknowns, is of any
-        interest; where it is not, the search ends before the step.
+        Initial noise model.
+    is_promising : callable
+        Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
+        the search ends before the step.
     """
-    point, design, solution = _regressed(frame, frame.acting(point), weights)
-    free = numbers_of(point.effects)
+    point, design, solution = _regressed(problem, problem.acting(point), weights)
+    free = free_parameters(point.effects)
     columns: Array | None = None
     for _ in range(steps if free else 0):
-        columns = effect_columns(frame, linear_values(design, solution), point, free)
+        columns = effect_sensitivities(problem, linear_values(design, solution), point, free)
         names: list[Unknown] = [("effect", i, k) for i, k in free]
-        wide = design.beside(columns, names)
-        full = regress(wide, frame.settings, solution.weights)
-        if not may_win(full):
+        wide = design.extended(columns, names)
+        full = regress(wide, problem.settings, solution.weights)
+        if not is_promising(full):
             break
         linear = len(design.unknowns)
         step = full.values[linear:]
-        moved, design_new, solved = _stepped(frame, point, design, full, free, step)
+        moved, design_new, solved = _stepped(problem, point, design, full, free, step)
         if moved is None:
             break
         gained = solved.log_likelihood - solution.log_likelihood
         point, design, solution, columns = moved, design_new, solved, None
         if abs(gained) < CLOSE and _small(full, linear, step):
             break
-    return Peak(frame, point, design, solution, columns)
+    return Optimum(problem, point, design, solution, columns)
 
 
-def numbers_of(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
-    """The place of each effect and of each of its numbers that are free."""
+def free_parameters(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
+    """Index of each effect and of each of its free parameters."""
     return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
 
 
-def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
-    """The regression of the terms, repeated where columns are made of the terms' values: lift in a drag polar.
+def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
+    """The regression of the terms, repeated where columns depend on the terms' values: lift in a drag polar.
 
-    Lift's own numbers come from lift and hardly from drag, so that a few rounds are enough.
+    Lift parameters are determined by lift and hardly by drag, so that a few rounds suffice.
     """
-    design = frame.design(point)
-    solution = regress(design, frame.settings, weights)
+    design = problem.design(point)
+    solution = regress(design, problem.settings, weights)
     moved = _with_terms(point, design, solution.values)
     if not any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries)):
         return moved, design, solution
     for _ in range(REPETITIONS):
         before = moved.model.values
-        design = frame.design(moved)
-        solution = regress(design, frame.settings, solution.weights)
+        design = problem.design(moved)
+        solution = regress(design, problem.settings, solution.weights)
         moved = _with_terms(moved, design, solution.values)
         change = np.abs(moved.model.values - before)
         if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
@@ -287,20 +287,20 @@ def _regressed(frame: Frame, point: Point, weights: Weights | None) -> tuple[Poi
     return moved, design, solution
 
 
-def likeliest_of(found: Estimate, frames: Iterable[Frame]) -> Estimate:
-    """An estimate, or that of the same structure in another frame, whichever is likeliest; it is kept where none is."""
+def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> Estimate:
+    """The likeliest of an estimate and those of the same structure in other problems."""
     best = found
-    for frame in frames:
-        tried = estimate(frame, found.point, found.solution.weights)
+    for problem in frames:
+        tried = estimate(problem, found.point, found.solution.weights)
         if tried.log_likelihood > best.log_likelihood:
             best = tried
     return best
 
 
-def weights_on(found: Estimate, frame: Frame, point: Point) -> Weights:
-    """An estimate's colours and sizes for the equations of a frame that holds fewer of them."""
-    place = {segment: s for s, segment in enumerate(found.design.segments)}
-    own = [place[each.recording, each.equation] for each in frame.segments(point)]
+def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
+    """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
+    index = {segment: s for s, segment in enumerate(found.design.segments)}
+    own = [index[each.recording, each.equation] for each in problem.segments(point)]
     weights = found.solution.weights
     return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
 
@@ -311,9 +311,14 @@ def _small(full: Solution, linear: int, step: Array) -> bool:
 
 
 def _stepped(
-    frame: Frame, point: Point, design: Design, full: Solution, free: Sequence[tuple[int, int]], step: Array
+    problem: RegressionProblem,
+    point: Point,
+    design: Design,
+    full: Solution,
+    free: Sequence[tuple[int, int]],
+    step: Array,
 ) -> tuple[Point | None, Design, Solution]:
-    """The point after the step, shortened until the likelihood with the same colours does not fall."""
+    """The point after the step, shortened until the likelihood with the same colours does not decrease."""
     start = solve(design, full.weights)
     share = 1.0
     for _ in range(HALVINGS):
@@ -321,16 +326,16 @@ def _stepped(
         for (i, k), change in zip(free, step, strict=True):
             effects[i] = effects[i].beside(k, share * float(change))
         trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
-        fresh = frame.design(trial)
+        fresh = problem.design(trial)
         if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
-            solved = regress(fresh, frame.settings, full.weights)
+            solved = regress(fresh, problem.settings, full.weights)
             return _with_terms(trial, fresh, solved.values), fresh, solved
         share *= 0.4
     return None, design, start
 
 
 def _with_terms(point: Point, design: Design, values: Array) -> Point:
-    """The point with the regression's values of its terms; of a constant the mean over recordings."""
+    """The point with the regression's values of its terms; of a constant the mean over records."""
     changed = np.array(point.model.values)
     constants: dict[Entry, list[float]] = {}
     for unknown, value in zip(design.unknowns, values, strict=False):

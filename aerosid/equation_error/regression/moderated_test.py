@@ -1,13 +1,14 @@
-"""Moderated t-test (empirical Bayes) of a number that few blocks of a recording show, in noise that is not stationary.
+"""Moderated t-test (empirical Bayes) of a parameter determined by few blocks of a record, in non-stationary noise.
 
-Least squares takes the noise for equally large throughout. Where a control is sampled too coarsely for its steps, or
-the air is rough for a while, some blocks hold more of it than others, and an effect that is large in one or two of them
-alone is fitted to their noise: its gain in likelihood is that of noise of the usual size. How far the powers of the
-blocks differ beyond chance tells how far the usual size can be trusted in any one of them: powers of d-fold freedom
-scatter about a common one as a scaled inverse chi squared of d0-fold freedom does (Smyth, Statistical Applications in
-Genetics and Molecular Biology 3 (1), 2004, article 3). A number's variance is that of its own blocks (bias-reduced
-form, its freedom by Satterthwaite: Bell & McCaffrey, Survey Methodology 28, 2002) and the usual one, each by its
-freedom. In stationary noise d0 is infinite, and the test that of least squares.
+Least squares assumes the noise to be equally large throughout. Where a control is sampled too coarsely for its steps,
+or the air is rough for a while, some blocks contain more of it than others, and an effect that is large in one or two
+of them alone is fitted to their noise: its gain in likelihood refers to noise of the usual size. The dispersion of the
+blocks' powers beyond chance indicates how reliable the usual size is for any one of them: powers of d degrees of
+freedom scatter about a common one as a scaled inverse chi squared of d0 degrees of freedom (Smyth, Statistical
+Applications in Genetics and Molecular Biology 3 (1), 2004, article 3). A parameter's variance is the average of that of
+its own blocks (bias-reduced form, its degrees of freedom by Satterthwaite: Bell & McCaffrey, Survey Methodology 28,
+2002) and the usual one, weighted by degrees of freedom. In stationary noise d0 is infinite, and the test that of least
+squares.
 """
 
 from __future__ import annotations
@@ -17,50 +18,50 @@ from numpy.typing import NDArray
 from scipy.special import digamma, polygamma, stdtr
 
 from aerosid.equation_error.regression.design import Design, Solution
-from aerosid.equation_error.regression.deviations import rows_of_blocks
+from aerosid.equation_error.regression.standard_errors import rows_of_blocks
 from aerosid.equation_error.settings import DEVIATIONS
 
 Array = NDArray[np.float64]
 
 STATIONARY = 1e-6
-"""Numerical: variance of the powers' logarithms beyond chance below which their freedom is infinite."""
+"""Numerical: variance of the powers' logarithms beyond chance below which their degrees of freedom are infinite."""
 
 NEWTON = 20
-"""Numerical: steps of Newton's method at most; it gains two digits in each."""
+"""Numerical: steps of Newton's method at most; each gains two digits."""
 
 
-def chance_of(design: Design, solution: Solution, place: int, distance: float) -> float:
-    """Probability that noise alone takes a number so far from its null value, two-sided.
+def moderated_p_value(design: Design, solution: Solution, index: int, distance: float) -> float:
+    """Two-sided probability that noise alone takes a parameter so far from its null value.
 
     Parameters
     ----------
-    place : int
-        Of the number among the unknowns.
+    index : int
+        Of the parameter among the unknowns.
     distance : float
         From its null value, in its unit.
     """
-    own, freedom = variance_of_blocks(design, solution, place)
-    usual = usual_freedom(design, solution, _mainly(design, solution, place))
-    plain = float(solution.covariance[place, place])
-    variance = plain if np.isinf(usual) else (freedom * own + usual * plain) / (freedom + usual)
+    rotated, freedom = block_variance(design, solution, index)
+    usual = usual_freedom(design, solution, _mainly(design, solution, index))
+    plain = float(solution.covariance[index, index])
+    variance = plain if np.isinf(usual) else (freedom * rotated + usual * plain) / (freedom + usual)
     return float(2.0 * stdtr(freedom + usual, -abs(distance) / np.sqrt(max(variance, 1e-300))))
 
 
-def variance_of_blocks(design: Design, solution: Solution, place: int) -> tuple[float, float]:
-    """Variance of a number from the residuals of the blocks that show it, and their freedom.
+def block_variance(design: Design, solution: Solution, index: int) -> tuple[float, float]:
+    """Variance of a parameter from the residuals of the blocks that determine it, and its degrees of freedom.
 
-    With the slopes S_b and innovations e_b of a block, the number's row c of the covariance and the symmetric root
-    R_b of (1 - S_b C S_b')^-1: sum of (a_b' e_b)^2, a_b = R_b S_b c'; freedom (sum |a_b|^2)^2 / sum |a_b|^4.
+    With the slopes S_b and innovations e_b of a block, the parameter's row c of the covariance and the symmetric root
+    R_b of (1 - S_b C S_b')^-1: sum of (a_b' e_b)^2, a_b = R_b S_b c'; degrees of freedom (sum |a_b|^2)^2 / sum |a_b|^4.
     """
     bread = solution.covariance
     variance, weights = 0.0, []
     for rows in rows_of_blocks(design):
         slopes = solution.slopes[rows]
-        shares, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
-        own = directions.T @ (slopes @ bread[place])
-        own = own / np.sqrt(1.0 - np.clip(shares, 0.0, DEVIATIONS.most_followed))
-        variance += float(own @ (directions.T @ solution.whitened[rows])) ** 2
-        weights.append(float(own @ own))
+        leverages, directions = np.linalg.eigh(slopes @ bread @ slopes.T)
+        rotated = directions.T @ (slopes @ bread[index])
+        rotated = rotated / np.sqrt(1.0 - np.clip(leverages, 0.0, DEVIATIONS.most_followed))
+        variance += float(rotated @ (directions.T @ solution.whitened[rows])) ** 2
+        weights.append(float(rotated @ rotated))
     total = sum(weights)
     if total <= 0.0:
         return 0.0, 1.0
@@ -68,10 +69,10 @@ def variance_of_blocks(design: Design, solution: Solution, place: int) -> tuple[
 
 
 def usual_freedom(design: Design, solution: Solution, equation: str) -> float:
-    """Freedom that the usual size of an equation's noise counts for in any one block; infinite where all are alike.
+    """Degrees of freedom of the usual noise of an equation as prior of any one block; infinite where all are alike.
 
     With the mean squares s^2 of blocks of n innovations each, the variance of ln s^2 - psi(n/2) + ln(n/2) about each
-    recording's own mean, less the mean of psi'(n/2), is psi'(d0/2).
+    record's own mean, less the mean of psi'(n/2), is psi'(d0/2).
     """
     apart, expected, recordings = [], [], 0
     for s, (_, name) in enumerate(design.segments):
@@ -93,7 +94,7 @@ def usual_freedom(design: Design, solution: Solution, equation: str) -> float:
 
 
 def _trigamma_inverse(value: float) -> float:
-    """Where psi' has a value, by Newton's method on 1/psi', which is convex and nearly straight (Smyth's appendix)."""
+    """Inverse of psi' by Newton's method on 1/psi', which is convex and nearly straight (Smyth's appendix)."""
     x = 0.5 + 1.0 / value
     for _ in range(NEWTON):
         here = float(polygamma(1, x))
@@ -104,10 +105,10 @@ def _trigamma_inverse(value: float) -> float:
     return x
 
 
-def _mainly(design: Design, solution: Solution, place: int) -> str:
-    """The equation that shows most of a number."""
+def _mainly(design: Design, solution: Solution, index: int) -> str:
+    """The equation with most information on a parameter."""
     shown: dict[str, float] = {}
     for s, (_, equation) in enumerate(design.segments):
-        part = solution.slopes[design.rows(s), place]
+        part = solution.slopes[design.rows(s), index]
         shown[equation] = shown.get(equation, 0.0) + float(part @ part)
     return max(shown, key=lambda equation: shown[equation])

@@ -1,1 +1,1 @@
-"""Selection of structure in the regression: hypotheses, their price, entry and exchange, votes and alternatives."""
+"""Structure selection in the regression: hypotheses, penalties, stepwise selection, cross-validation, alternatives."""

@@ -1,4 +1,4 @@
-"""Hypotheses that these recordings cannot tell from a chosen one: in its place they are nearly as likely."""
+"""Indistinguishable alternatives: hypotheses that are nearly as likely as a selected one when they replace it."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ import numpy as np
 from aerosid.compiled.cores import allowed, mapped, on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Solution, compares_all
-from aerosid.equation_error.regression.deviations import corrected_covariance
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_numbers
+from aerosid.equation_error.regression.design import Solution, uses_no_instruments
+from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
     Candidate,
-    candidates_kept,
-    identity,
-    implausibility,
-    joined,
-    likeliest,
+    best_candidates,
+    cached_candidates,
+    full_identity,
     limits_of,
-    scores,
-    to_first_order,
+    linearised,
+    score_candidates,
+    size_penalty,
+    with_hypothesis,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, struck_out
-from aerosid.equation_error.selection.evidence import null_of
-from aerosid.equation_error.selection.prices import Rules, own_effects
-from aerosid.equation_error.selection.redundancy import is_told, open_beside
+from aerosid.equation_error.selection.penalties import SelectionCriterion, effects_of
+from aerosid.equation_error.selection.redundancy import is_redundant, non_redundant
 from aerosid.equation_error.selection.stepwise import Admitted
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, deletions, estimate_without
+from aerosid.equation_error.selection.wald_tests import null_value
 from aerosid.equation_error.settings import TRIALS
 
-_Told = TypeVar("_Told")
+_Result = TypeVar("_Result")
 
-Farthest = Callable[[Hypothesis], float]
-"""How far behind a chosen one, in ln L, a hypothesis is of interest in its place."""
+LargestDeficit = Callable[[Hypothesis], float]
+"""Deficit in ln L to the selected hypothesis up to which a replacement is of interest."""
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """What could stand in place of a chosen hypothesis.
+    """An indistinguishable alternative of a selected hypothesis.
 
-    `active` with its numbers, None for a term; `gain` in ln L in its place; `behind` what the chosen one has more,
-    which decides nothing up to `margin`; `own` the share of its columns that no other explains; `unlikelier` by how
-    much its size is more unusual beforehand than the chosen one's, in ln L.
+    `active`: effect with its parameter values, None for a term; `gain` in ln L as replacement; `deficit` in ln L to the
+    selected hypothesis, not significant up to `margin`; `independent`: fraction of its columns that no other column
+    explains; `prior_deficit`: by how much its size is less probable a priori than the selected one's, in ln L.
     """
 
     hypothesis: Hypothesis
@@ -54,257 +54,293 @@ class Alternative:
     value: float
     std_error: float
     gain: float
-    behind: float
+    deficit: float
     margin: float
-    instead_of: Hypothesis
+    replaces: Hypothesis
     estimate: Estimate = field(repr=False, compare=False)
-    own: float = 1.0
-    unlikelier: float = 0.0
+    independent: float = 1.0
+    prior_deficit: float = 0.0
 
     @property
     def ratio(self) -> float:
-        """Distance of its number from its null value in its own deviations; infinite without any."""
-        return abs(self.value - null_of(self.active)) / self.std_error if self.std_error > 0.0 else np.inf
+        """Distance of the leading parameter from its null value in standard errors; infinite without any."""
+        return abs(self.value - null_value(self.active)) / self.std_error if self.std_error > 0.0 else np.inf
 
 
-def worth_of(selected: Selected) -> dict[tuple[str, str, str], float]:
-    """What each chosen hypothesis is worth in ln L, by its label: the fall when it is struck out of the structure."""
-    bare = each_struck_out(selected, selected.chosen, with_columns=not compares_all(selected.estimate.design))
+def gains_by_deletion(selected: SelectedStructure) -> dict[tuple[str, str, str], float]:
+    """Gain in ln L of each selected hypothesis by label: the loss when it is deleted from the structure."""
+    reduced_fits = deletions(selected, selected.chosen, with_columns=not uses_no_instruments(selected.estimate.design))
     return {
-        each.hypothesis.label: selected.estimate.gain_over(lone)
-        for each, lone in zip(selected.chosen, bare, strict=True)
+        each.hypothesis.label: selected.estimate.gain_over(reduced)
+        for each, reduced in zip(selected.chosen, reduced_fits, strict=True)
     }
 
 
-def alternatives_of(selected: Selected, asked: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
-    """Everything that does for a chosen hypothesis' share of the likelihood what it does, most of all first.
+def alternatives_of(selected: SelectedStructure, hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
+    """The alternatives of every selected hypothesis, the likeliest first.
 
-    At a size that is not too unusual: an aircraft whose centre of gravity lay half a chord from where it was weighed
-    would not have flown.
+    Alternatives of implausible size are left out: an aircraft with the centre of gravity half a chord from its weighed
+    position would not have flown.
     """
-    rows = _of_each(
+    rows = _for_each(
         selected,
-        lambda each: in_place_of(selected, each, asked),
-        lambda each: _known(selected, each, asked) is not None,
+        lambda each: replacements_of(selected, each, hypotheses),
+        lambda each: _cached(selected, each, hypotheses) is not None,
     )
-    return tuple(row for of_one in rows for row in of_one if row.behind + row.unlikelier < row.margin)
+    return tuple(row for of_one in rows for row in of_one if row.deficit + row.prior_deficit < row.margin)
 
 
-def replaced(
-    selected: Selected,
-    asked: Sequence[Hypothesis],
-    rules: Rules,
+def with_replacements(
+    selected: SelectedStructure,
+    hypotheses: Sequence[Hypothesis],
+    criterion: SelectionCriterion,
     admitted: Admitted = lambda _found, _hypothesis: True,
     rounds: int = 2,
-) -> Selected:
-    """The structure with each hypothesis changed for the one that is likelier in its place, prices counted."""
+) -> SelectedStructure:
+    """The structure with each hypothesis replaced by a likelier one, in terms of penalised likelihood."""
     for _ in range(rounds):
-        better = functools.partial(_better, selected, asked=asked, rules=rules, admitted=admitted)
-        is_known = functools.partial(_is_known_to_win, selected, asked=asked, rules=rules)
-        found = _of_each(selected, better, is_known, until=lambda row: row is not None)
+        better = functools.partial(
+            _likeliest_replacement, selected, hypotheses=hypotheses, criterion=criterion, admitted=admitted
+        )
+        is_cached = functools.partial(_is_cached_winner, selected, hypotheses=hypotheses, criterion=criterion)
+        found = _for_each(selected, better, is_cached, until=lambda row: row is not None)
         row = found[-1] if found else None
         if row is None:
             return selected
-        left = selected.chosen[len(found) - 1]
-        others = tuple(other for other in selected.chosen if other is not left)
-        entered = Chosen(row.hypothesis, left.kinematic, row.gain)
-        selected = Selected(row.estimate, (*others, entered))
+        removed = selected.chosen[len(found) - 1]
+        others = tuple(other for other in selected.chosen if other is not removed)
+        entering = SelectedEffect(row.hypothesis, removed.kinematic, row.gain)
+        selected = SelectedStructure(row.estimate, (*others, entering))
     return selected
 
 
-def _of_each(
-    selected: Selected,
-    told: Callable[[Chosen], _Told],
-    is_known: Callable[[Chosen], bool],
-    until: Callable[[_Told], bool] = lambda _told: False,
-) -> list[_Told]:
-    """What is told of each chosen one in turn, up to the first that ends it, by what could stand in its place.
+def _for_each(
+    selected: SelectedStructure,
+    evaluate: Callable[[SelectedEffect], _Result],
+    is_cached: Callable[[SelectedEffect], bool],
+    until: Callable[[_Result], bool] = lambda _result: False,
+) -> list[_Result]:
+    """Evaluate a function of each selected hypothesis in turn, up to the first result for which `until` holds.
 
-    What was found on the way is kept. `is_known`: whether that was asked of one before.
+    Entries that it adds to the structure's cache are kept. `is_cached`: whether the result needs no new estimate.
     """
 
-    def with_found(each: Chosen) -> tuple[_Told, dict[object, list[Any]]]:
-        before = dict(selected.instead)
-        said = told(each)
-        return said, {key: made for key, made in selected.instead.items() if made is not before.get(key)}
+    def with_new(each: SelectedEffect) -> tuple[_Result, dict[object, list[Any]]]:
+        before = dict(selected.cache)
+        result = evaluate(each)
+        return result, {key: new for key, new in selected.cache.items() if new is not before.get(key)}
 
-    with on_cores(1 if all(map(is_known, selected.chosen)) else allowed()):
-        answers = mapped(
-            with_found, selected.chosen, common=[selected.estimate.frame], until=lambda answer: until(answer[0])
+    with on_cores(1 if all(map(is_cached, selected.chosen)) else allowed()):
+        results = mapped(
+            with_new, selected.chosen, common=[selected.estimate.problem], until=lambda pair: until(pair[0])
         )
-    for _, made in answers:
-        selected.instead.update(made)
-    return [said for said, _ in answers]
+    for _, new in results:
+        selected.cache.update(new)
+    return [result for result, _ in results]
 
 
-def _better(
-    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules, admitted: Admitted
+def _likeliest_replacement(
+    selected: SelectedStructure,
+    each: SelectedEffect,
+    hypotheses: Sequence[Hypothesis],
+    criterion: SelectionCriterion,
+    admitted: Admitted,
 ) -> Alternative | None:
-    """The likeliest in place of one that is clearly better and admitted."""
-    cost, clearly = rules.cost(each.hypothesis, selected.estimate.point), selected.estimate.frame.settings.clearly
+    """The likeliest replacement of an effect that is clearly better and admitted."""
+    penalty, clearly = (
+        criterion.penalty_at(each.hypothesis, selected.estimate.point),
+        selected.estimate.problem.settings.clearly,
+    )
     rows = [
-        (cost - rules.cost(row.hypothesis, row.estimate.point) - row.behind, row)
-        for row in in_place_of(selected, each, asked, _farthest_to_win(selected, each, rules))
+        (penalty - criterion.penalty_at(row.hypothesis, row.estimate.point) - row.deficit, row)
+        for row in replacements_of(selected, each, hypotheses, _largest_winning_deficit(selected, each, criterion))
     ]
     for better, row in sorted(rows, key=lambda pair: -pair[0]):
-        distinct = rules.is_distinct(row.hypothesis, row.own, row.gain, row.estimate.frame.settings)
+        distinct = criterion.is_distinct(row.hypothesis, row.independent, row.gain, row.estimate.problem.settings)
         if better > clearly and distinct and admitted(row.estimate, row.hypothesis):
             return row
     return None
 
 
-def _farthest_to_win(selected: Selected, each: Chosen, rules: Rules) -> Farthest:
-    """How far behind a chosen one others may be and yet clearly better, prices counted."""
-    cost = rules.cost(each.hypothesis, selected.estimate.point) - selected.estimate.frame.settings.clearly
-    return lambda hypothesis: cost - rules.least_cost(hypothesis)
+def _largest_winning_deficit(
+    selected: SelectedStructure, each: SelectedEffect, criterion: SelectionCriterion
+) -> LargestDeficit:
+    """The deficit in ln L up to which a replacement can still have a clearly higher penalised likelihood."""
+    penalty = (
+        criterion.penalty_at(each.hypothesis, selected.estimate.point) - selected.estimate.problem.settings.clearly
+    )
+    return lambda hypothesis: penalty - criterion.least_penalty(hypothesis)
 
 
-def _is_known_to_win(selected: Selected, each: Chosen, asked: Sequence[Hypothesis], rules: Rules) -> bool:
-    return _known(selected, each, asked, _farthest_to_win(selected, each, rules)) is not None
+def _is_cached_winner(
+    selected: SelectedStructure, each: SelectedEffect, hypotheses: Sequence[Hypothesis], criterion: SelectionCriterion
+) -> bool:
+    return _cached(selected, each, hypotheses, _largest_winning_deficit(selected, each, criterion)) is not None
 
 
-def in_place_of(
-    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None
+def replacements_of(
+    selected: SelectedStructure,
+    each: SelectedEffect,
+    hypotheses: Sequence[Hypothesis],
+    largest_deficit: LargestDeficit | None = None,
 ) -> list[Alternative]:
-    """What could stand in place of one, the likeliest first; asked again of the same structure, it is not made anew.
+    """Replacements of a selected effect, the likeliest first; cached with the structure.
 
-    `farthest`: by default the alternatives' margin. What promises to stay further behind is not estimated.
+    `largest_deficit`: by default the margin of alternatives. Candidates predicted to exceed it are not estimated.
     """
-    known = _known(selected, each, asked, farthest)
-    if known is None:
-        known = _in_place_of(selected, each, asked, farthest)
-        selected.instead[_key(each, asked, farthest)] = known
-    return known
+    cached = _cached(selected, each, hypotheses, largest_deficit)
+    if cached is None:
+        cached = _estimated_replacements(selected, each, hypotheses, largest_deficit)
+        selected.cache[_cache_key(each, hypotheses, largest_deficit)] = cached
+    return cached
 
 
-def _known(
-    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None
+def _cached(
+    selected: SelectedStructure,
+    each: SelectedEffect,
+    hypotheses: Sequence[Hypothesis],
+    largest_deficit: LargestDeficit | None = None,
 ) -> list[Alternative] | None:
-    """The answer that was given before; that without a limit holds all others."""
-    every = selected.instead.get(_key(each, asked))
-    return every if every is not None else selected.instead.get(_key(each, asked, farthest))
+    """Replacements found before; those without a limit include all others."""
+    unlimited = selected.cache.get(_cache_key(each, hypotheses))
+    return unlimited if unlimited is not None else selected.cache.get(_cache_key(each, hypotheses, largest_deficit))
 
 
-def _key(each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None = None) -> tuple[object, ...]:
-    """Under what the answer is kept: the same hypotheses may be asked again within narrower limits."""
-    limits = ((h.label, limits_of(h), None if farthest is None else farthest(h)) for h in asked)
+def _cache_key(
+    each: SelectedEffect, hypotheses: Sequence[Hypothesis], largest_deficit: LargestDeficit | None = None
+) -> tuple[object, ...]:
+    """Key of the cache: the same hypotheses may be tested again within narrower limits."""
+    limits = ((h.label, limits_of(h), None if largest_deficit is None else largest_deficit(h)) for h in hypotheses)
     return each.hypothesis.label, tuple(limits)
 
 
-def _in_place_of(
-    selected: Selected, each: Chosen, asked: Sequence[Hypothesis], farthest: Farthest | None
+def _estimated_replacements(
+    selected: SelectedStructure,
+    each: SelectedEffect,
+    hypotheses: Sequence[Hypothesis],
+    largest_deficit: LargestDeficit | None,
 ) -> list[Alternative]:
-    frame, settings = selected.estimate.frame, selected.estimate.frame.settings
-    bare = struck_out(selected, each)
+    problem, settings = selected.estimate.problem, selected.estimate.problem.settings
+    reduced = estimate_without(selected, each)
     rest = [other for other in selected.chosen if other is not each]
-    open_ = open_beside(asked, rest, [each.hypothesis.label])
-    candidates = candidates_kept(selected.instead, (each.hypothesis.label,), bare, open_)
-    scored = scores(bare, candidates)
-    alike = settings.alike_instruments if each.kinematic else settings.alike
-    vacancy = _Vacancy(each, bare, selected.estimate.gain_over(bare), alike)
-    unusual = implausibility(own_effects(selected.estimate.point, each.hypothesis))
-    order = likeliest(scored, candidates, settings.shortlist)
+    eligible = non_redundant(hypotheses, rest, [each.hypothesis.label])
+    candidates = cached_candidates(selected.cache, (each.hypothesis.label,), reduced, eligible)
+    scored = score_candidates(reduced, candidates)
+    least_margin = settings.alike_instruments if each.kinematic else settings.alike
+    replacement = _Replacement(each, reduced, selected.estimate.gain_over(reduced), least_margin)
+    usual_penalty = size_penalty(effects_of(selected.estimate.point, each.hypothesis))
+    order = best_candidates(scored, candidates, settings.shortlist)
 
-    def asked_before(n: int) -> tuple[object, ...]:
-        return ("tried", each.hypothesis.label, *identity(candidates[n].hypothesis), candidates[n].trial)
+    def trial_key(n: int) -> tuple[object, ...]:
+        return ("tried", each.hypothesis.label, *full_identity(candidates[n].hypothesis), candidates[n].trial)
 
-    def tried(n: int) -> _Tried | _Unasked | None:
-        return vacancy.tried(candidates[n], farthest)
+    def fit_candidate(n: int) -> _Estimated | _NotEstimated | None:
+        return replacement.fit_candidate(candidates[n], largest_deficit)
 
-    fresh = [n for n in order if asked_before(n) not in selected.instead]
-    for n, fit in zip(fresh, mapped(tried, fresh, common=[frame]), strict=True):
-        if not isinstance(fit, _Unasked):
-            selected.instead[asked_before(n)] = [fit]
+    missing = [n for n in order if trial_key(n) not in selected.cache]
+    for n, fit in zip(missing, mapped(fit_candidate, missing, common=[problem]), strict=True):
+        if not isinstance(fit, _NotEstimated):
+            selected.cache[trial_key(n)] = [fit]
     rows = []
     for n in order:
-        (found,) = selected.instead.get(asked_before(n), (None,))
+        (found,) = selected.cache.get(trial_key(n), (None,))
         if found is not None:
             hypothesis, estimated = found.hypothesis, found.estimate
-            row = _row(estimated, hypothesis, each.hypothesis, vacancy.worth - found.behind, found.behind)
-            # Where the chosen one is worth little more than the margin, nothing at all would be an alternative as well;
-            # another way in which the same channel is late says that it is late.
-            if row.ratio >= settings.deviations or is_told(hypothesis, [each]):
-                unlikelier = implausibility(own_effects(estimated.point, hypothesis)) - unusual
-                rows.append(replace(row, margin=vacancy.margin, own=float(scored.own[n]), unlikelier=unlikelier))
-    return sorted(rows, key=lambda row: row.behind)
+            row = _row(estimated, hypothesis, each.hypothesis, replacement.loss - found.deficit, found.deficit)
+            # Where the selected effect gains little more than the margin, having no effect would be an alternative as
+            # well. Another kind of time delay of the same channel remains an alternative.
+            if row.ratio >= settings.deviations or is_redundant(hypothesis, [each]):
+                prior_deficit = size_penalty(effects_of(estimated.point, hypothesis)) - usual_penalty
+                rows.append(
+                    replace(
+                        row,
+                        margin=replacement.margin,
+                        independent=float(scored.independent[n]),
+                        prior_deficit=prior_deficit,
+                    )
+                )
+    return sorted(rows, key=lambda row: row.deficit)
 
 
-class _Unasked(NamedTuple):
-    """What promises to stay behind: where another question is asked it may be of interest."""
+class _NotEstimated(NamedTuple):
+    """A candidate predicted to exceed the deficit of interest; another search may still need its estimate."""
 
 
-class _Tried(NamedTuple):
-    """A hypothesis in place of a chosen one, its numbers where it began; where it is likeliest, and how far behind."""
+class _Estimated(NamedTuple):
+    """A replacement with its starting values, its maximum-likelihood estimate and its deficit in ln L."""
 
     hypothesis: Hypothesis
     estimate: Estimate
-    behind: float
+    deficit: float
 
 
 @dataclass(frozen=True)
-class _Vacancy:
-    """A structure without one of its hypotheses, for others to stand in its place.
+class _Replacement:
+    """A structure with one hypothesis removed, for the estimation of replacements.
 
-    `left` the one; `bare` the structure without it, and `worth` what that loses in ln L; `alike` the least margin.
+    `removed`: the hypothesis; `reduced`: the structure without it; `loss`: its loss in ln L; `least_margin` in ln L.
     """
 
-    left: Chosen
-    bare: Estimate
-    worth: float
-    alike: float
+    removed: SelectedEffect
+    reduced: Estimate
+    loss: float
+    least_margin: float
 
     @property
     def margin(self) -> float:
-        """How far behind in ln L nothing is decided."""
-        return self.alike + 0.03 * self.worth
+        """Deficit in ln L up to which a difference is not significant."""
+        return self.least_margin + 0.03 * self.loss
 
-    def tried(self, candidate: Candidate, farthest: Farthest | None) -> _Tried | _Unasked | None:
-        """A hypothesis with its numbers estimated; None where it is no alternative, unasked where it may not win."""
-        trial, hypothesis = to_first_order(self.bare, candidate)
-        if self._is_hopeless(trial, hypothesis, TRIALS.hopeless * self.alike):
+    def fit_candidate(
+        self, candidate: Candidate, largest_deficit: LargestDeficit | None
+    ) -> _Estimated | _NotEstimated | None:
+        """A candidate's estimate; None if it is no alternative, `_NotEstimated` if the predicted deficit is large."""
+        trial, hypothesis = linearised(self.reduced, candidate)
+        if self._is_far_behind(trial, hypothesis, TRIALS.hopeless * self.least_margin):
             return None
-        if farthest is not None and self._loses(trial, hypothesis, farthest(hypothesis)):
-            return _Unasked()
-        begun = joined(self.bare.point, hypothesis)
+        if largest_deficit is not None and self._is_predicted_to_lose(trial, hypothesis, largest_deficit(hypothesis)):
+            return _NotEstimated()
+        initial = with_hypothesis(self.reduced.point, hypothesis)
 
-        def may_win(promised: Solution) -> bool:
-            return not self._is_hopeless(promised, hypothesis, self.margin)
+        def is_promising(predicted: Solution) -> bool:
+            return not self._is_far_behind(predicted, hypothesis, self.margin)
 
-        found = likeliest_numbers(self.bare.frame, begun, trial.weights, steps=5, may_win=may_win)
-        behind = self.worth - found.gain_over(self.bare)
-        if not (behind < self.margin and within_limits(found, hypothesis)):
+        found = maximise_likelihood(self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising)
+        deficit = self.loss - found.gain_over(self.reduced)
+        if not (deficit < self.margin and within_limits(found, hypothesis)):
             return None
-        return _Tried(hypothesis, found.estimate, behind)
+        return _Estimated(hypothesis, found.estimate, deficit)
 
-    def _behind(self, promised: Solution) -> float:
-        return self.worth - self.bare.gain_by(promised)
+    def _predicted_deficit(self, predicted: Solution) -> float:
+        return self.loss - self.reduced.gain_by(predicted)
 
-    def _is_hopeless(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # Other ways of being late are as far from their first order as the chosen one is.
-        far = self._behind(promised) > most + TRIALS.hopeless_share * self.worth
-        return far and not is_told(hypothesis, [self.left])
+    def _is_far_behind(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
+        # Other kinds of time delay are as nonlinear as the selected one.
+        far = self._predicted_deficit(predicted) > most + TRIALS.hopeless_share * self.loss
+        return far and not is_redundant(hypothesis, [self.removed])
 
-    def _loses(self, promised: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # What a lag, a limit or a moment brings is far from its first order: some that promised to lose won.
-        is_linear = not hypothesis.effects and not self.left.hypothesis.effects
-        return is_linear and self._behind(promised) > most + TRIALS.losing_share * self.worth
-
-
-def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, behind: float) -> Alternative:
-    active, value, error = last_number(found, hypothesis)
-    return Alternative(hypothesis, active, value, error, gain, behind, behind, chosen, found)
+    def _is_predicted_to_lose(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
+        # The gain by a lag, a limit or an instant deviates strongly from its first-order prediction: some candidates
+        # that were predicted to lose won.
+        is_linear = not hypothesis.effects and not self.removed.hypothesis.effects
+        return is_linear and self._predicted_deficit(predicted) > most + TRIALS.losing_share * self.loss
 
 
-def last_number(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffect | None, float, float]:
-    """The last hypothesis of an estimate: its effect, None for a term, its leading number and that one's deviation."""
+def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, deficit: float) -> Alternative:
+    active, value, error = last_parameter(found, hypothesis)
+    return Alternative(hypothesis, active, value, error, gain, deficit, deficit, chosen, found)
+
+
+def last_parameter(found: Estimate, hypothesis: Hypothesis) -> tuple[ActiveEffect | None, float, float]:
+    """Effect of the last hypothesis of an estimate, None for a term, with its leading parameter and standard error."""
     deviations = np.sqrt(np.diag(corrected_covariance(found.design, found.solution)))
     if hypothesis.entries:
         entry = hypothesis.entries[0]
         unknown: tuple[object, ...] = ("term", entry)
         active, value = None, found.point.model.value(entry)
     else:
-        place = len(found.point.effects) - 1
-        active = found.point.effects[place]
-        unknown, value = ("effect", place, 0), active.values[0]
-    known = unknown in found.design.unknowns
-    return active, value, float(deviations[found.design.unknowns.index(unknown)]) if known else float("inf")
+        index = len(found.point.effects) - 1
+        active = found.point.effects[index]
+        unknown, value = ("effect", index, 0), active.values[0]
+    is_estimated = unknown in found.design.unknowns
+    return active, value, float(deviations[found.design.unknowns.index(unknown)]) if is_estimated else float("inf")

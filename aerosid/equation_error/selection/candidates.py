@@ -1,4 +1,4 @@
-"""Hypotheses as columns of the regression: what each would add to every equation, to first order in its numbers."""
+"""Candidate hypotheses as columns of the regression: change of every equation to first order in their parameters."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from aerosid.equation_error.regression.design import (
     whiten,
     whitened_instruments,
 )
-from aerosid.equation_error.regression.estimate import Estimate, Frame, Peak, linear_values, residual_of
+from aerosid.equation_error.regression.estimate import Estimate, Optimum, RegressionProblem, linear_values, residual_of
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
 
 
-BESIDE = ("beside",)
-"""The name of a structure's own estimate among what is kept of it; others are named for what they lack."""
+CURRENT_MODEL = ("current",)
+"""Cache key of the current structure's own estimate; others are named for the effects that they lack."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Candidate:
     ----------
     hypothesis : Hypothesis
     columns : ndarray, shape (R, k)
-        What one unit of each number adds.
+        Change of the equations by one unit of each parameter.
     trial : int
-        Which of its trial values the columns lead to.
+        Index of the trial value that the columns are secants to.
     """
 
     hypothesis: Hypothesis
@@ -55,15 +55,15 @@ class Candidate:
     trial: int = 0
 
 
-def of_sensors(hypothesis: Hypothesis) -> bool:
-    """Whether a hypothesis says something of instruments alone, so that kinematics judge it."""
+def is_instrument_error(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis concerns instruments alone, so that kinematics can test it."""
     return bool(hypothesis.effects) and all(
         isinstance(active.effect, OutputEffect | PositionEffect) for active in hypothesis.effects
     )
 
 
-def told_apart(hypothesis: Hypothesis) -> tuple[str, ...]:
-    """What tells a hypothesis from others of its own list: its label, of a place the axes too."""
+def distinct_name(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Name that distinguishes hypotheses of one list: the label, of a position error with its axes."""
     axes = (active.effect.axes for active in hypothesis.effects if isinstance(active.effect, PositionEffect))
     return (*hypothesis.label, *axes)
 
@@ -73,8 +73,8 @@ def unit_of(channel: str) -> str:
     return CHANNELS[channel].unit if channel in CHANNELS else ""
 
 
-def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
-    """The hypothesis with the limits of an instrument in use and of a flyable aircraft; most have those of their kind.
+def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
+    """The hypothesis with the limits of usable instruments and flyable aircraft; most have those of their kind.
 
     `mean_chord`: m.
     """
@@ -94,8 +94,8 @@ def bounded(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 
-def within_reach(hypothesis: Hypothesis, mean_chord: float, length: float | None) -> Hypothesis:
-    """The hypothesis of a sensor's place with the aircraft's size, m, as its limit; any other as it is."""
+def with_aircraft_limits(hypothesis: Hypothesis, mean_chord: float, length: float | None) -> Hypothesis:
+    """The hypothesis of a sensor position limited to the aircraft's size, m; any other unchanged."""
     if not hypothesis.effects or not isinstance(hypothesis.effects[0].effect, PositionEffect):
         return hypothesis
     (active,) = hypothesis.effects
@@ -105,16 +105,16 @@ def within_reach(hypothesis: Hypothesis, mean_chord: float, length: float | None
 
 
 def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
-    """The number with a limit about its null."""
+    """The parameter with a limit about its null value."""
     lowest, highest = parameter.null - limit, parameter.null + limit
     trials = tuple(trial for trial in parameter.trials if lowest <= trial <= highest)
     return replace(parameter, lowest=lowest, highest=highest, trials=trials or (parameter.null,))
 
 
-def implausibility(effects: Sequence[ActiveEffect]) -> float:
-    """What the size of an instrument's fault or of a wrong loading takes off ln L.
+def size_penalty(effects: Sequence[ActiveEffect]) -> float:
+    """Reduction of ln L by the prior of the size of an instrument error or of a wrong loading.
 
-    `effects`: a hypothesis' own with their numbers; none of a term.
+    `effects`: those of a hypothesis with their parameter values; none of a term.
     """
     if not effects:
         return 0.0
@@ -127,8 +127,8 @@ def implausibility(effects: Sequence[ActiveEffect]) -> float:
     return 0.5 * (ratio * (value - parameter.null) / half) ** 2
 
 
-def within_limits(found: Estimate | Peak, hypothesis: Hypothesis) -> bool:
-    """Whether the numbers of the last hypothesis of an estimate lie inside their limits: at one they prove nothing."""
+def within_limits(found: Estimate | Optimum, hypothesis: Hypothesis) -> bool:
+    """Whether the parameters of the last hypothesis of an estimate lie inside their limits, as they must."""
     if not hypothesis.effects:
         return True
     active = found.point.effects[-1]
@@ -136,7 +136,7 @@ def within_limits(found: Estimate | Peak, hypothesis: Hypothesis) -> bool:
 
 
 def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
-    """Sensors that sit elsewhere, of the channels that are there."""
+    """Position errors of the sensors of the channels that there are."""
     return tuple(
         Hypothesis("sensor_position", channel, effects=(at_null(sensor_position(channel, axis)),))
         for channel, axis in SHOWN_BY_PITCHING
@@ -145,9 +145,9 @@ def position_hypotheses(channels: Sequence[str]) -> tuple[Hypothesis, ...]:
 
 
 def in_either_order(hypotheses: Sequence[Hypothesis], effects: Sequence[ActiveEffect]) -> list[Hypothesis]:
-    """The hypotheses, those of a control beside what acts on the same one in either order.
+    """The hypotheses, those of a control that already has an effect in either order.
 
-    A lag and a rate limit, or a dead band, are another thing in the other order; which it is the flight tells.
+    A lag and a rate limit, or a dead band, do not commute; the data decide on the order.
     """
     known = {
         active.effect.where for active in effects if isinstance(active.effect, InputEffect) and not active.effect.column
@@ -163,27 +163,27 @@ def in_either_order(hypotheses: Sequence[Hypothesis], effects: Sequence[ActiveEf
     return both
 
 
-def joined(point: Point, hypothesis: Hypothesis) -> Point:
+def with_hypothesis(point: Point, hypothesis: Hypothesis) -> Point:
     """The point with a hypothesis' terms and effects, at the values that it gives them."""
     model = point.model.extended(hypothesis.entries)
     wider = replace(point, model=model, free=(*point.free, *hypothesis.entries))
     return wider.with_effects((*point.effects, *hypothesis.effects))
 
 
-def term_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    """All hypotheses that are one plain term, their columns made in one pass."""
-    asked = {
+def term_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """All hypotheses that are one plain term, their columns computed in one pass."""
+    tested = {
         h.entries[0]: h
         for h in hypotheses
         if len(h.entries) == 1 and not h.effects and h.entries[0] not in base.point.free
     }
-    if not asked:
+    if not tested:
         return []
-    model = base.point.model.extended(asked)
-    wide = design_of(frame.segments(replace(base.point, model=model, free=tuple(asked))), frame.settings)
+    model = base.point.model.extended(tested)
+    wide = design_of(problem.segments(replace(base.point, model=model, free=tuple(tested))), problem.settings)
     return [
         Candidate(hypothesis, wide.columns[:, [p for p, u in enumerate(wide.unknowns) if _is_of(u, entry)]])
-        for entry, hypothesis in asked.items()
+        for entry, hypothesis in tested.items()
     ]
 
 
@@ -191,78 +191,78 @@ def _is_of(unknown: tuple[object, ...], entry: Entry) -> bool:
     return unknown[0] in ("term", "one") and unknown[1] == entry
 
 
-def effect_candidates(frame: Frame, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    """Hypotheses that are one effect each, with a column for every trial value: a delay is not linear in its number.
+def effect_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """Hypotheses that are one effect each, with a column for every trial value: a delay is nonlinear in its parameter.
 
-    A place is linear in its numbers, and has a column for each.
+    A position is linear in its parameters, and has a column for each.
     """
     known = linear_values(base.design, base.solution)
-    at_base = residual_of(frame, known, base.point)
-    asked = [hypothesis for hypothesis in hypotheses if len(hypothesis.effects) == 1 and not hypothesis.entries]
+    at_base = residual_of(problem, known, base.point)
+    tested = [hypothesis for hypothesis in hypotheses if len(hypothesis.effects) == 1 and not hypothesis.entries]
 
     def columns_of(hypothesis: Hypothesis) -> list[Array]:
-        wide = joined(base.point, hypothesis)
+        wide = with_hypothesis(base.point, hypothesis)
         (active,) = hypothesis.effects
-        made = []
-        for way in _ways(active):
+        columns_by_trial = []
+        for displacement in _displacements(active):
             columns = []
-            for number, ends in enumerate(way):
+            for number, ends in enumerate(displacement):
                 moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
                 distance = ends[number] - active.values[number]
-                columns.append(-(residual_of(frame, known, moved) - at_base) / distance)
-            made.append(np.column_stack(columns))
-        return made
+                columns.append(-(residual_of(problem, known, moved) - at_base) / distance)
+            columns_by_trial.append(np.column_stack(columns))
+        return columns_by_trial
 
     return [
         Candidate(hypothesis, columns, trial)
-        for hypothesis, made in zip(asked, mapped(columns_of, asked), strict=True)
-        for trial, columns in enumerate(made)
+        for hypothesis, columns_by_trial in zip(tested, mapped(columns_of, tested), strict=True)
+        for trial, columns in enumerate(columns_by_trial)
         if np.isfinite(columns).all()
     ]
 
 
-def candidates_kept(
-    kept: dict[object, list[Any]], name: tuple[object, ...], base: Estimate, hypotheses: Sequence[Hypothesis]
+def cached_candidates(
+    cache: dict[object, list[Any]], name: tuple[object, ...], base: Estimate, hypotheses: Sequence[Hypothesis]
 ) -> list[Candidate]:
-    """Candidates beside an estimate, terms first; those that were asked of it before are not made anew.
+    """Candidates at an estimate, terms first; those computed before are reused.
 
     Parameters
     ----------
-    kept : dict
-        What was made before, and what is made now.
+    cache : dict
+        Columns computed before; new ones are added.
     name : tuple
-        What tells the estimate from others of the same store.
+        Key of the estimate among others of the same cache.
     """
     either = in_either_order(hypotheses, base.point.effects)
-    keys = {identity(h): ("columns", *name, *identity(h)) for h in either}
-    missing = [h for h in either if keys[identity(h)] not in kept]
+    keys = {full_identity(h): ("columns", *name, *full_identity(h)) for h in either}
+    missing = [h for h in either if keys[full_identity(h)] not in cache]
     for hypothesis in missing:
-        kept[keys[identity(hypothesis)]] = []
-    for candidate in (*term_candidates(base.frame, base, missing), *effect_candidates(base.frame, base, missing)):
-        kept[keys[identity(candidate.hypothesis)]].append(candidate)
-    found = [candidate for h in either for candidate in kept[keys[identity(h)]]]
+        cache[keys[full_identity(hypothesis)]] = []
+    for candidate in (*term_candidates(base.problem, base, missing), *effect_candidates(base.problem, base, missing)):
+        cache[keys[full_identity(candidate.hypothesis)]].append(candidate)
+    found = [candidate for h in either for candidate in cache[keys[full_identity(h)]]]
     return sorted(found, key=lambda candidate: bool(candidate.hypothesis.effects))
 
 
-def drop_columns(kept: dict[object, list[Any]], name: tuple[object, ...]) -> None:
-    """Lets go of the candidates beside an estimate that nothing will be asked of again: they are as long as records."""
-    for key in [key for key in kept if isinstance(key, tuple) and key[: 1 + len(name)] == ("columns", *name)]:
-        del kept[key]
+def drop_cached_columns(cache: dict[object, list[Any]], name: tuple[object, ...]) -> None:
+    """Delete the columns at an estimate that is not used again: they are as long as records."""
+    for key in [key for key in cache if isinstance(key, tuple) and key[: 1 + len(name)] == ("columns", *name)]:
+        del cache[key]
 
 
-def identity(hypothesis: Hypothesis) -> tuple[object, ...]:
-    """What tells a hypothesis from the same within other limits, or in the other order beside what acts already."""
+def full_identity(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """Key that also distinguishes a hypothesis' limits and its order relative to other effects of the same control."""
     orders = tuple(getattr(active.effect, "comes_first", False) for active in hypothesis.effects)
-    return told_apart(hypothesis), limits_of(hypothesis), orders
+    return distinct_name(hypothesis), limits_of(hypothesis), orders
 
 
 def limits_of(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
-    """Least and greatest of every number of a hypothesis."""
+    """Lower and upper limit of every parameter of a hypothesis."""
     return tuple((p.lowest, p.highest) for active in hypothesis.effects for p in active.effect.parameters)
 
 
-def _ways(active: ActiveEffect) -> list[list[tuple[float, ...]]]:
-    """For every trial the numbers to which the effect is moved, one set for each column."""
+def _displacements(active: ActiveEffect) -> list[list[tuple[float, ...]]]:
+    """For every trial the parameter values to which the effect is moved, one set for each column."""
     if isinstance(active.effect, PositionEffect):
         return [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
     return [[ends] for ends in _trials(active)]
@@ -275,8 +275,8 @@ def _trials(active: ActiveEffect) -> list[tuple[float, ...]]:
     return [(value, *active.values[1:]) for value in away]
 
 
-def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
-    """The hypothesis with its numbers where the columns' regression puts them, within their limits."""
+def at_regressed_values(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
+    """The hypothesis at the parameter values given by the columns' regression, within their limits."""
     if not candidate.hypothesis.effects:
         return candidate.hypothesis
     (active,) = candidate.hypothesis.effects
@@ -291,84 +291,88 @@ def started(candidate: Candidate, step: Sequence[float]) -> Hypothesis:
     return replace(candidate.hypothesis, effects=(replace(active, values=(*values, *rest)),))
 
 
-def regressed_beside(base: Estimate, columns: Array, weights: Weights) -> Solution:
-    """The regression with further columns (R, K), the colour estimated anew from some weights on."""
+def regressed_with(base: Estimate, columns: Array, weights: Weights) -> Solution:
+    """The regression with further columns (R, K), the colour re-estimated from given weights."""
     names = [("trial", i) for i in range(columns.shape[1])]
-    return regress(base.design.beside(columns, names), base.frame.settings, weights, rounds=2)
+    return regress(base.design.extended(columns, names), base.problem.settings, weights, rounds=2)
 
 
-def to_first_order(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
-    """The regression with a candidate's columns, the colour estimated anew, and the hypothesis where it puts it."""
-    solution = regressed_beside(base, candidate.columns, base.solution.weights)
-    return solution, started(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
+def linearised(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothesis]:
+    """The regression with a candidate's columns, the colour re-estimated, and the hypothesis at its values."""
+    solution = regressed_with(base, candidate.columns, base.solution.weights)
+    return solution, at_regressed_values(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
 
 
 @dataclass(frozen=True)
-class Scored:
-    """What candidates would bring, to first order in their numbers.
+class CandidateScores:
+    """First-order gains of candidates (score test).
 
     Attributes
     ----------
     gains : ndarray, shape (C,)
         In ln L at the base's colour.
-    own : ndarray, shape (C,)
-        Share of each candidate's whitened columns that no other column explains, the least of its numbers.
+    independent : ndarray, shape (C,)
+        Fraction of each candidate's whitened columns that no other column explains, the least of its parameters.
     """
 
     gains: Array
-    own: Array
+    independent: Array
 
 
-def scores(base: Estimate, candidates: Sequence[Candidate]) -> Scored:
-    """The gain of each candidate from its columns alone, and how far they are its own."""
+def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> CandidateScores:
+    """Score test of each candidate, and the independent fraction of its columns."""
     gains, own = np.zeros(len(candidates)), np.zeros(len(candidates))
     if not candidates:
-        return Scored(gains, own)
+        return CandidateScores(gains, own)
     stacked = np.column_stack([each.columns for each in candidates])
     weights = base.solution.weights
     bases = whitened_instruments(base.design, weights)
     white = compared(base.design, whiten(base.design, stacked, weights), bases)
     slopes, covariance = base.solution.slopes, base.solution.covariance
-    along = slopes.T @ white
+    products = slopes.T @ white
     innovations = base.solution.whitened
-    place = 0
+    index = 0
     for n, each in enumerate(candidates):
         k = each.columns.shape[1]
-        part, toward = white[:, place : place + k], along[:, place : place + k]
-        place += k
-        total = part.T @ part
-        left = total - toward.T @ covariance @ toward
-        own[n] = float(np.linalg.eigvalsh(left)[0]) / max(float(np.trace(total)), 1e-300)
+        whitened_part, along_known = white[:, index : index + k], products[:, index : index + k]
+        index += k
+        total = whitened_part.T @ whitened_part
+        residuals = total - along_known.T @ covariance @ along_known
+        own[n] = float(np.linalg.eigvalsh(residuals)[0]) / max(float(np.trace(total)), 1e-300)
         if own[n] <= COLLINEAR:
             continue
-        pull = part.T @ innovations
-        if _leads_back(each, pull):
+        score = whitened_part.T @ innovations
+        if _points_away(each, score):
             continue
-        gains[n] = 0.5 * float(pull @ np.linalg.solve(left, pull))
-    return Scored(gains, own)
+        gains[n] = 0.5 * float(score @ np.linalg.solve(residuals, score))
+    return CandidateScores(gains, own)
 
 
-def likeliest(
-    scored: Scored, candidates: Sequence[Candidate], most: int, worth_asking: Callable[[int], bool] = lambda _n: True
+def best_candidates(
+    scored: CandidateScores,
+    candidates: Sequence[Candidate],
+    most: int,
+    is_eligible: Callable[[int], bool] = lambda _n: True,
 ) -> list[int]:
-    """Places of the candidates of highest gain, one of each name, at most so many."""
+    """Indices of the candidates of highest gain, one of each name, at most a given number."""
     order: list[int] = []
-    seen: set[tuple[str, ...]] = set()
+    names: set[tuple[str, ...]] = set()
     for n in np.argsort(-scored.gains):
-        name = told_apart(candidates[n].hypothesis)
-        if name not in seen and worth_asking(int(n)):
-            seen.add(name)
+        name = distinct_name(candidates[n].hypothesis)
+        if name not in names and is_eligible(int(n)):
+            names.add(name)
             order.append(int(n))
             if len(order) >= most:
                 break
     return order
 
 
-def _leads_back(candidate: Candidate, pull: Array) -> bool:
-    """Whether a chord to a trial value leads to the other side of none: to no possible value, or to one that another
-    trial value is nearer to.
+def _points_away(candidate: Candidate, score: Array) -> bool:
+    """Whether a secant to a trial value predicts a value beyond the null.
+
+    Such a value is impossible, or nearer to another trial value.
     """
-    if not candidate.hypothesis.effects or pull.size > 1:
+    if not candidate.hypothesis.effects or score.size > 1:
         return False
     first = candidate.hypothesis.effects[0].effect.parameters[0]
     away = np.array([trial - first.null for trial in first.trials])
@@ -376,9 +380,8 @@ def _leads_back(candidate: Candidate, pull: Array) -> bool:
     other_side = first.lowest < first.null if here > 0.0 else first.highest > first.null
     if other_side and not (away.min() < 0.0 < away.max()):
         return False
-    return bool(pull[0] * here < 0.0)
+    return bool(score[0] * here < 0.0)
 
 
 COLLINEAR = 1e-6
-"""Numerical: share of its own, 1, below which a column says nothing that others do not say: rounding of its
-square."""
+"""Numerical: independent fraction, 1, below which a column is collinear with others: rounding of its square."""

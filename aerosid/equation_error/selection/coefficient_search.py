@@ -1,4 +1,4 @@
-"""Growth of a structure in the coefficient equations, beside what happens suddenly and beside flow separation."""
+"""Stepwise search in the coefficient equations, with step changes of validation records and flow separation."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from typing import Any, TypeVar
 
 from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.estimate import Estimate, Frame, estimate, weights_on
-from aerosid.equation_error.selection.alternatives import replaced
-from aerosid.equation_error.selection.deletion import Selected, paid
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate, weights_restricted_to
+from aerosid.equation_error.selection.alternatives import with_replacements
+from aerosid.equation_error.selection.cross_validation import (
+    fits_of,
+)
 from aerosid.equation_error.selection.level_shifts import (
     as_hypothesis,
     level_shifts,
@@ -19,12 +21,10 @@ from aerosid.equation_error.selection.level_shifts import (
     with_shifts,
     without_shifts,
 )
-from aerosid.equation_error.selection.prices import Label, Rules
-from aerosid.equation_error.selection.starts import may_separate, of_controls
-from aerosid.equation_error.selection.stepwise import Admitted, forward_steps, with_separation
-from aerosid.equation_error.selection.votes import (
-    shares_of,
-)
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
+from aerosid.equation_error.selection.starting_values import is_control_term, shows_separation
+from aerosid.equation_error.selection.stepwise import Admitted, forward_selection, with_flow_separation
+from aerosid.equation_error.selection.structure import SelectedStructure, penalised_likelihood
 
 _Found = TypeVar("_Found")
 _Other = TypeVar("_Other")
@@ -32,233 +32,247 @@ _Other = TypeVar("_Other")
 
 @dataclass(frozen=True)
 class CoefficientSearch:
-    """What is asked of the coefficients, and by which rules.
+    """Candidates of the coefficient equations and the selection criterion.
 
     Attributes
     ----------
-    asked : tuple of Hypothesis
+    hypotheses : tuple of Hypothesis
+        Candidates.
     coefficients : tuple of str
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
-    fitted : Frame
-        The coefficient equations of the identification recordings.
-    rules : Rules
+    fitted : RegressionProblem
+        The coefficient equations of the identification records.
+    criterion : SelectionCriterion
     admitted : callable
-        What may enter on other grounds than the likelihood.
-    told : callable
-        Hears what enters and leaves, for a journal.
+        Admission of an estimate by criteria other than the likelihood.
+    log : callable
+        Receives a message for each effect that is added or removed.
     """
 
-    asked: tuple[Hypothesis, ...]
+    hypotheses: tuple[Hypothesis, ...]
     coefficients: tuple[str, ...]
-    fitted: Frame
-    rules: Rules
+    fitted: RegressionProblem
+    criterion: SelectionCriterion
     admitted: Admitted
-    told: Callable[[str], None]
+    log: Callable[[str], None]
 
-    def open_but(self, refuted: Collection[Label]) -> list[Hypothesis]:
-        """What is asked, but for what unseen recordings refused."""
-        return [hypothesis for hypothesis in self.asked if hypothesis.label not in refuted]
+    def hypotheses_except(self, refuted: Collection[Label]) -> list[Hypothesis]:
+        """The candidates without those refuted by validation records."""
+        return [hypothesis for hypothesis in self.hypotheses if hypothesis.label not in refuted]
 
     def forward(
         self,
-        begun: Selected,
-        asked: Sequence[Hypothesis],
+        initial: SelectedStructure,
+        hypotheses: Sequence[Hypothesis],
         most: int,
         *,
-        sudden: bool = True,
-        struck_out: Collection[Label] = (),
-    ) -> Selected:
-        """Forward selection among what is not struck out; `sudden`: and among changes at an instant."""
-        *_, found = self.forward_steps(begun, asked, most, sudden=sudden, struck_out=struck_out)
+        step_changes: bool = True,
+        excluded: Collection[Label] = (),
+    ) -> SelectedStructure:
+        """Forward selection without the `excluded` labels; `step_changes`: step changes are candidates too."""
+        *_, found = self.forward_selection(initial, hypotheses, most, step_changes=step_changes, excluded=excluded)
         return found
 
-    def forward_steps(
+    def forward_selection(
         self,
-        begun: Selected,
-        asked: Sequence[Hypothesis],
+        initial: SelectedStructure,
+        hypotheses: Sequence[Hypothesis],
         most: int,
         *,
-        sudden: bool = True,
-        struck_out: Collection[Label] = (),
-    ) -> Iterator[Selected]:
-        """The structures that forward selection goes through."""
-        return forward_steps(
-            begun,
-            self.rules,
-            asked,
+        step_changes: bool = True,
+        excluded: Collection[Label] = (),
+    ) -> Iterator[SelectedStructure]:
+        """The sequence of structures of a forward selection."""
+        return forward_selection(
+            initial,
+            self.criterion,
+            hypotheses,
             kinematic=False,
-            coefficients=self.coefficients if sudden else (),
+            coefficients=self.coefficients if step_changes else (),
             most=most,
-            admitted=self._admitted_but(struck_out),
-            told=self.told,
+            admitted=self._admissible_except(excluded),
+            log=self.log,
         )
 
-    def side_by_side(
+    def in_parallel(
         self,
         one: Callable[[CoefficientSearch], _Found],
         other: Callable[[CoefficientSearch], _Other],
         common: Sequence[object],
     ) -> tuple[_Found, _Other]:
-        """Two searches that need nothing of each other; the journal hears of one and then of the other.
+        """Run two independent searches in parallel; the messages of the first are logged before those of the second.
 
-        `common`: the frames of their estimates.
+        `common`: the regression problems of their estimates.
         """
 
-        def heard(search: Callable[[CoefficientSearch], Any]) -> tuple[Any, list[str]]:
-            said: list[str] = []
-            return search(replace(self, told=said.append)), said
+        def logged(search: Callable[[CoefficientSearch], Any]) -> tuple[Any, list[str]]:
+            messages: list[str] = []
+            return search(replace(self, log=messages.append)), messages
 
-        (first, said), (second, later) = both(lambda: heard(one), lambda: heard(other), common)
-        for text in (*said, *later):
-            self.told(text)
+        (first, messages), (second, other_messages) = both(lambda: logged(one), lambda: logged(other), common)
+        for text in (*messages, *other_messages):
+            self.log(text)
         return first, second
 
-    def replaced(self, found: Selected, asked: Sequence[Hypothesis], struck_out: Collection[Label] = ()) -> Selected:
-        """The structure with each hypothesis changed for a likelier one, and with what such a change makes pay.
+    def with_replacements(
+        self, found: SelectedStructure, hypotheses: Sequence[Hypothesis], excluded: Collection[Label] = ()
+    ) -> SelectedStructure:
+        """The structure with each effect replaced by a likelier one, and with effects that thereby become significant.
 
-        By nothing that is struck out.
+        No label in `excluded` may enter.
         """
-        most = found.estimate.frame.settings.most
-        for _ in range(found.estimate.frame.settings.rounds):
-            changed = replaced(found, asked, self.rules, self._admitted_but(struck_out))
-            if changed is found:
+        most = found.estimate.problem.settings.most
+        for _ in range(found.estimate.problem.settings.rounds):
+            exchanged = with_replacements(found, hypotheses, self.criterion, self._admissible_except(excluded))
+            if exchanged is found:
                 break
-            self.told(f"  exchanged for {', '.join(' '.join(each.hypothesis.label) for each in changed.chosen)}")
-            found = self.forward(changed, asked, most, struck_out=struck_out)
+            self.log(f"  replaced by {', '.join(' '.join(each.hypothesis.label) for each in exchanged.chosen)}")
+            found = self.forward(exchanged, hypotheses, most, excluded=excluded)
         return found
 
-    def _admitted_but(self, struck_out: Collection[Label]) -> Admitted:
-        """Whether an estimate may stand by these rules, its last hypothesis not struck out."""
+    def _admissible_except(self, excluded: Collection[Label]) -> Admitted:
+        """Admission rule that also rejects an estimate whose last hypothesis is excluded."""
 
-        def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-            return hypothesis.label not in struck_out and self.admitted(found, hypothesis)
+        def is_admissible(found: Estimate, hypothesis: Hypothesis) -> bool:
+            return hypothesis.label not in excluded and self.admitted(found, hypothesis)
 
-        return admitted
+        return is_admissible
 
-    def refuses(self, before: Estimate, after: Estimate) -> bool:
-        """Whether an unseen recording's coefficient is predicted worse by one estimate than by another before it.
+    def worsens_prediction(self, before: Estimate, after: Estimate) -> bool:
+        """Whether the second of two estimates predicts a validation coefficient worse than the first.
 
-        Worse in R^2 as it is reported, gusts left in: other numbers of an instrument change what is taken for them.
-        What one coefficient loses another may gain.
+        In terms of the reported R^2, gusts not removed: other instrument errors change what is attributed to gusts. A
+        loss in one coefficient may be compensated by a gain in another.
         """
-        whole = after.frame
+        whole = after.problem
         old, new = (
-            shares_of(whole, estimate(self.fitted, each.point, weights_on(each, self.fitted, each.point), steps=4))
+            fits_of(
+                whole, estimate(self.fitted, each.point, weights_restricted_to(each, self.fitted, each.point), steps=4)
+            )
             for each in (before, after)
         )
-        unseen = [(a.r2, b.r2) for a, b in zip(old, new, strict=True) if not a.fitted]
+        validation = [(a.r2, b.r2) for a, b in zip(old, new, strict=True) if not a.fitted]
         settings = whole.settings
-        worse = any(a - b > min(settings.least_rise, settings.rise_of_rest * (1.0 - a)) for a, b in unseen)
-        return worse and sum(a - b for a, b in unseen) > 0.0
+        worse = any(a - b > min(settings.least_rise, settings.rise_of_rest * (1.0 - a)) for a, b in validation)
+        return worse and sum(a - b for a, b in validation) > 0.0
 
-    def paid(self, selected: Selected) -> float:
-        """Ln L less the cost of all that entered, level shifts of unseen recordings among it."""
-        shifts = sum(self.rules.price(as_hypothesis(active)) for active in shifts_of(selected.estimate))
-        return paid(selected, self.rules) - shifts
+    def penalised_likelihood(self, selected: SelectedStructure) -> float:
+        """Ln L less the penalties of all effects, including those of level shifts of validation records."""
+        shifts = sum(self.criterion.penalty(as_hypothesis(active)) for active in shifts_of(selected.estimate))
+        return penalised_likelihood(selected, self.criterion) - shifts
 
 
-def beside_level_shifts(search: CoefficientSearch, begun: Selected) -> Selected:
-    """What the coefficients lack beside what happens suddenly on unseen recordings.
+def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructure) -> SelectedStructure:
+    """The structure selected from the coefficients together with level shifts of the validation records.
 
-    The first structure was chosen where a sudden change of an unseen recording was noise, and may stand in its place:
-    the search goes on from it, and begins anew where that is clearly likelier; where it is clearly less likely, not
-    again beside the smaller shifts that come later. A shift once found stays, so that nothing is named for explaining
-    it.
+    The first structure was selected while step changes of validation records counted as noise, and may contain effects
+    in their place: the search is continued from it and also restarted with the shifts. The restarted structure is taken
+    where its penalised likelihood is clearly higher; where it is clearly lower, later, smaller shifts do not trigger a
+    restart. A level shift once found is kept, so that no effect is selected for explaining it.
     """
-    found, frame = _attributed(search, begun), begun.estimate.frame
-    ahead = 0.0
-    for _ in range(frame.settings.rounds):
-        beside = level_shifts(found.estimate, search.coefficients, search.rules, frame.settings.most, search.told)
-        if beside is found.estimate:
+    found, problem = _stepwise(search, initial), initial.estimate.problem
+    lead = 0.0
+    for _ in range(problem.settings.rounds):
+        shifted = level_shifts(found.estimate, search.coefficients, search.criterion, problem.settings.most, search.log)
+        if shifted is found.estimate:
             break
-        known = Selected(beside, found.chosen)
-        if ahead > frame.settings.clearly:
-            found = _onward(search, known)
+        current = SelectedStructure(shifted, found.chosen)
+        if lead > problem.settings.clearly:
+            found = _continued(search, current)
             continue
-        found, anew = search.side_by_side(
-            functools.partial(_onward, found=known), functools.partial(_anew, begun=begun, beside=known), [frame]
+        found, restarted = search.in_parallel(
+            functools.partial(_continued, found=current),
+            functools.partial(_restarted, initial=initial, shifted=current),
+            [problem],
         )
-        search.told(f"  beside level shifts {search.paid(found):.1f}, begun anew {search.paid(anew):.1f}")
-        ahead = search.paid(found) - search.paid(anew)
-        if ahead < -frame.settings.clearly:
-            found = anew
+        continued_value, restarted_value = search.penalised_likelihood(found), search.penalised_likelihood(restarted)
+        search.log(f"  with level shifts {continued_value:.1f}, restarted {restarted_value:.1f}")
+        lead = continued_value - restarted_value
+        if lead < -problem.settings.clearly:
+            found = restarted
     return found
 
 
-def _onward(search: CoefficientSearch, found: Selected) -> Selected:
-    """The search gone on from a structure with level shifts beside it."""
-    onward = search.forward(found, search.asked, found.estimate.frame.settings.most)
-    return search.replaced(onward, search.asked)
+def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
+    """Forward selection and replacement continued from a structure with additional level shifts."""
+    continued = search.forward(found, search.hypotheses, found.estimate.problem.settings.most)
+    return search.with_replacements(continued, search.hypotheses)
 
 
-def _anew(search: CoefficientSearch, begun: Selected, beside: Selected) -> Selected:
-    """The search begun anew with the level shifts of another structure."""
-    point = with_shifts(begun.estimate.point, shifts_of(beside.estimate))
-    afresh = Selected(estimate(begun.estimate.frame, point, begun.estimate.solution.weights), ())
-    return _with_shifts_anew(search, _attributed(search, afresh))
+def _restarted(search: CoefficientSearch, initial: SelectedStructure, shifted: SelectedStructure) -> SelectedStructure:
+    """The search restarted with the level shifts of another structure."""
+    point = with_shifts(initial.estimate.point, shifts_of(shifted.estimate))
+    restart = SelectedStructure(estimate(initial.estimate.problem, point, initial.estimate.solution.weights), ())
+    return _with_restarted_shifts(search, _stepwise(search, restart))
 
 
-def _with_shifts_anew(search: CoefficientSearch, found: Selected) -> Selected:
-    """A structure with its level shifts chosen anew where that is likelier with no fewer of them.
+def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
+    """The structure with its level shifts selected again, where that is likelier with no fewer shifts.
 
-    A moment that shifts beside a moving centre of gravity is taken for that of a step, while the centre is not known.
+    While the centre-of-gravity position is unknown, a moment due to its movement is taken for a step of the moment.
     """
-    frame, known = found.estimate.frame, shifts_of(found.estimate)
-    bare = estimate(frame, without_shifts(found.estimate), found.estimate.solution.weights)
-    most = frame.settings.most
-    anew = Selected(level_shifts(bare, search.coefficients, search.rules, most, search.told), found.chosen)
-    fewer = len(shifts_of(anew.estimate)) < len(known)
-    return found if fewer else max(found, anew, key=search.paid)
+    problem, current = found.estimate.problem, shifts_of(found.estimate)
+    reduced = estimate(problem, without_shifts(found.estimate), found.estimate.solution.weights)
+    most = problem.settings.most
+    restarted = SelectedStructure(
+        level_shifts(reduced, search.coefficients, search.criterion, most, search.log), found.chosen
+    )
+    fewer = len(shifts_of(restarted.estimate)) < len(current)
+    return found if fewer else max(found, restarted, key=search.penalised_likelihood)
 
 
-def _attributed(search: CoefficientSearch, begun: Selected) -> Selected:
-    """What the coefficients lack; where that is worth more, with the controls first and flow separation second.
+def _stepwise(search: CoefficientSearch, initial: SelectedStructure) -> SelectedStructure:
+    """Stepwise structure; with controls and flow separation first where that gives the higher penalised likelihood.
 
-    A stall and the stabiliser and thrust that a pilot moves in it bend the coefficients together: powers of alpha that
-    enter one by one would stand in the place of all three. Both ways are compared at the same number of effects.
+    In a stall, separation and the simultaneous stabiliser and thrust inputs act on the coefficients together: powers of
+    alpha entered one by one would replace all three. Both orders are compared at the same number of effects.
     """
-    frame, asked = begun.estimate.frame, search.asked
-    most = frame.settings.most
-    if may_separate(frame):
+    problem, hypotheses = initial.estimate.problem, search.hypotheses
+    most = problem.settings.most
+    if shows_separation(problem):
         enough = NumberSeenByCopies(most)
-        separated, (found, grown) = search.side_by_side(
-            functools.partial(_separated, begun=begun, enough=enough),
-            functools.partial(_grown, begun=begun, enough=enough),
-            [frame],
+        separated, (found, path) = search.in_parallel(
+            functools.partial(_separation_first, initial=initial, enough=enough),
+            functools.partial(_one_by_one, initial=initial, enough=enough),
+            [problem],
         )
         if separated is None:
-            return search.replaced(found, asked)
+            return search.with_replacements(found, hypotheses)
         effects = len(separated.chosen)
-        if search.paid(separated) > next((paid for count, paid in grown if count >= effects), grown[-1][1]):
-            return search.replaced(separated, asked)
-    return search.replaced(search.forward(begun, asked, most), asked)
+        if search.penalised_likelihood(separated) > next(
+            (value for count, value in path if count >= effects), path[-1][1]
+        ):
+            return search.with_replacements(separated, hypotheses)
+    return search.with_replacements(search.forward(initial, hypotheses, most), hypotheses)
 
 
-def _separated(search: CoefficientSearch, begun: Selected, enough: NumberSeenByCopies) -> Selected | None:
-    """What the coefficients lack, the controls first and flow separation second; None where it does not pay.
+def _separation_first(
+    search: CoefficientSearch, initial: SelectedStructure, enough: NumberSeenByCopies
+) -> SelectedStructure | None:
+    """Forward selection with the controls first and flow separation second; None where separation is not significant.
 
-    `enough` is told the number of its effects.
+    `enough` receives the number of its effects.
     """
-    frame, asked = begun.estimate.frame, search.asked
-    controls = [hypothesis for hypothesis in asked if of_controls(hypothesis)]
-    driven = search.forward(begun, controls, frame.settings.most, sudden=False)
-    separated = with_separation(driven, frame, search.rules, search.coefficients, search.told)
+    problem, hypotheses = initial.estimate.problem, search.hypotheses
+    controls = [hypothesis for hypothesis in hypotheses if is_control_term(hypothesis)]
+    driven = search.forward(initial, controls, problem.settings.most, step_changes=False)
+    separated = with_flow_separation(driven, problem, search.criterion, search.coefficients, search.log)
     if separated is not None:
-        separated = search.forward(separated, asked, frame.settings.most)
+        separated = search.forward(separated, hypotheses, problem.settings.most)
         enough.value = len(separated.chosen)
     return separated
 
 
-def _grown(
-    search: CoefficientSearch, begun: Selected, enough: NumberSeenByCopies
-) -> tuple[Selected, list[tuple[int, float]]]:
-    """What the coefficients lack, up to a number of effects that may be told meanwhile.
+def _one_by_one(
+    search: CoefficientSearch, initial: SelectedStructure, enough: NumberSeenByCopies
+) -> tuple[SelectedStructure, list[tuple[int, float]]]:
+    """Forward selection up to a number of effects that may be set meanwhile.
 
-    And of each structure on the way the number of its effects, and ln L less prices.
+    Also returned, for each intermediate structure, are the number of its effects and its penalised likelihood.
     """
-    grown = []
-    for found in search.forward_steps(begun, search.asked, begun.estimate.frame.settings.most):
-        grown.append((len(found.chosen), search.paid(found)))
+    path = []
+    for found in search.forward_selection(initial, search.hypotheses, initial.estimate.problem.settings.most):
+        path.append((len(found.chosen), search.penalised_likelihood(found)))
         if len(found.chosen) >= enough.value:
             break
-    return found, grown
+    return found, path

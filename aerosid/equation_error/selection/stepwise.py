@@ -1,4 +1,4 @@
-"""Stepwise regression by Schwarz's criterion: selection, elimination and exchange at a stated false-alarm rate."""
+"""Stepwise regression by Schwarz's criterion: forward selection and elimination at a stated false-alarm rate."""
 
 from __future__ import annotations
 
@@ -13,44 +13,53 @@ from aerosid.effects.flow_separation import is_breakdown
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Weights, compares_all, design_of, solve, uncoloured
-from aerosid.equation_error.regression.deviations import corrected_covariance
+from aerosid.equation_error.regression.design import Weights, design_of, solve, uncoloured, uses_no_instruments
 from aerosid.equation_error.regression.estimate import (
     Estimate,
-    Frame,
-    Peak,
+    Optimum,
+    RegressionProblem,
     estimate,
-    likeliest_numbers,
+    maximise_likelihood,
 )
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidates import (
-    BESIDE,
+    CURRENT_MODEL,
     Candidate,
-    candidates_kept,
-    drop_columns,
+    best_candidates,
+    cached_candidates,
+    drop_cached_columns,
     effect_candidates,
-    identity,
+    full_identity,
     in_either_order,
-    joined,
-    likeliest,
-    scores,
-    to_first_order,
+    linearised,
+    score_candidates,
+    with_hypothesis,
     within_limits,
 )
-from aerosid.equation_error.selection.deletion import Chosen, Selected, each_struck_out, paid
-from aerosid.equation_error.selection.prices import Rules
-from aerosid.equation_error.selection.redundancy import LATE_CONTROL, open_beside
-from aerosid.equation_error.selection.starts import separation_hypotheses, sudden_hypotheses, within_strengths
+from aerosid.equation_error.selection.penalties import SelectionCriterion
+from aerosid.equation_error.selection.redundancy import CONTROL_DELAY_KINDS, non_redundant
+from aerosid.equation_error.selection.starting_values import (
+    is_within_signed_limits,
+    separation_hypotheses,
+    step_change_hypotheses,
+)
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    deletions,
+    penalised_likelihood,
+)
 from aerosid.equation_error.settings import TRIALS
 
 Array = NDArray[np.float64]
 
 Admitted = Callable[[Estimate, Hypothesis], bool]
-"""Whether an estimate, its last hypothesis among the effects, may stand on other grounds than its likelihood."""
+"""Whether an estimate, its last hypothesis among the effects, is admissible by criteria other than its likelihood."""
 
 
-def forward_steps(
-    selected: Selected,
-    rules: Rules,
+def forward_selection(
+    selected: SelectedStructure,
+    criterion: SelectionCriterion,
     hypotheses: Sequence[Hypothesis],
     *,
     kinematic: bool,
@@ -58,133 +67,148 @@ def forward_steps(
     coefficients: Sequence[str] = (),
     recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
-    told: Callable[[str], None] = lambda _text: None,
-) -> Iterator[Selected]:
-    """A structure, and that with everything that pays its price, the best at a time; what no longer pays leaves again.
+    log: Callable[[str], None] = lambda _text: None,
+) -> Iterator[SelectedStructure]:
+    """A structure, and its extensions by the best significant hypothesis at a time, with elimination after each step.
 
-    `most`: effects at which it ends; `coefficients`: those in which sudden changes are looked for, on the fitted
-    recordings or on that one alone whose name is given.
+    `most`: number of effects at which it ends; `coefficients`: those in which step changes are searched for, on the
+    identification records or on that record alone whose name is given.
 
-    What enters moves the numbers of the others, and a number that other equations know too costs more the further it is
-    moved from theirs: effects can chase one another out and in again. The structure that would come a second time is
-    the end, and last comes the likeliest of those between, prices paid.
+    An entering effect changes the parameters of the others, and a parameter with kinematic evidence has a penalty that
+    grows with its distance from that: effects may enter and be eliminated in a cycle. The selection ends when a
+    structure recurs, and yields last the structure of the cycle with the highest penalised likelihood.
     """
-    refused: set[tuple[str, str, str]] = set()
-    met: dict[frozenset[tuple[object, ...]], Selected] = {}
+    inadmissible: set[tuple[str, str, str]] = set()
+    visited: dict[frozenset[tuple[object, ...]], SelectedStructure] = {}
     while True:
-        names = names_of(selected)
-        if names in met:
-            yield max([*met.values()][[*met].index(names) :], key=lambda each: paid(each, rules))
+        names = structure_key(selected)
+        if names in visited:
+            yield max(
+                [*visited.values()][[*visited].index(names) :], key=lambda each: penalised_likelihood(each, criterion)
+            )
             return
-        met[names] = selected
+        visited[names] = selected
         yield selected
         if len(selected.chosen) >= most:
             return
-        best = _best(selected, rules, hypotheses, refused, admitted, told, coefficients, recording)
+        best = _best(selected, criterion, hypotheses, inadmissible, admitted, log, coefficients, recording)
         if best is None:
             return
         found, hypothesis, gain = best
-        drop_columns(selected.instead, BESIDE)
-        chosen = (*selected.chosen, Chosen(hypothesis, kinematic, gain))
-        selected = backward(Selected(found, chosen), rules, keep=[hypothesis], told=told)
+        drop_cached_columns(selected.cache, CURRENT_MODEL)
+        chosen = (*selected.chosen, SelectedEffect(hypothesis, kinematic, gain))
+        selected = eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=[hypothesis], log=log)
 
 
-def names_of(selected: Selected) -> frozenset[tuple[object, ...]]:
-    """What tells a structure from others: its hypotheses, and when they act."""
-    return frozenset((*identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
+def structure_key(selected: SelectedStructure) -> frozenset[tuple[object, ...]]:
+    """Key of a structure: its hypotheses, and when they act."""
+    return frozenset((*full_identity(each.hypothesis), each.hypothesis.time) for each in selected.chosen)
 
 
 def _best(
-    selected: Selected,
-    rules: Rules,
+    selected: SelectedStructure,
+    criterion: SelectionCriterion,
     hypotheses: Sequence[Hypothesis],
-    refused: set[tuple[str, str, str]],
+    inadmissible: set[tuple[str, str, str]],
     admitted: Admitted,
-    told: Callable[[str], None],
+    log: Callable[[str], None],
     coefficients: Sequence[str],
     recording: str | None,
 ) -> tuple[Estimate, Hypothesis, float] | None:
-    base, frame = selected.estimate, selected.estimate.frame
-    open_ = open_beside(hypotheses, selected.chosen, refused)
-    uncoloured_ = replace(base, solution=uncoloured(base.design, base.solution.residuals))
-    candidates = candidates_kept(selected.instead, BESIDE, base, open_)
-    if any(kind in COEFFICIENT for kind in frame.kinds):
-        sudden = [h for each in (base, uncoloured_) for h in sudden_hypotheses(frame, each, coefficients, recording)]
-        taken = refused | set(selected.labels)
-        sudden = [hypothesis for hypothesis in sudden if hypothesis.label not in taken]
-        candidates += effect_candidates(frame, base, in_either_order(sudden, base.point.effects))
+    base, problem = selected.estimate, selected.estimate.problem
+    eligible = non_redundant(hypotheses, selected.chosen, inadmissible)
+    uncoloured_base = replace(base, solution=uncoloured(base.design, base.solution.residuals))
+    candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, eligible)
+    if any(kind in COEFFICIENT for kind in problem.kinds):
+        step_changes = [
+            h
+            for each in (base, uncoloured_base)
+            for h in step_change_hypotheses(problem, each, coefficients, recording)
+        ]
+        taken = inadmissible | set(selected.labels)
+        step_changes = [hypothesis for hypothesis in step_changes if hypothesis.label not in taken]
+        candidates += effect_candidates(problem, base, in_either_order(step_changes, base.point.effects))
     if not candidates:
         return None
     order = list(
-        dict.fromkeys([*_shortlist(base, candidates, frame, rules), *_shortlist(uncoloured_, candidates, frame, rules)])
+        dict.fromkeys(
+            [
+                *_shortlist(base, candidates, problem, criterion),
+                *_shortlist(uncoloured_base, candidates, problem, criterion),
+            ]
+        )
     )
     tried: list[_Trial] = []
-    ranked = _ranked(base, [candidates[n] for n in order], rules)
-    while len(tried) < frame.settings.fitted:
-        # As many at once as there are cores; which of them are asked at all is as on one.
-        open_now = ranked[len(tried) : min(len(tried) + allowed(), frame.settings.fitted)]
-        asked = [linear for linear in open_now if not tried or linear.net >= tried[0].net - TRIALS.behind]
-        for linear, trial in zip(asked, _fitted(base, asked, rules), strict=True):
+    ranked = _ranked(base, [candidates[n] for n in order], criterion)
+    while len(tried) < problem.settings.fitted:
+        # As many in parallel as there are cores; the set of those tested does not depend on that.
+        next_ranked = ranked[len(tried) : min(len(tried) + allowed(), problem.settings.fitted)]
+        tested = [linear for linear in next_ranked if not tried or linear.net >= tried[0].net - TRIALS.behind]
+        for linear, trial in zip(tested, _estimated(base, tested, criterion), strict=True):
             if tried and linear.net < tried[0].net - TRIALS.behind:
                 break
             tried = sorted([*tried, trial], key=lambda each: -each.net)
         else:
-            if asked:
+            if tested:
                 continue
         break
-    tried += _fitted(base, _as_late(base, tried, candidates, rules), rules)
+    tried += _estimated(base, _other_delay_kinds(base, tried, candidates, criterion), criterion)
     tried.sort(key=lambda trial: -trial.net)
-    told("   tried " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
+    log("   tested " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
             continue
         found = trial.peak.estimate
-        if may_stand(found, trial.hypothesis, admitted):
-            told(f"  enters {trial.hypothesis.label}")
+        if is_acceptable(found, trial.hypothesis, admitted):
+            log(f"  added {trial.hypothesis.label}")
             return found, trial.hypothesis, found.gain_over(base)
-        told(f"  not admitted {trial.hypothesis.label}")
-        refused.add(trial.hypothesis.label)
+        log(f"  not admitted {trial.hypothesis.label}")
+        inadmissible.add(trial.hypothesis.label)
     return None
 
 
-def may_stand(found: Estimate, hypothesis: Hypothesis, admitted: Admitted) -> bool:
-    """Whether the last hypothesis of an estimate lies within its limits and is admitted on other grounds."""
+def is_acceptable(found: Estimate, hypothesis: Hypothesis, admitted: Admitted) -> bool:
+    """Whether the last hypothesis of an estimate lies within its limits and is admitted by other criteria."""
     return within_limits(found, hypothesis) and admitted(found, hypothesis)
 
 
-def _fitted(base: Estimate, asked: Sequence[_Linear], rules: Rules) -> list[_Trial]:
-    """Hypotheses with all numbers estimated anew."""
+def _estimated(base: Estimate, tested: Sequence[_Linear], criterion: SelectionCriterion) -> list[_Trial]:
+    """Hypotheses with all parameters re-estimated."""
 
     def fitted(linear: _Linear) -> _Trial:
-        found = likeliest_numbers(base.frame, _begun(base.frame, base, linear), linear.weights, steps=6)
-        return _Trial(found.gain_over(base) - rules.cost(linear.hypothesis, found.point), found, linear.hypothesis)
+        found = maximise_likelihood(base.problem, _initial_point(base.problem, base, linear), linear.weights, steps=6)
+        return _Trial(
+            found.gain_over(base) - criterion.penalty_at(linear.hypothesis, found.point), found, linear.hypothesis
+        )
 
-    return mapped(fitted, asked, common=[base.frame])
+    return mapped(fitted, tested, common=[base.problem])
 
 
-def _as_late(base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], rules: Rules) -> list[_Linear]:
-    """The other ways in which a control is late, where the likeliest of those tried says that it is.
+def _other_delay_kinds(
+    base: Estimate, tried: Sequence[_Trial], candidates: Sequence[Candidate], criterion: SelectionCriterion
+) -> list[_Linear]:
+    """The other kinds of delay of a control, where the likeliest of those tried is one.
 
-    What a column to a trial value says of a delay between two trial values is little where the noise is small: a lag,
-    which bends less, would be asked alone.
+    In low noise the secant to a trial value predicts little of a delay between two trial values: a lag, which is less
+    nonlinear, would be tested alone.
     """
-    if not tried or tried[0].hypothesis.kind not in LATE_CONTROL:
+    if not tried or tried[0].hypothesis.kind not in CONTROL_DELAY_KINDS:
         return []
-    asked, where = {trial.hypothesis.kind for trial in tried}, tried[0].hypothesis.where
+    tested, where = {trial.hypothesis.kind for trial in tried}, tried[0].hypothesis.where
     others = {
         candidate.hypothesis.kind: candidate
         for candidate in candidates
-        if candidate.hypothesis.where == where and candidate.hypothesis.kind in LATE_CONTROL - asked
+        if candidate.hypothesis.where == where and candidate.hypothesis.kind in CONTROL_DELAY_KINDS - tested
     }
-    return _ranked(base, tuple(others.values()), rules, least=-np.inf)
+    return _ranked(base, tuple(others.values()), criterion, least=-np.inf)
 
 
-def _begun(frame: Frame, base: Estimate, linear: _Linear) -> Point:
-    """The point to begin an estimate from: where the regression puts it, or at a trial value that is likelier.
+def _initial_point(problem: RegressionProblem, base: Estimate, linear: _Linear) -> Point:
+    """The starting point of an estimate: the regressed value, or a trial value that is likelier.
 
-    What one column says of a delay of the length of a control's steps is far off; from there Gauss-Newton goes astray.
+    The linear prediction of a delay comparable to a control's steps is far off, and Gauss-Newton diverges from there.
     """
-    aimed = joined(base.point, linear.hypothesis)
+    aimed = with_hypothesis(base.point, linear.hypothesis)
     if not linear.hypothesis.effects:
         return aimed
     (active,) = linear.hypothesis.effects
@@ -195,135 +219,143 @@ def _begun(frame: Frame, base: Estimate, linear: _Linear) -> Point:
     for trial in trials:
         moved = replace(active, values=(trial, *active.values[1:]))
         points.append(replace(aimed, effects=(*aimed.effects[:-1], moved)))
-    designs = [design_of(frame.segments(point), frame.settings) for point in points]
+    designs = [design_of(problem.segments(point), problem.settings) for point in points]
     likelihoods = [solve(design, linear.weights).log_likelihood for design in designs]
     return points[int(np.argmax(likelihoods))]
 
 
 @dataclass(frozen=True)
 class _Trial:
-    """A hypothesis with all numbers estimated anew; `net`: its gain in ln L beyond its price."""
+    """A hypothesis with all parameters re-estimated; `net`: its gain in ln L less its penalty."""
 
     net: float
-    peak: Peak
+    peak: Optimum
     hypothesis: Hypothesis
 
 
 @dataclass(frozen=True)
 class _Linear:
-    """A hypothesis to first order in its numbers, which are set where the regression puts them; `net` as above."""
+    """A hypothesis to first order at its regressed parameter values; `net` as above."""
 
     net: float
     hypothesis: Hypothesis
     weights: Weights
 
 
-def _ranked(base: Estimate, candidates: Sequence[Candidate], rules: Rules, least: float | None = None) -> list[_Linear]:
-    """Candidates that may pay their price, by their gain to first order with the colour estimated anew.
+def _ranked(
+    base: Estimate, candidates: Sequence[Candidate], criterion: SelectionCriterion, least: float | None = None
+) -> list[_Linear]:
+    """Candidates that may exceed their penalty, by first-order gain with the colour re-estimated.
 
-    `least`: net gain from which on; by default that of the settings.
+    `least`: least net gain; by default that of the settings.
     """
-    least = base.frame.settings.nearly if least is None else least
+    least = base.problem.settings.nearly if least is None else least
     rows = []
     for candidate in candidates:
-        solution, hypothesis = to_first_order(base, candidate)
-        cost = rules.least_cost(candidate.hypothesis)
-        net = base.gain_by(solution) - cost
+        solution, hypothesis = linearised(base, candidate)
+        penalty = criterion.least_penalty(candidate.hypothesis)
+        net = base.gain_by(solution) - penalty
         if net >= least:
             rows.append(_Linear(net, hypothesis, solution.weights))
     return sorted(rows, key=lambda row: -row.net)
 
 
-def _shortlist(base: Estimate, candidates: Sequence[Candidate], frame: Frame, rules: Rules) -> list[int]:
-    """The candidates of highest score, one of each name, that may pay their price with the colour estimated anew."""
-    scored = scores(base, candidates)
+def _shortlist(
+    base: Estimate, candidates: Sequence[Candidate], problem: RegressionProblem, criterion: SelectionCriterion
+) -> list[int]:
+    """The candidates of highest score, one of each name, that may exceed their penalty with the colour re-estimated."""
+    scored = score_candidates(base, candidates)
     gains = scored.gains
 
-    def worth_asking(n: int) -> bool:
+    def may_exceed_penalty(n: int) -> bool:
         hypothesis = candidates[n].hypothesis
-        paid = bool(gains[n] >= TRIALS.asked * rules.least_cost(hypothesis))
-        return paid and rules.is_distinct(hypothesis, scored.own[n], gains[n], frame.settings)
+        exceeds = bool(gains[n] >= TRIALS.asked * criterion.least_penalty(hypothesis))
+        return exceeds and criterion.is_distinct(hypothesis, scored.independent[n], gains[n], problem.settings)
 
-    return likeliest(scored, candidates, frame.settings.shortlist, worth_asking)
+    return best_candidates(scored, candidates, problem.settings.shortlist, may_exceed_penalty)
 
 
-def with_separation(
-    selected: Selected, frame: Frame, rules: Rules, coefficients: Sequence[str], told: Callable[[str], None]
-) -> Selected | None:
-    """The structure with flow separation beside what it has, where that pays its price; else None."""
+def with_flow_separation(
+    selected: SelectedStructure,
+    problem: RegressionProblem,
+    criterion: SelectionCriterion,
+    coefficients: Sequence[str],
+    log: Callable[[str], None],
+) -> SelectedStructure | None:
+    """The structure with flow separation, where that exceeds its penalty; else None."""
     best: tuple[float, Estimate, Hypothesis] | None = None
-    for hypothesis in separation_hypotheses(frame, selected.estimate, coefficients):
+    for hypothesis in separation_hypotheses(problem, selected.estimate, coefficients):
         found = estimate(
-            frame, joined(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
+            problem, with_hypothesis(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
         )
-        net = found.gain_over(selected.estimate) - rules.price(hypothesis)
-        told(f"  separation {net:.1f} at {found.point.effects[-1].values}")
+        net = found.gain_over(selected.estimate) - criterion.penalty(hypothesis)
+        log(f"  separation {net:.1f} at {found.point.effects[-1].values}")
         active = found.point.effects[-1]
-        stands = within_strengths(active) and is_breakdown(active)
-        if net > 0.0 and stands and (best is None or net > best[0]):
+        is_valid = is_within_signed_limits(active) and is_breakdown(active)
+        if net > 0.0 and is_valid and (best is None or net > best[0]):
             best = net, found, hypothesis
     if best is None:
         return None
     net, found, hypothesis = best
-    entered = Chosen(hypothesis, kinematic=False, gain=net + rules.price(hypothesis))
-    return Selected(found, (*selected.chosen, entered))
+    entered = SelectedEffect(hypothesis, kinematic=False, gain=net + criterion.penalty(hypothesis))
+    return SelectedStructure(found, (*selected.chosen, entered))
 
 
-def backward(
-    selected: Selected,
-    rules: Rules,
-    keep: Sequence[Hypothesis] = (),
-    told: Callable[[str], None] = lambda _text: None,
-) -> Selected:
-    """The structure without what no longer pays its price; `keep` stays."""
+def eliminate_by_penalty(
+    selected: SelectedStructure,
+    criterion: SelectionCriterion,
+    protected: Sequence[Hypothesis] = (),
+    log: Callable[[str], None] = lambda _text: None,
+) -> SelectedStructure:
+    """Backward elimination of effects whose gain is below their penalty; `protected` ones are retained."""
     while True:
-        worst: tuple[float, Peak, Chosen] | None = None
-        others = [each for each in selected.chosen if not any(each.hypothesis is one for one in keep)]
-        lone_ones = each_struck_out(selected, others, with_columns=not compares_all(selected.estimate.design))
-        for each, lone in zip(others, lone_ones, strict=True):
-            loss = selected.estimate.gain_over(lone) - rules.cost(each.hypothesis, selected.estimate.point)
-            if loss < 0.0 and (worst is None or loss < worst[0]):
-                worst = loss, lone, each
+        worst: tuple[float, Optimum, SelectedEffect] | None = None
+        others = [each for each in selected.chosen if not any(each.hypothesis is one for one in protected)]
+        reduced_fits = deletions(selected, others, with_columns=not uses_no_instruments(selected.estimate.design))
+        for each, reduced in zip(others, reduced_fits, strict=True):
+            net = selected.estimate.gain_over(reduced) - criterion.penalty_at(each.hypothesis, selected.estimate.point)
+            if net < 0.0 and (worst is None or net < worst[0]):
+                worst = net, reduced, each
         if worst is None:
             return selected
-        told(f"  leaves {worst[2].hypothesis.label} {worst[0]:.1f}")
-        selected = Selected(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
+        log(f"  eliminated {worst[2].hypothesis.label} {worst[0]:.1f}")
+        selected = SelectedStructure(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
 
 
 def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
-    """Whether each recording by itself gives an instrument's number within a few deviations of every other's."""
-    places = [
+    """Whether estimates of an instrument error from each record alone agree within a few standard deviations."""
+    indices = [
         p
         for p, unknown in enumerate(found.design.unknowns)
         if unknown[0] == "effect" and found.point.effects[int(str(unknown[1]))].name == hypothesis.effects[0].name
     ]
     recordings = sorted({recording for recording, _ in found.design.segments})
-    if len(recordings) < 2 or len(places) != 1:
+    if len(recordings) < 2 or len(indices) != 1:
         return True
-    settings = found.frame.settings
-    column = found.design.columns[:, places[0]]
-    _, effect, number = found.design.unknowns[places[0]]
+    settings = found.problem.settings
+    column = found.design.columns[:, indices[0]]
+    _, effect, number = found.design.unknowns[indices[0]]
     active = found.point.effects[int(str(effect))]
     distance = abs(active.values[int(str(number))] - active.effect.parameters[int(str(number))].null)
     split = np.zeros((column.size, len(recordings)))
     for s, (recording, _) in enumerate(found.design.segments):
         rows = found.design.rows(s)
         split[rows, recordings.index(recording)] = column[rows]
-    keep = [p for p in range(len(found.design.unknowns)) if p != places[0]]
-    bare = replace(
+    protected = [p for p in range(len(found.design.unknowns)) if p != indices[0]]
+    reduced = replace(
         found.design,
-        columns=found.design.columns[:, keep],
-        unknowns=tuple(found.design.unknowns[p] for p in keep),
-        precisions=found.design.precisions[keep],
+        columns=found.design.columns[:, protected],
+        unknowns=tuple(found.design.unknowns[p] for p in protected),
+        precisions=found.design.precisions[protected],
     )
-    wide = bare.beside(split, [("alone", recording) for recording in recordings])
+    wide = reduced.extended(split, [("alone", recording) for recording in recordings])
     solved = solve(wide, found.solution.weights)
     covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]
     values = solved.values[-len(recordings) :]
     for i in range(len(recordings)):
         for j in range(i):
-            apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+            variance = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
             further = abs(values[i] - values[j]) - settings.agreement_share * distance
-            if further > settings.agreement * float(np.sqrt(max(apart, 1e-300))):
+            if further > settings.agreement * float(np.sqrt(max(variance, 1e-300))):
                 return False
     return True

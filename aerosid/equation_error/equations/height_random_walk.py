@@ -1,0 +1,34 @@
+"""Random walk of the integrated height by accelerometer and attitude noise: cosine modes with their prior sizes.
+
+Noise of density S_a [m^2/s^3] in the vertical acceleration is integrated twice, noise of density S_theta [rad^2 s] in
+the attitude once, at the airspeed: the error of the height path is an integrated random walk and a random walk
+(`integrated_noise`). An autoregression of a few poles cannot represent it together with the noise of the height sensor,
+and slow motion would be attributed to an error of the airspeed or height sensor.
+
+The mean flow angle of the path is that of the vane; after a mean gust w the rate of climb is in error by
+w V(t)/mean(V), which integrates to a straight line only while the airspeed is constant.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.integrated_noise import noise_density, random_walk_modes
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.running_integral import running_integral
+from aerosid.equation_error.settings import EquationErrorSettings
+
+Array = NDArray[np.float64]
+
+
+def height_random_walk(recording: Recording, time: Array, settings: EquationErrorSettings) -> Array:
+    """Modes (N, K + 1), m, of unit standard deviation each, at instants (N,) s."""
+    cosines, integrals, length = random_walk_modes(time, settings)
+    speed = float(np.mean(recording.as_measured("V")))
+    twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * integrals**2
+    once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * integrals
+    modes = cosines * np.hypot(twice, once)
+    airspeed = np.interp(time, recording.time, recording.as_measured("V"))
+    gust_mode = settings.drifts["h"] * running_integral(airspeed / airspeed.mean() - 1.0, float(time[1] - time[0]))
+    return np.column_stack([modes, gust_mode])

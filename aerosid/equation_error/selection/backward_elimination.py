@@ -1,0 +1,166 @@
+"""Backward elimination by corrected t-ratios, moderated tests over blocks and prediction of validation records."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+from aerosid.compiled.cores import mapped
+from aerosid.effects.aerodynamic_terms import is_symmetric
+from aerosid.effects.sudden import is_sudden
+from aerosid.equation_error.regression.design import uses_no_instruments
+from aerosid.equation_error.regression.estimate import Estimate, estimate, weights_restricted_to
+from aerosid.equation_error.regression.moderated_test import moderated_p_value
+from aerosid.equation_error.selection.block_cross_validation import block_residuals, blocks_of
+from aerosid.equation_error.selection.candidates import distinct_name
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
+from aerosid.equation_error.selection.cross_validation import (
+    PredictionResiduals,
+    StepColumns,
+    is_unconfirmed,
+    predicts_worse,
+    unexplained_rise,
+    validation_residuals,
+)
+from aerosid.equation_error.selection.level_shifts import (
+    further_level_shifts,
+    recurs_on_validation,
+    shift_columns,
+    shifts_of,
+)
+from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    estimate_without,
+    structure_without,
+)
+from aerosid.equation_error.selection.wald_tests import distances_from_null, least_significant
+
+Labels = tuple[tuple[str, str, str], ...]
+
+
+def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructure) -> tuple[SelectedStructure, Labels]:
+    """Backward elimination of a structure: the retained structure, and the labels refuted by validation records.
+
+    An effect is retained while it is significant on the identification records and does not worsen the prediction of
+    the validation records.
+    """
+    refuted: list[tuple[str, str, str]] = []
+    while True:
+        fitted = on_identification_records(search, selected)
+        replicated = functools.partial(is_replicated, selected, fitted)
+        removed = least_significant(fitted.estimate, selected.chosen, replicated) or _insignificant_by_blocks(
+            search, selected, fitted
+        )
+        if removed is None:
+            removed = _refuted(search, selected, fitted)
+            if removed is None:
+                return selected, tuple(refuted)
+            refuted.append(removed.hypothesis.label)
+        search.log(f"  eliminated: {removed.hypothesis.label}")
+        selected = structure_without(selected, removed)
+
+
+def on_identification_records(search: CoefficientSearch, selected: SelectedStructure) -> SelectedStructure:
+    """The structure re-estimated from the identification records alone."""
+    point = selected.estimate.point
+    weights = weights_restricted_to(selected.estimate, search.fitted, point)
+    return SelectedStructure(estimate(search.fitted, point, weights, steps=4), selected.chosen)
+
+
+def _insignificant_by_blocks(
+    search: CoefficientSearch, selected: SelectedStructure, fitted: SelectedStructure
+) -> SelectedEffect | None:
+    """The effect of highest p-value by the moderated test over blocks, if above its share of the false-alarm rate.
+
+    Step changes are excluded: they are single events by nature and were searched for at every instant. So are
+    instrument errors with kinematic evidence, and effects that a validation record requires by itself.
+    """
+    found, worst = selected.estimate, None
+    # Verified on longitudinal flights; with sideslip the penalty already lowers the false-alarm rate to a third.
+    if not uses_no_instruments(found.design) or "v" in found.point.model.axes.integrated:
+        return None
+    for each in selected.chosen:
+        hypothesis = each.hypothesis
+        if (
+            any(is_sudden(active) for active in hypothesis.effects)
+            or distinct_name(hypothesis) in search.criterion.evidence
+        ):
+            continue
+        p_value = min(
+            (
+                moderated_p_value(found.design, found.solution, index, distance)
+                for index, distance in distances_from_null(found, hypothesis)
+            ),
+            default=0.0,
+        )
+        excess = p_value / search.criterion.allowed_false_alarm(hypothesis)
+        if excess > 1.0 and (worst is None or excess > worst[0]) and not is_needed(selected, fitted, each):
+            worst = excess, each
+    return worst[1] if worst is not None else None
+
+
+def _refuted(
+    search: CoefficientSearch, selected: SelectedStructure, fitted: SelectedStructure
+) -> SelectedEffect | None:
+    """The effect of least gain without which a validation coefficient, or a left-out block, is predicted better."""
+    if not selected.chosen:
+        return None
+    completed = fitted.estimate
+    settings = completed.problem.settings
+    predicted, threshold = _predictor(selected, completed)
+    known_shifts = shifts_of(selected.estimate)
+    steps = shift_columns(selected.estimate)
+    after = predicted(completed, steps)
+    further = functools.cache(lambda: further_level_shifts(selected.estimate, search.coefficients, search.criterion))
+
+    def is_refuted_by_prediction(each: SelectedEffect) -> bool:
+        reduced = estimate_without(fitted, each)
+        before = predicted(reduced, steps)
+        if predicts_worse(before, after, threshold, settings.least_rise):
+            if recurs_on_validation(
+                (*known_shifts, *(found.point.effects[-1] for found in further())), each.hypothesis
+            ):
+                return False
+            # A step change in the validation record alone must not refute another effect.
+            all_shifts = shift_columns(selected.estimate, further())
+            predictions = predicted(reduced, all_shifts), predicted(completed, all_shifts)
+            if not further() or predicts_worse(*predictions, threshold, settings.least_rise):
+                return True
+        sideways = [coefficient for coefficient, _ in each.hypothesis.entries if not is_symmetric(coefficient)]
+        return any(is_unconfirmed(before, after, coefficient) for coefficient in sideways)
+
+    tested = sorted(selected.chosen, key=lambda each: each.gain)
+    results = mapped(is_refuted_by_prediction, tested, until=lambda result: result)
+    return tested[len(results) - 1] if results[-1] else None
+
+
+def _predictor(
+    selected: SelectedStructure, completed: Estimate
+) -> tuple[Callable[[Estimate, StepColumns], PredictionResiduals], float]:
+    """Prediction residuals of validation records, or of left-out blocks if there are none, as function of an estimate.
+
+    Also returned is the threshold, in standard deviations of the mean square, for a rise to count.
+    """
+    settings, whole = completed.problem.settings, selected.estimate.problem
+    if all(recording.fitted for recording in whole.recordings):
+        blocks = blocks_of(completed)
+        threshold = settings.doubt if len(whole.recordings) > 1 else settings.block_doubt
+        return lambda found, _steps: block_residuals(found, blocks), threshold
+    return lambda found, steps: validation_residuals(whole, found, steps), settings.doubt
+
+
+def improves_prediction(selected: SelectedStructure, fitted: SelectedStructure) -> dict[tuple[str, str, str], bool]:
+    """Whether each effect improves the prediction of all validation coefficients together, by label.
+
+    `fitted`: the structure on the identification records. Empty without validation records or blocks.
+    """
+    predicted, _ = _predictor(selected, fitted.estimate)
+    steps = shift_columns(selected.estimate)
+    after = predicted(fitted.estimate, steps)
+    tested = selected.chosen if after else ()
+    better = mapped(
+        lambda each: unexplained_rise(predicted(estimate_without(fitted, each), steps), after) < 0.0, tested
+    )
+    return {each.hypothesis.label: result for each, result in zip(tested, better, strict=True)}

@@ -1,0 +1,189 @@
+"""Cross-validation on validation records: residual and R^2 of predicted coefficients with and without an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.design import design_of
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.signals.fit_statistics import theil
+
+Array = NDArray[np.float64]
+
+LAGS = 10
+"""Numerical: samples in the band over which the squares of residuals may be correlated."""
+
+
+@dataclass(frozen=True)
+class CoefficientFit:
+    """Fit of one coefficient of one record predicted from the measured motion, its constants fitted there.
+
+    `r2` in the band of the motion; `theil`: Theil's inequality coefficient.
+    """
+
+    recording: str
+    fitted: bool
+    coefficient: str
+    r2: float
+    theil: float
+
+
+@dataclass(frozen=True)
+class PredictionResidual:
+    """Prediction residual of one coefficient of one record, its constants fitted there.
+
+    `measured`, `residual` (n,): measured coefficient and residual about their means; `parameter_variance`: mean square,
+    on such a record, of the prediction's standard error due to the estimated parameters.
+    """
+
+    measured: Array
+    residual: Array
+    parameter_variance: float
+
+
+PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
+"""By record, or block of one, and coefficient."""
+
+
+StepColumns = Mapping[tuple[int, str], Array]
+"""Regressors of the level shifts of a record, (n, k), by record and coefficient."""
+
+
+def prediction_residuals(
+    problem: RegressionProblem, found: Estimate, *, gusts: bool = True, steps: StepColumns = MappingProxyType({})
+) -> PredictionResiduals:
+    """Prediction residuals of each coefficient of every record with given estimates.
+
+    `gusts`: whether the response to the vane's difference from the inertial path is left in the residual, which no
+    model could predict. `steps`: level shifts, fitted like constants because they belong to one record.
+    """
+    design = design_of(problem.segments(found.point), problem.settings)
+    known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
+    rows_of = [found.design.unknowns.index(unknown) for unknown in known]
+    terms = [design.unknowns.index(unknown) for unknown in known]
+    covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
+    free = ("one", "drift") if gusts else ("one", "drift", "gust")
+    own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
+    random_walk = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "random_walk"]
+    result = {}
+    for s, (recording, equation) in enumerate(design.segments):
+        if equation not in COEFFICIENT:
+            continue
+        rows = design.rows(s)
+        target, slopes = design.target[rows], design.columns[rows][:, terms]
+        constant = design.columns[rows][:, own]
+        if (recording, equation) in steps:
+            constant = np.column_stack([constant, steps[recording, equation]])
+        residual, slopes = without_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
+        residual, slopes = without_random_walk(residual, slopes, design.columns[rows][:, random_walk])
+        parameter_variance = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
+        result[recording, equation] = PredictionResidual(target - target.mean(), residual, parameter_variance)
+    return result
+
+
+def without_constants(residual: Array, slopes: Array, own: Array) -> tuple[Array, Array]:
+    """A residual (n,) and columns (n, K) after regression on a constant and a record's `own` columns (n, C)."""
+    own = np.column_stack([np.ones(residual.size), own[:, np.any(own != 0.0, axis=0)]])
+    basis = np.linalg.svd(own, full_matrices=False)[0][:, : np.linalg.matrix_rank(own)]
+    return residual - basis @ (basis.T @ residual), slopes - basis @ (basis.T @ slopes)
+
+
+def without_random_walk(residual: Array, slopes: Array, modes: Array) -> tuple[Array, Array]:
+    """A residual (n,) and columns (n, K) after ridge regression on random-walk modes (n, M) of unit prior variance."""
+    modes = modes[:, np.any(modes != 0.0, axis=0)]
+    if not modes.size:
+        return residual, slopes
+    usual = modes.T @ modes + max(float(np.var(residual)), 1e-300) * np.eye(modes.shape[1])
+    taken = np.linalg.solve(usual, modes.T)
+    return residual - modes @ (taken @ residual), slopes - modes @ (taken @ slopes)
+
+
+def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
+    """R^2 and Theil's coefficient of every coefficient and record."""
+    rows = []
+    for (index, equation), each in prediction_residuals(problem, found).items():
+        recording, measured, residual = problem.recordings[index], each.measured, each.residual
+        total = max(float(measured @ measured), 1e-300)
+        inequality = theil(measured, measured - residual)
+        rows.append(
+            CoefficientFit(
+                recording.name,
+                recording.fitted,
+                equation,
+                1.0 - float(residual @ residual) / total,
+                inequality.coefficient if inequality else 0.0,
+            )
+        )
+    return tuple(rows)
+
+
+def validation_residuals(
+    problem: RegressionProblem, found: Estimate, steps: StepColumns = MappingProxyType({})
+) -> PredictionResiduals:
+    """Prediction residuals of the validation records with the response to gusts, unpredictable noise, removed."""
+    every = prediction_residuals(problem, found, gusts=False, steps=steps)
+    return {key: each for key, each in every.items() if not problem.recordings[key[0]].fitted}
+
+
+def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, threshold: float, least: float) -> bool:
+    """Whether a validation coefficient is predicted worse with an effect, without a larger gain in another.
+
+    Worse: the mean square rises by more than `threshold` standard deviations of its mean and by more than the
+    uncertainty of the parameters explains, and R^2 falls by more than `least`. `before` and `after` without gusts. An
+    effect that one coefficient needs shifts the derivatives of the others slightly, through gusts left in them.
+    """
+    worse: dict[int, bool] = {}
+    lost: dict[int, float] = {}
+    for (index, equation), each in after.items():
+        change = each.residual**2 - before[index, equation].residual ** 2
+        rise, power = float(change.mean()), float(np.mean(each.measured**2))
+        beyond = rise - each.parameter_variance
+        worse[index] = worse.get(index, False) or (
+            beyond > threshold * _deviation_of_mean(change) and beyond > least * power
+        )
+        lost[index] = lost.get(index, 0.0) + rise / max(power, 1e-300)
+    return any(worse[index] and lost[index] > 0.0 for index in worse)
+
+
+def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:
+    """Sum of the rises of the unexplained variance fractions of all validation coefficients."""
+    rises = [
+        float(np.mean(each.residual**2 - before[key].residual ** 2)) / max(float(np.mean(each.measured**2)), 1e-300)
+        for key, each in after.items()
+    ]
+    return float(sum(rises))
+
+
+def largest_reduction(before: PredictionResiduals, after: PredictionResiduals) -> float:
+    """The largest fractional reduction of a validation coefficient's residual variance by an effect."""
+    falls = [
+        1.0 - float(np.mean(each.residual**2)) / max(float(np.mean(before[key].residual ** 2)), 1e-300)
+        for key, each in after.items()
+    ]
+    return max(falls, default=0.0)
+
+
+def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coefficient: str) -> bool:
+    """Whether a term improves the prediction of its coefficient on no validation record; False without such records."""
+    falls = [
+        float(np.mean(before[key].residual ** 2 - each.residual**2))
+        for key, each in after.items()
+        if key[1] == coefficient
+    ]
+    return bool(falls) and max(falls) <= 0.0
+
+
+def _deviation_of_mean(values: Array) -> float:
+    """Standard error of the mean of a coloured series (Newey & West, 1987)."""
+    centred = values - values.mean()
+    total = float(centred @ centred)
+    for lag in range(1, min(LAGS, values.size - 1) + 1):
+        total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * float(centred[lag:] @ centred[:-lag])
+    return float(np.sqrt(max(total, 0.0))) / values.size

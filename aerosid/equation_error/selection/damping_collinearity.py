@@ -1,0 +1,89 @@
+"""Collinearity of pitch-rate and alphadot derivatives: the sum that manoeuvres determine, and its parts.
+
+A term of alphadot that the model lacks is absorbed by the others in proportion to the collinearity of its whitened
+column (omitted-variable bias: Klein & Morelli, Aircraft System Identification, section 5.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.candidates import score_candidates, term_candidates
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.terms import parse_term
+
+MOMENT = "C_m"
+DAMPING, DOWNWASH = parse_term("q_hat"), parse_term("alpha_dot_hat")
+
+USUAL = (0.3, 0.5)
+"""Physical: C_m alphadot over C_m q of conventional aircraft, 1: downwash that reaches the tail late (Etkin & Reid,
+Dynamics of Flight, section 5.5, where both are tail terms and their ratio is the slope of the downwash)."""
+
+
+def downwash_prior(model: AerodynamicModel) -> Mapping[Entry, float]:
+    """Prior standard deviation about zero of the alphadot derivatives of coefficients with a pitch-rate derivative, 1.
+
+    Both are due to the tail, the one being the slope of the downwash times the other: its largest usual size is one
+    standard deviation.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        With declared values; the estimated pitch-rate derivative is biased together with that of alphadot.
+
+    References
+    ----------
+    Etkin & Reid, Dynamics of Flight, section 5.5.
+    """
+    sizes = {coefficient: abs(model.value((coefficient, DAMPING))) for coefficient, _ in model.entries}
+    return {(coefficient, DOWNWASH): USUAL[1] * size for coefficient, size in sizes.items() if size > 0.0}
+
+
+@dataclass(frozen=True)
+class DampingCollinearity:
+    """Part of a C_m alpha_dot_hat missing from the model that C_m q_hat contains.
+
+    Attributes
+    ----------
+    value : float
+        The estimate of C_m q_hat, which is the sum.
+    aliased : float
+        Fraction of an alphadot derivative contained in it, 1.
+    independent : float
+        Fraction of alphadot's whitened column that no declared term explains, 1.
+    """
+
+    value: float
+    aliased: float
+    independent: float
+
+    @property
+    def parts(self) -> tuple[float, float]:
+        """C_m q_hat without the usual alphadot derivatives, the smaller size first."""
+        own = sorted((self.value / (1.0 + self.aliased * ratio) for ratio in USUAL), key=abs)
+        return own[0], own[1]
+
+
+def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
+    """The part of C_m alpha_dot_hat in C_m q_hat; None where both or neither are modelled, or both are identifiable."""
+    damping: tuple[object, ...] = ("term", (MOMENT, DAMPING))
+    downwash = (MOMENT, DOWNWASH)
+    if damping not in found.design.unknowns or downwash in found.point.free:
+        return None
+    omitted = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
+    candidates = term_candidates(found.problem, found, [omitted])
+    (own,) = score_candidates(found, candidates).independent
+    if own >= found.problem.settings.distinct:
+        return None
+    white = whiten(found.design, candidates[0].columns, found.solution.weights)
+    sensitivities = found.solution.covariance @ (found.solution.slopes.T @ white)
+    index = found.design.unknowns.index(damping)
+    return DampingCollinearity(
+        float(found.solution.values[index]), float(np.asarray(sensitivities)[index, 0]), float(own)
+    )

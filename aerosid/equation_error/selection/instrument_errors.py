@@ -1,0 +1,308 @@
+"""Flight-path reconstruction: instrument errors identified from the kinematic equations of all records jointly."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, PositionEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sensor_position import farthest_place
+from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, VANE_OF
+from aerosid.equation_error.equations.points import Point, Unknown
+from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    RegressionProblem,
+    effect_sensitivities,
+    estimate,
+    free_parameters,
+    linear_values,
+)
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.alternatives import with_replacements
+from aerosid.equation_error.selection.candidates import (
+    distinct_name,
+    is_instrument_error,
+    position_hypotheses,
+    with_aircraft_limits,
+    with_plausible_limits,
+)
+from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck, choose_by_coefficients
+from aerosid.equation_error.selection.joint_time_delays import JointDelays, free_values
+from aerosid.equation_error.selection.pairwise_selection import add_pair
+from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for
+from aerosid.equation_error.selection.redundancy import share_a_distance
+from aerosid.equation_error.selection.stepwise import forward_selection, recordings_agree, structure_key
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, structure_without
+from aerosid.equation_error.selection.time_origin import with_other_time_origin
+from aerosid.equation_error.selection.wald_tests import least_significant
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LONGITUDINAL
+
+Array = NDArray[np.float64]
+
+ANGULAR_ACCELERATIONS = ("p_dot", "q_dot", "r_dot")
+"""Channels that no equation compares: moments are obtained from the derivatives of the angular rates."""
+
+USUAL = EquationErrorSettings()
+"""Default settings of a loop."""
+
+TAUTOLOGICAL = frozenset({"C_X", "C_Z", "C_L", "C_D"})
+"""Coefficients in which a term of alphadot only restates a_z = V (alphadot - q), whatever the aerodynamics."""
+
+
+@dataclass(frozen=True)
+class InstrumentErrors:
+    """Instrument errors identified by the kinematic equations of a set of records.
+
+    Attributes
+    ----------
+    start : Point
+        The declared model, the starting point of the search in the coefficients.
+    hypotheses : tuple of Hypothesis
+        All hypotheses, with their limits.
+    declared : Estimate
+        The kinematic equations with the declared instrument errors only.
+    selected : SelectedStructure
+        The instrument errors, estimated from the kinematic equations.
+    criterion : SelectionCriterion
+        By which they were selected, the prior odds shared among all hypotheses.
+    """
+
+    start: Point
+    hypotheses: tuple[Hypothesis, ...]
+    declared: Estimate
+    selected: SelectedStructure
+    criterion: SelectionCriterion
+
+    @property
+    def noise_ratio(self) -> float:
+        """The largest kinematic residual over the in-band noise predicted from successive differences, if white.
+
+        About one where white noise is all that is left; moving air, coloured noise and records filtered after the
+        flight leave more. White noise has the same power at each frequency, so that a band of n of N samples has the
+        square root of n/N of its standard deviation.
+        """
+        found = self.selected.estimate
+        ratios = []
+        for s, (index, channel) in enumerate(found.design.segments):
+            recording, residual = found.problem.recordings[index], found.solution.residuals[found.design.rows(s)]
+            noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
+            in_band = noise * float(np.sqrt(residual.size / recording.time.size))
+            ratios.append(float(np.std(residual)) / max(in_band, 1e-300))
+        return max(ratios, default=0.0)
+
+
+def is_testable(hypothesis: Hypothesis) -> bool:
+    """Whether the equations can test a hypothesis; step changes are searched for separately."""
+    if hypothesis.time is not None or hypothesis.where in ANGULAR_ACCELERATIONS:
+        return False
+    return not any(c in TAUTOLOGICAL and "alpha_dot_hat" in term.variables for c, term in hypothesis.entries)
+
+
+def exceeds_mean_gust(found: Estimate, hypothesis: Hypothesis) -> bool:
+    """Whether the last bias of a vane exceeds the mean that gusts may have over a record.
+
+    In terms of the standard error of the mean of a first-order autoregression with the residual's size and memory.
+    """
+    vanes = set(VANE_OF.values())
+    if hypothesis.kind != "sensor_bias" or hypothesis.where not in vanes:
+        return True
+    standard_deviation = 0.0
+    for s, (_, channel) in enumerate(found.design.segments):
+        if channel == hypothesis.where:
+            residual = found.solution.residuals[found.design.rows(s)]
+            residual = residual - residual.mean()
+            memory = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
+            inflated = (1.0 + memory) / max(1.0 - memory, 1e-6)
+            standard_deviation = max(
+                standard_deviation, float(np.std(residual)) * np.sqrt(min(inflated / residual.size, 1.0))
+            )
+    (value, *_) = found.point.effects[-1].values
+    return abs(value) > found.problem.settings.deviations * standard_deviation
+
+
+def identify_instrument_errors(
+    model: AerodynamicModel,
+    free: Sequence[Entry],
+    given: Sequence[ActiveEffect],
+    hypotheses: Sequence[Hypothesis],
+    identification: Sequence[Manoeuvre],
+    validation: Sequence[Manoeuvre] = (),
+    settings: EquationErrorSettings = USUAL,
+    log: Callable[[str], None] = lambda _text: None,
+    length: float | None = None,
+) -> InstrumentErrors | None:
+    """Identify and estimate instrument errors by the kinematic equations; None where a record is too short.
+
+    Parameters
+    ----------
+    model : AerodynamicModel
+        The declared one, with columns for every candidate's channel.
+    free : sequence of Entry
+        Its terms that are estimated.
+    given : sequence of ActiveEffect
+        Declared effects with fixed parameters.
+    hypotheses : sequence of Hypothesis
+        Candidates.
+    identification, validation : sequence of Manoeuvre
+        The structure is determined from all of them, derivatives from the first alone.
+    log : callable
+        Receives a message for each effect that is added or removed.
+    length : float, optional
+        Of the aircraft, m: largest distance of a sensor from the centre of gravity; by default a multiple of its chord.
+    """
+    recordings = read_recordings(identification, validation, settings)
+    if any(recording.time_in_band.size < settings.fewest for recording in recordings):
+        return None
+    channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
+    given_names = {distinct_name(hypothesis) for hypothesis in hypotheses}
+    all_hypotheses = (*hypotheses, *(h for h in position_hypotheses(channels) if distinct_name(h) not in given_names))
+    testable = tuple(with_plausible_limits(h, model.constants.mean_chord) for h in all_hypotheses if is_testable(h))
+    start = Point(model, tuple(free), tuple(given))
+    problem = RegressionProblem(recordings, KINEMATIC, settings)
+    coefficients = CoefficientCheck(RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True), start)
+    error_free = initial = SelectedStructure(estimate(problem, start), ())
+    while True:
+        samples, alarm = error_free.estimate.design.target.size, settings.alarm(model.axes)
+        criterion = criterion_for(testable, samples, alarm, settings.factor_odds)
+        found, path = _searched(
+            initial, testable, criterion, coefficients, lambda found: _off_aircraft(found, length), log
+        )
+        off_aircraft = _off_aircraft(found, length)
+        if not off_aircraft:
+            break
+        log(f"  position outside the aircraft: {[hypothesis.label for hypothesis in off_aircraft]}")
+        names = set(map(distinct_name, off_aircraft))
+        testable = tuple(h for h in testable if distinct_name(h) not in names)
+        # Steps before the first of them would be repeated identically.
+        (*_, initial) = error_free, *itertools.takewhile(functools.partial(_has_none, names), path)
+    # Alternatives are limited to the aircraft's size from the start; a search may pass beyond it.
+    testable = tuple(with_aircraft_limits(h, model.constants.mean_chord, length) for h in testable)
+    return InstrumentErrors(start, testable, error_free.estimate, found, criterion)
+
+
+def _searched(
+    initial: SelectedStructure,
+    hypotheses: Sequence[Hypothesis],
+    criterion: SelectionCriterion,
+    coefficients: CoefficientCheck,
+    off_aircraft: Callable[[SelectedStructure], list[Hypothesis]],
+    log: Callable[[str], None],
+) -> tuple[SelectedStructure, list[SelectedStructure]]:
+    """Stepwise selection of instrument errors by the kinematic equations: selection, pairs, replacement, elimination.
+
+    Also returned are the intermediate structures of forward selection; the search ends early where the position of a
+    sensor is `off_aircraft`.
+    """
+    problem, model = initial.estimate.problem, initial.estimate.point.model
+    settings = problem.settings
+    sensors = [h for h in hypotheses if is_instrument_error(h)]
+
+    def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
+        agreed = recordings_agree(estimated, hypothesis)
+        if model.axes == LONGITUDINAL:
+            return agreed
+        return agreed and exceeds_mean_gust(estimated, hypothesis) and coefficients.admits(estimated, hypothesis)
+
+    steps = functools.partial(
+        forward_selection,
+        criterion=criterion,
+        hypotheses=sensors,
+        kinematic=True,
+        most=settings.most,
+        admitted=admitted,
+        log=log,
+    )
+    path = list(steps(initial))
+    found = path[-1]
+    visited = {structure_key(found)}
+    while (paired := add_pair(found, criterion, sensors, admitted, log)) is not None:
+        *_, found = steps(paired)
+        if structure_key(found) in visited:  # a pair that enters and is eliminated again would repeat endlessly
+            break
+        visited.add(structure_key(found))
+    if off_aircraft(found):
+        return found, path
+    found = with_replacements(found, sensors, criterion, admitted)
+    found = with_other_time_origin(found, sensors, criterion, admitted, log)
+    if initial.estimate.point.free:
+        may_replace = share_a_distance if model.axes == LONGITUDINAL else _any_error
+        found = choose_by_coefficients(found, sensors, criterion, coefficients, may_replace)
+    while (insignificant := least_significant(found.estimate, found.chosen)) is not None:
+        found = structure_without(found, insignificant)
+    return found, [initial]
+
+
+def _has_none(names: Collection[tuple[str, ...]], selected: SelectedStructure) -> bool:
+    """Whether a structure contains none of some hypotheses."""
+    return not any(distinct_name(each.hypothesis) in names for each in selected.chosen)
+
+
+def _off_aircraft(found: SelectedStructure, length: float | None) -> list[Hypothesis]:
+    """The selected sensor positions that are not on the aircraft."""
+    return [each.hypothesis for each in found.chosen if _is_off_aircraft(found, each, length)]
+
+
+def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
+    """Whether a selected sensor position is further from the centre of gravity than the aircraft extends."""
+    names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
+    chord = found.estimate.point.model.constants.mean_chord
+    positions = [active for active in found.estimate.point.effects if active.name in names]
+    return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in positions)
+
+
+def _any_error(_chosen: Hypothesis, _other: Hypothesis) -> bool:
+    return True
+
+
+def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
+    """The errors re-estimated from the identification records alone: biases differ from flight to flight."""
+    found = selected.estimate
+    fitted = tuple(recording for recording in found.problem.recordings if recording.fitted)
+    if len(fitted) == len(found.problem.recordings):
+        return selected
+    return SelectedStructure(estimate(replace(found.problem, recordings=fitted), found.point), selected.chosen)
+
+
+def with_instrument_errors(
+    errors: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
+) -> tuple[Estimate, Array]:
+    """The coefficients' estimate with the instrument errors among its unknowns, and the covariance of all.
+
+    Biases, scale factors and positions keep their kinematic estimates: gusts and unmodelled forces would bias them. The
+    uncertainty of all is propagated to the derivatives to first order. `confirmed`: unknowns replicated by a validation
+    record.
+    """
+    point = replace(found.point, effects=(*errors.effects, *found.point.effects[len(errors.effects) :]))
+    free = free_parameters(errors.effects)
+    covariance = corrected_covariance(found.design, found.solution, confirmed)
+    if not free:
+        return replace(found, point=point), covariance
+    columns = effect_sensitivities(found.problem, linear_values(found.design, found.solution), point, free)
+    white = whiten(found.design, columns, found.solution.weights)
+    sensitivities = -found.solution.covariance @ found.solution.slopes.T @ white
+    solution = replace(
+        found.solution,
+        values=np.append(found.solution.values, free_values(errors.effects)),
+        covariance=_joint(found.solution.covariance, sensitivities, errors.covariance),
+        slopes=np.column_stack([found.solution.slopes, white]),
+    )
+    design = found.design.extended(columns, [("effect", i, k) for i, k in free])
+    return Estimate(found.problem, point, design, solution), _joint(covariance, sensitivities, errors.covariance)
+
+
+def _joint(own: Array, sensitivities: Array, given: Array) -> Array:
+    """Covariance of unknowns with some sensitivities to given parameters, and of those parameters."""
+    return np.block(
+        [[own + sensitivities @ given @ sensitivities.T, sensitivities @ given], [given @ sensitivities.T, given]]
+    )

@@ -1,0 +1,117 @@
+"""Kinematic evidence of instrument errors that are significant only by kinematic and coefficient equations jointly.
+
+In moving air the time delay of a vane, the bias of a pitot tube or the position of a lateral accelerometer is a small
+part of the residual of its kinematic equation, and a large part of the residuals of the coefficients. Coefficients
+alone cannot identify an instrument error: unsteady lift has the same signature. Where kinematics support the error too,
+with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
+System Identification, eq. 5.31). Only the bias of airspeed is a candidate without kinematic evidence, and must agree
+with the kinematics: it acts on every coefficient by one parameter, where terms would need one each. The position of the
+lateral accelerometer is estimated from the coefficients alone where no vane measures sideslip: there its path is the
+accelerometer's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from aerosid.compiled.cores import mapped
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import PositionEffect
+from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.candidates import (
+    distinct_name,
+    effect_candidates,
+    linearised,
+    score_candidates,
+    with_hypothesis,
+    within_limits,
+)
+from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS
+from aerosid.equation_error.selection.penalties import KinematicEvidence, Name
+from aerosid.equation_error.selection.redundancy import non_redundant
+from aerosid.equation_error.selection.structure import SelectedStructure
+from aerosid.flight_model.axes import LONGITUDINAL, Axes
+
+SIDE_FORCE = "C_Y"
+"""The coefficient affected by the position of its accelerometer and of the sideslip vane."""
+
+
+def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothesis]) -> dict[Name, KinematicEvidence]:
+    """Kinematic estimates of instrument errors in addition to the identified ones, by distinct name."""
+    base, support = identified.estimate, identified.estimate.problem.settings.support
+    axes = base.point.model.axes
+    eligible = non_redundant([h for h in sensors if _is_eligible(h, axes)], identified.chosen)
+    candidates = effect_candidates(base.problem, base, eligible)
+    best: dict[Name, int] = {}
+    gains = score_candidates(base, candidates).gains
+    for n in np.argsort(-gains):
+        if gains[n] >= 0.5 * support or affects_all_coefficients(candidates[n].hypothesis):
+            best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
+
+    def fitted(n: int) -> KinematicEvidence | None:
+        trial, hypothesis = linearised(base, candidates[n])
+        found = estimate(base.problem, with_hypothesis(base.point, hypothesis), trial.weights, steps=5)
+        active, gain = found.point.effects[-1], found.gain_over(base)
+        covariance = corrected_covariance(found.design, found.solution)
+        covariance = covariance[-len(active.values) :, -len(active.values) :]
+        distance = active.values[0] - active.effect.parameters[0].null
+        # Time delays are positive; a position error may lie along any axis, and its gain is that of all axes.
+        distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
+        is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
+        is_significant = (is_significant and gain > support) or affects_all_coefficients(hypothesis)
+        if not (is_significant and within_limits(found, hypothesis)):
+            return None
+        # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
+        return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
+
+    fits = mapped(fitted, list(best.values()))
+    evidence = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
+    return _fewest_axes(evidence, support) | _unobserved_positions(identified, eligible)
+
+
+def _unobserved_positions(
+    identified: SelectedStructure, eligible: Sequence[Hypothesis]
+) -> dict[Name, KinematicEvidence]:
+    """Positions of the lateral accelerometer without a sideslip vane, on which kinematics contain no information."""
+    if VANE_OF[SIDE_FORCE] in {channel for _, channel in identified.estimate.design.segments}:
+        return {}
+    found = {}
+    for hypothesis in eligible:
+        if hypothesis.where == MEASURED_BY[SIDE_FORCE]:
+            values = hypothesis.effects[0].values
+            unbounded = np.diag(np.full(len(values), np.inf))
+            found[distinct_name(hypothesis)] = KinematicEvidence(values, unbounded, 0.0, 0.0)
+    return found
+
+
+def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
+    """Whether an error scales every coefficient by one parameter, as an error of dynamic pressure does and no term."""
+    return (hypothesis.kind, hypothesis.where) == ("sensor_bias", "V")
+
+
+def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
+    """Whether an error is a candidate of the coefficient equations.
+
+    Where sideslip is compared, only time delays and the positions of its sensors: wind affects the rest.
+    """
+    aside = SIDE_FORCE in axes.coefficients and _is_lateral_position(hypothesis)
+    return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or aside
+
+
+def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], support: float) -> dict[Name, KinematicEvidence]:
+    """Of each sensor the position error along the fewest axes that is supported within a difference in ln L."""
+    retained: dict[Name, KinematicEvidence] = {}
+    for name, row in sorted(evidence.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
+        if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in retained.items()):
+            retained[name] = row
+    return retained
+
+
+def _is_lateral_position(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is a position error of the lateral accelerometer or of the sideslip vane."""
+    where = (MEASURED_BY[SIDE_FORCE], VANE_OF[SIDE_FORCE])
+    return hypothesis.where in where and isinstance(hypothesis.effects[0].effect, PositionEffect)

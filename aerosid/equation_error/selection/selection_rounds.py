@@ -1,0 +1,89 @@
+"""Structure selection in the coefficient equations: rounds of forward selection and backward elimination."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from aerosid.equation_error.selection.backward_elimination import (
+    Labels,
+    eliminate_insignificant,
+    improves_prediction,
+    on_identification_records,
+)
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, select_with_level_shifts
+from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.prior_odds import likelihood_losses, with_raised_odds
+from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
+
+
+def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> tuple[SelectedStructure, Labels]:
+    """The structure selected by forward selection, replacement and backward elimination, and the refuted labels.
+
+    Each elimination may unmask other effects, so the search is continued; an eliminated effect cannot re-enter, neither
+    in addition nor as a replacement. Among the structures retained in the rounds that of highest penalised likelihood
+    is returned.
+    """
+    refuted: Labels = ()
+    eliminated: Labels = ()
+    most = initial.estimate.problem.settings.most
+    found = select_with_level_shifts(search, initial)
+    best: SelectedStructure | None = None
+    visited: set[frozenset[Label]] = set()
+    last = initial.estimate.problem.settings.rounds
+    for round_ in range(last + 1):
+        visited.add(frozenset(found.labels))
+        retained, refuted_now = eliminate_insignificant(search, found)
+        removed = found.labels_not_in(retained)
+        refuted, eliminated = (*refuted, *refuted_now), (*eliminated, *removed)
+        # A structure with an effect that was refuted in this round is not comparable.
+        is_comparable = best is not None and not set(best.labels) & set(refuted_now)
+        best = max(best, retained, key=search.penalised_likelihood) if best is not None and is_comparable else retained
+        if round_ == last:
+            break
+        eligible = search.hypotheses_except(refuted)
+        found = search.with_replacements(retained, eligible, excluded=eliminated)
+        if removed:
+            found = search.forward(found, eligible, most, excluded=eliminated)
+        names = frozenset(found.labels)
+        if names == frozenset(retained.labels) or names in visited:  # the next elimination would repeat an earlier one
+            break
+    assert best is not None
+    return best, refuted
+
+
+def add_terms_at_raised_odds(
+    search: CoefficientSearch, found: SelectedStructure, refuted: Labels, errors: slice
+) -> tuple[CoefficientSearch, SelectedStructure, Labels]:
+    """The structure with terms that are significant at raised prior odds of their coefficients, and refuted labels.
+
+    Applied to the selected structure: what it explains no longer contradicts the identified instrument errors. At
+    raised odds a term must in addition improve the prediction of records or blocks to which it is not fitted. `errors`:
+    slice of the point's effects that are identified instrument errors.
+    """
+    losses = likelihood_losses(found.estimate, errors)
+    if not losses:
+        return search, found, refuted
+    search.log("  likelihood losses " + ", ".join(f"{name} {loss:.1f}" for name, loss in losses.items()))
+    settings = found.estimate.problem.settings
+    search = replace(
+        search, criterion=with_raised_odds(search.criterion, search.hypotheses, losses, settings.contradicted)
+    )
+    eligible = [
+        hypothesis
+        for hypothesis in search.hypotheses_except(refuted)
+        if hypothesis.label in search.criterion.odds_factors
+    ]
+    grown = search.forward(found, eligible, settings.most, step_changes=False)
+    if grown is found:
+        return search, found, refuted
+    retained, refuted_now = eliminate_insignificant(search, grown)
+    new = retained.labels_not_in(found)
+    better = improves_prediction(retained, on_identification_records(search, retained))
+    for each in retained.chosen:
+        label = each.hypothesis.label
+        if label in new and not better.get(label, False):
+            search.log(f"  does not improve prediction: {label}")
+            retained = structure_without(retained, each)
+    if not retained.labels_not_in(found):
+        return search, found, refuted
+    return search, retained, (*refuted, *refuted_now)

@@ -1,0 +1,108 @@
+"""Selected structures, and re-estimates with one effect deleted at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from aerosid.compiled.cores import mapped
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
+
+STEPS = 4
+"""Numerical: Gauss-Newton steps at most of a structure with one effect less."""
+
+
+@dataclass(frozen=True)
+class SelectedEffect:
+    """A hypothesis that was selected, with its parameters at the estimate's point.
+
+    `kinematic`: whether it was identified by kinematics alone. `gain` in ln L when it entered.
+    """
+
+    hypothesis: Hypothesis
+    kinematic: bool
+    gain: float
+
+
+@dataclass(frozen=True)
+class SelectedStructure:
+    """A structure and its estimate; `chosen` in the order of the point's added effects and terms.
+
+    `cache`: re-estimates without and with replacements of each effect, kept as long as the structure.
+    """
+
+    estimate: Estimate
+    chosen: tuple[SelectedEffect, ...]
+    cache: dict[object, list[Any]] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Labels of the selected effects, in their order."""
+        return tuple(each.hypothesis.label for each in self.chosen)
+
+    def labels_not_in(self, other: SelectedStructure) -> tuple[Label, ...]:
+        """Labels of its effects that another structure lacks."""
+        cached = set(other.labels)
+        return tuple(label for label in self.labels if label not in cached)
+
+
+def penalised_likelihood(selected: SelectedStructure, criterion: SelectionCriterion) -> float:
+    """Ln L of a structure less the penalties of its effects."""
+    chosen = [each.hypothesis for each in selected.chosen]
+    return selected.estimate.log_likelihood - joint_penalty(criterion, selected.estimate.point, chosen)
+
+
+def point_without(point: Point, chosen: SelectedEffect) -> Point:
+    """The point without a hypothesis: its terms and effects removed."""
+    hypothesis = chosen.hypothesis
+    own = effects_of(point, hypothesis)
+    effects = tuple(active for active in point.effects if not any(active is one for one in own))
+    dropped = set(hypothesis.entries)
+    free = tuple(entry for entry in point.free if entry not in dropped)
+    return replace(point, model=point.model.without(dropped), free=free, effects=effects)
+
+
+def deletions(
+    selected: SelectedStructure, effects: Sequence[SelectedEffect], *, with_columns: bool = False
+) -> list[Optimum]:
+    """The structure without each of some effects, re-estimated; cached with the structure.
+
+    `with_columns`: with the columns of the effects' parameters, where more than the likelihood is needed.
+    """
+    found, problem = selected.estimate, selected.estimate.problem
+
+    def cached(each: SelectedEffect) -> Optimum | None:
+        peaks = selected.cache.get(("without", each.hypothesis.label), (None,))
+        return peaks[0]
+
+    def reestimated(each: SelectedEffect) -> Optimum:
+        peak = cached(each) or maximise_likelihood(
+            problem, point_without(found.point, each), found.solution.weights, STEPS
+        )
+        return peak.with_columns() if with_columns else peak
+
+    def is_cached(each: SelectedEffect) -> bool:
+        peak = cached(each)
+        return peak is not None and (not with_columns or peak.has_columns)
+
+    missing = [each for each in effects if not is_cached(each)]
+    for each, peak in zip(missing, mapped(reestimated, missing, common=[problem]), strict=True):
+        selected.cache["without", each.hypothesis.label] = [peak]
+    return [selected.cache["without", each.hypothesis.label][0] for each in effects]
+
+
+def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estimate:
+    """The estimate of the structure without one effect."""
+    (peak,) = deletions(selected, [each], with_columns=True)
+    return peak.estimate
+
+
+def structure_without(selected: SelectedStructure, effect: SelectedEffect) -> SelectedStructure:
+    """The structure without one effect, re-estimated."""
+    return SelectedStructure(
+        estimate_without(selected, effect), tuple(each for each in selected.chosen if each is not effect)
+    )

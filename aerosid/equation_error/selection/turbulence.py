@@ -1,0 +1,109 @@
+"""Turbulence detection: vane residual over the inertial path, and the response of lift or side force to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
+
+Array = NDArray[np.float64]
+
+
+class GustSensors(NamedTuple):
+    """A vane, the force that responds to its gusts, and the terms of that response with their signs.
+
+    `kind`: of the effect, as in result.json.
+    """
+
+    kind: str
+    vane: str
+    force: str
+    slopes: dict[tuple[str, str], float]
+
+
+GUST_SENSORS = (
+    GustSensors("gust", "alpha", "C_Z", {("C_Z", "alpha"): 1.0, ("C_L", "alpha"): -1.0}),
+    GustSensors("side_gust", "beta", "C_Y", {("C_Y", "beta"): 1.0}),
+)
+
+
+@dataclass(frozen=True)
+class Turbulence:
+    """Gusts along one axis: standard deviation m/s and its standard error, scale m, force response over the expected.
+
+    `kind`: of the effect, as in result.json.
+    """
+
+    kind: str
+    sigma: float
+    sigma_error: float
+    length: float
+    response: float
+    response_error: float
+
+
+def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...]:
+    """The turbulence along each axis on which a vane's kinematic equation and its force agree.
+
+    `kinematic`: the estimate of the kinematic equations, `found` that of the coefficients. The residual of the flow
+    angle over the inertial path contains gusts and vane noise; the force responds to the gusts by its derivative.
+    """
+    gusts = (_along_axis(sensors, kinematic, found) for sensors in GUST_SENSORS)
+    return tuple(each for each in gusts if each is not None)
+
+
+def gust_fraction(kinematic: Estimate, vane: str) -> float:
+    """RMS of a vane's residual over the inertial path of the identification records, over its total RMS, 1.
+
+    In the band; infinite where no path of the vane was compared.
+    """
+    left, whole = 0.0, 0.0
+    for s, (n, channel) in enumerate(kinematic.design.segments):
+        recording = kinematic.problem.recordings[n]
+        if channel == vane and recording.fitted:
+            gusts = recording.band(recording.channels[vane])
+            left += float(np.mean(kinematic.solution.residuals[kinematic.design.rows(s)] ** 2))
+            whole += float(np.var(gusts))
+    return float(np.sqrt(left / whole)) if whole > 0.0 else float("inf")
+
+
+def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
+    """The turbulence along one axis; None where vane and force do not agree."""
+    model, design = found.point.model, found.design
+    slope = sum(
+        sensors.slopes.get((coefficient, str(term)), 0.0) * value
+        for (coefficient, term), value in zip(model.entries, model.values, strict=True)
+    )
+    if slope == 0.0 or ("gust", sensors.force) not in design.unknowns:
+        return None
+    index = design.unknowns.index(("gust", sensors.force))
+    response = float(found.solution.values[index]) / slope
+    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(slope)
+    # Vane noise reduces the estimated response unless it is small compared with the gusts.
+    settings = found.problem.settings
+    margin = settings.gust_answer * error
+    if response < settings.gust_certain * error or not 0.5 - margin < response < 1.0 + margin:
+        return None
+    winds: list[Array] = []
+    memories: list[float] = []
+    independent = 0.0
+    for n, recording in enumerate(found.problem.recordings):
+        if (n, sensors.vane) not in kinematic.design.segments or (n, sensors.force) not in design.segments:
+            continue
+        segment = kinematic.design.segments.index((n, sensors.vane))
+        gusts = kinematic.solution.residuals[kinematic.design.rows(segment)]
+        speed = float(np.mean(recording.as_measured("V")))
+        autocorrelation = float(gusts[1:] @ gusts[:-1]) / max(float(gusts @ gusts), 1e-300)
+        step = recording.interval * recording.band.step
+        memory = -step / float(np.log(np.clip(autocorrelation, 1e-3, 0.999)))
+        winds.append(gusts * speed)
+        memories.append(memory * speed)
+        independent += gusts.size * step / max(2.0 * memory, step)
+    sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(response, 1.0)))
+    error_of_sigma = sigma / float(np.sqrt(2.0 * max(independent, 2.0)))
+    return Turbulence(sensors.kind, sigma, error_of_sigma, float(np.median(memories)), response, error)

@@ -1,0 +1,60 @@
+"""Instrument errors that neither kinematics nor coefficients identify alone, on planted flights in gusts."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from equations_decided import identified
+from scipy.stats import chi2
+
+from aerosid.aircraft import load_aircraft
+from aerosid.equation_error.decision import decide
+from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
+from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 7400
+"""Of tests; published tables and trials begin elsewhere."""
+
+
+def test_the_gain_is_quadratic_about_the_kinematic_estimate() -> None:
+    support = KinematicEvidence((0.2,), np.array([[0.05**2]]), gain=7.0, credit=7.0)
+    assert support.gain_at((0.2,)) == 7.0
+    # One parameter: the fall of ln L is half of chi-square.
+    fall = 2.0 * (support.gain - support.gain_at((0.2 + 1.96 * 0.05,)))
+    assert chi2(1).sf(fall) == pytest.approx(0.05, abs=1e-3)
+    assert support.agrees((0.34,), 3.0)
+    assert not support.agrees((0.36,), 3.0)
+
+
+def test_a_pitot_bias_hidden_by_gusts_is_identified_jointly() -> None:
+    """The aircraft slows down: forces at a wrong dynamic pressure look like terms in the airspeed."""
+    body = BODIES[0]
+    bias = -0.08 * body.airspeed
+    wrong = Wrong(bias={"V": bias}, terms={("C_X", "1"): -0.02})
+    logs = [flown(name, body, SEEDS + n, air=0.5, wrong=wrong, seconds=45.0) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    errors = identified(aircraft, logs[:1], logs[1:])
+    assert not errors.selected.chosen
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    assert ("sensor_bias", "V", "") in kinematic_evidence(errors.selected, sensors)
+    (row,) = decide(errors, aircraft.coefficients).findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_bias", "V")
+    assert abs(row.value - bias) < 4.0 * row.std_error
+
+
+def test_a_pitot_bias_without_kinematic_evidence_is_identified_by_the_forces(tmp_path: Path) -> None:
+    """A glider's 1.66 m/s in gusts: with two terms of airspeed in its place C_m_delta_e is 30 standard errors off."""
+    written(tmp_path, [FIRST, 141, 4], 4)
+    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
+    aircraft = load_aircraft(tmp_path / "aircraft.toml")
+    errors = identified(aircraft, logs[:1], logs[1:])
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    shown = kinematic_evidence(errors.selected, sensors)["sensor_bias", "V", ""]
+    assert shown.gain < errors.selected.estimate.problem.settings.support
+    (row,) = decide(errors, aircraft.coefficients).findings
+    assert row.hypothesis.label == ("sensor_bias", "V", "")
+    assert abs(row.value - 1.66) < 3.0 * row.std_error

@@ -1,0 +1,62 @@
+"""Near-significant effects are reported with their values, and not selected."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from equations_decided import decided, identified
+
+from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.loop.methods import told_of_nearly_proven
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+BODY = BODIES[1]
+
+
+def with_lift_of_airspeed(size: float) -> EquationErrorDecision:
+    """Two flights whose lift depends a little on airspeed."""
+    aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
+    wrong = Wrong(terms={("C_Z", "V_hat"): size})
+    logs = [flown(name, BODY, 9320 + i, air=0.5, wrong=wrong) for i, name in enumerate("ab")]
+    return decided(aircraft, logs[:1], logs[1:])
+
+
+def test_a_near_significant_term_is_reported_with_its_value() -> None:
+    found = with_lift_of_airspeed(0.1)
+    assert not found.findings
+    (row,) = found.near_significant
+    assert row.hypothesis.label == ("aero_term", "C_Z", "V_hat")
+    assert abs(row.value - 0.1) < 2.0 * row.std_error
+    assert 0.5 * row.penalty <= row.gain < row.penalty
+    # A square of airspeed about its trim is twice the first power: the record cannot distinguish them.
+    assert ("aero_term", "C_Z", "V_hat^2") in {other.label for other in row.indistinguishable}
+    ((without_it, with_it),) = row.validation_fits
+    assert (without_it.recording, without_it.coefficient) == ("b", "C_Z")
+    assert with_it.r2 > without_it.r2
+    text = told_of_nearly_proven(row)
+    assert text.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
+    assert "C_Z V_hat^2 would do nearly as well" in text
+
+
+def test_selected_and_absent_effects_are_not_near_significant() -> None:
+    assert with_lift_of_airspeed(0.0).near_significant == ()
+    found = with_lift_of_airspeed(0.4)
+    assert [row.hypothesis.label for row in found.findings] == [("aero_term", "C_Z", "V_hat")]
+    listed = {row.hypothesis.label for row in (*found.findings, *found.alternatives)}
+    assert not listed & {row.hypothesis.label for row in found.near_significant}
+
+
+def test_the_penalty_of_an_instrument_error_counts_all_hypotheses() -> None:
+    """A scale factor of .993 is near-significant just below the penalty that one of .991 exceeds."""
+    aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
+    wrong = Wrong(scale={"theta": 0.993})
+    logs = [flown(name, BODY, 9320 + i, air=0.5, wrong=wrong) for i, name in enumerate("ab")]
+    errors = identified(aircraft, logs[:1], logs[1:])
+    (row,) = decide(errors, aircraft.coefficients).near_significant
+    assert row.hypothesis.label == ("sensor_scale", "q", "")
+    # Even odds cost half of ln N; the rest is the share in the false-alarm rate: smaller for products of factors.
+    settings, samples = row.estimate.problem.settings, row.estimate.design.target.size
+    factors = [sum(f.power for _, term in h.entries for f in term.factors) for h in errors.hypotheses]
+    shares = [settings.factor_odds ** max(n - 1, 0) for n in factors] + [settings.factor_odds] * 2
+    share = np.exp(0.5 * np.log(samples) - row.penalty) / settings.false_alarm
+    assert share == pytest.approx(1.0 / sum(shares), rel=0.02)
