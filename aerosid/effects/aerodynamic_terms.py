@@ -180,7 +180,7 @@ def _range(values: NDArray[np.float64]) -> float:
     return float(np.ptp(present)) if present.size else 0.0
 
 
-def searched_numbers(term: Term) -> int:
+def searched_parameters(term: Term) -> int:
     """How many numbers inside a term were chosen from the flight: its knots."""
     return sum(factor.shape == "pos" and factor.offset != 0.0 for factor in term.factors)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from aerosid.effects import ActiveEffect, EffectParameter
-from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.flight_model.aerodynamics import Entry
 
 
@@ -43,7 +43,7 @@ class Hypothesis:
     @cached_property
     def searched(self) -> int:
         """How many numbers inside its terms were chosen from the flight."""
-        return sum(searched_numbers(term) for _, term in self.entries)
+        return sum(searched_parameters(term) for _, term in self.entries)
 
     @property
     def is_plain_term(self) -> bool:

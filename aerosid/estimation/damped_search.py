@@ -18,7 +18,7 @@ UNDAMPED = 1e-3
 
 
 @dataclass(frozen=True)
-class _Aim:
+class _PredictedStep:
     """A step (M,) and what it promises.
 
     `size` its largest part, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L where
@@ -30,7 +30,7 @@ class _Aim:
     size: float
     variance: NDArray[np.float64]
     cost: float
-    promise: float
+    predicted_decrease: float
     settled: float
     level: float
 
@@ -39,17 +39,17 @@ def best_point(
     likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
 ) -> tuple[Point, bool]:
     """The best point, and whether the search came to rest."""
-    *_, end = ((point, False), *improving_points(likelihood, point, settings, hold_variance))
+    *_, end = ((point, False), *levenberg_marquardt(likelihood, point, settings, hold_variance))
     return end
 
 
-def improving_points(
+def levenberg_marquardt(
     likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool
 ) -> Iterator[tuple[Point, bool]]:
     """Levenberg-Marquardt step by step: the point, whether it is at rest (then the last one)."""
     damping = UNDAMPED
     for _ in range(settings.steps):
-        better = improved(likelihood, point, settings, hold_variance, damping)
+        better = levenberg_marquardt_step(likelihood, point, settings, hold_variance, damping)
         if better is None:
             return
         point, rest, damping = better
@@ -58,7 +58,7 @@ def improving_points(
             return
 
 
-def improved(
+def levenberg_marquardt_step(
     likelihood: Likelihood, point: Point, settings: RefinementSettings, hold_variance: bool, damping: float
 ) -> tuple[Point, bool, float] | None:
     """One step of Levenberg and Marquardt: the point, whether it is at rest, the damping of the next step.
@@ -74,31 +74,35 @@ def improved(
     known, share = False, 1.0
     rounds = 1 if disturbed else DAMPED_STEPS.weightings
     while True:
-        aim = _aim(point, active, damping, floor, rounds, share)
-        ahead = likelihood.moved(point, aim.step)
-        small = aim.size < settings.step_tolerance or aim.promise < settings.cost_tolerance
-        calm = hold_variance or aim.level < settings.variance_tolerance
+        predicted = _predicted_step(point, active, damping, floor, rounds, share)
+        ahead = likelihood.moved(point, predicted.step)
+        small = predicted.size < settings.step_tolerance or predicted.predicted_decrease < settings.cost_tolerance
+        calm = hold_variance or predicted.level < settings.variance_tolerance
         if small and calm and damping <= DAMPED_STEPS.trusted and not disturbed:
-            return point.shifted(*ahead, aim.variance, aim.promise - aim.settled), True, damping
-        trial = likelihood.evaluate(*ahead, aim.variance)
+            return (
+                point.shifted(*ahead, predicted.variance, predicted.predicted_decrease - predicted.settled),
+                True,
+                damping,
+            )
+        trial = likelihood.evaluate(*ahead, predicted.variance)
         settling = None if disturbed or share < 1.0 else floor
-        reached = np.inf if trial is None else _settled_cost(trial, settling)
-        if trial is not None and reached <= aim.cost + 1e-9 * abs(aim.cost):
+        reached = np.inf if trial is None else _concentrated_cost(trial, settling)
+        if trial is not None and reached <= predicted.cost + 1e-9 * abs(predicted.cost):
             break
-        trifle = aim.promise < DAMPED_STEPS.decides_nothing and not disturbed
-        if trial is not None and trifle and reached <= aim.cost + DAMPED_STEPS.decides_nothing:
+        trifle = predicted.predicted_decrease < DAMPED_STEPS.decides_nothing and not disturbed
+        if trial is not None and trifle and reached <= predicted.cost + DAMPED_STEPS.decides_nothing:
             break  # a rise by what is not exact in the comparison
         if rounds > 1:
             rounds = 1
             continue
-        if aim.level > 0.0 and not known:
+        if predicted.level > 0.0 and not known:
             # What was compared with is exact only at the point's own noise levels.
-            again = likelihood.evaluate(point.values, point.states, point.effects, aim.variance)
+            again = likelihood.evaluate(point.values, point.states, point.effects, predicted.variance)
             if again is None:
                 return None
             if again.cost > point.cost + 1e-9 * abs(point.cost):
                 # A disturbance explains what the outputs' noise would have had to: half the way, or none.
-                share = 0.5 * share if 0.5 * aim.level > DAMPED_STEPS.least_change else 0.0
+                share = 0.5 * share if 0.5 * predicted.level > DAMPED_STEPS.least_change else 0.0
                 continue
             point, known, share = again, True, 0.0
             if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
@@ -106,35 +110,39 @@ def improved(
         damping *= 10.0
         if damping > 1e10:
             return point, True, damping
-    fall = aim.cost - reached
-    rest = _is_at_rest(trial, aim, fall, settings, None if disturbed else floor)
+    fall = predicted.cost - reached
+    rest = _is_converged(trial, predicted, fall, settings, None if disturbed else floor)
     return trial, rest, max(damping * 0.1, 1e-12)
 
 
-def _is_at_rest(
-    point: Point, aim: _Aim, fall: float, settings: RefinementSettings, floor: NDArray[np.float64] | None
+def _is_converged(
+    point: Point,
+    predicted: _PredictedStep,
+    fall: float,
+    settings: RefinementSettings,
+    floor: NDArray[np.float64] | None,
 ) -> bool:
     """Whether a step that brought the cost down by `fall` decides nothing more; `floor`: of variances that are sought.
 
     The step's size is scaled by the information alone: at most a standard deviation per unit, less where parameters
     correlate.
     """
-    level, enough = aim.level, settings.variance_tolerance
+    level, enough = predicted.level, settings.variance_tolerance
     if floor is not None:
         left = float(np.max(np.abs(np.log(point.likeliest_variance(floor) / point.variance))))
         level, enough = min(level, left), 10.0 * enough
-    small = aim.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
+    small = predicted.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
     return bool(small) and level < enough
 
 
-def _aim(
+def _predicted_step(
     point: Point,
     active: NDArray[np.bool_],
     damping: float,
     floor: NDArray[np.float64] | None,
     rounds: int,
     share: float,
-) -> _Aim:
+) -> _PredictedStep:
     """The damped step to where the linearised problem is most likely, noise variances and parameters together.
 
     A step at fixed variances converges slowly where the structure is wrong: what one output gains is weighed as the
@@ -146,9 +154,9 @@ def _aim(
         point.quadratic, active, damping, least, floor is None, rounds, share, DAMPED_STEPS.settled
     )
     level = float(np.max(np.abs(np.log(variance / point.variance))))
-    return _Aim(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
+    return _PredictedStep(step, size, variance, point.cost + begun, begun - ended, begun - between, level)
 
 
-def _settled_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
+def _concentrated_cost(point: Point, floor: NDArray[np.float64] | None) -> float:
     """-2 ln L of a point with the noise variances at their maximum, where they are not held."""
     return point.cost if floor is None else point.cost_at(point.likeliest_variance(floor))

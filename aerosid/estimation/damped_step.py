@@ -111,7 +111,7 @@ def likeliest_step(
 
 
 @njit
-def promised_fall(about: Quadratic, active: NDArray[np.bool_], floor: NDArray[np.float64]) -> float:
+def predicted_decrease(about: Quadratic, active: NDArray[np.bool_], floor: NDArray[np.float64]) -> float:
     """Fall of -2 ln L, noise variances at their maximum before and after, that a full Gauss-Newton step promises."""
     places = np.flatnonzero(active)
     variance = likeliest_variance(about, about.squares, floor)

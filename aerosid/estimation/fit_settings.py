@@ -115,7 +115,7 @@ NOISE_SEARCH = NoiseSearchSettings()
 
 
 @dataclass(frozen=True)
-class ContestSettings:
+class CompetingFitSettings:
     """Which of several fits are followed to their end.
 
     Attributes
@@ -135,7 +135,7 @@ class ContestSettings:
     dealt_out: float = 0.1
 
 
-CONTEST = ContestSettings()
+COMPETING_FITS = CompetingFitSettings()
 """Of every contest."""
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation.damped_search import best_point
-from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
+from aerosid.estimation.fit_settings import COMPETING_FITS, USUAL, RefinementSettings
 from aerosid.estimation.likeliest_noise import likeliest_noise
 from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.likelihood_point import Point
@@ -256,7 +256,7 @@ def _led_in(
     is tried again at the end.
     """
     point = None
-    settings = replace(settings, steps=min(settings.steps, CONTEST.leading_steps))
+    settings = replace(settings, steps=min(settings.steps, COMPETING_FITS.leading_steps))
     for factor in (1e8, 1e6, 1e4, 1e3, 1e2, 1e1, 1.0):
         likelihood.held_to_data = factor
         point = likelihood.evaluate(values, states, effects, variance)

@@ -13,16 +13,16 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.coefficient_match import CoefficientRow
-from aerosid.search.backward_elimination import certain
+from aerosid.search.acceptance import accept
+from aerosid.search.backward_elimination import eliminate_on_final_estimate
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
-from aerosid.search.finding_rows import findings_of
-from aerosid.search.findings import Finding, each_once, labels, named
-from aerosid.search.gates import standing
-from aerosid.search.replacement import alternatives, exchange
+from aerosid.search.finding_evidence import findings_with_p_values
+from aerosid.search.findings import Finding, labels, named, unique_alternatives
+from aerosid.search.multi_start import multi_start_search
+from aerosid.search.replacement import alternatives_to_parts, replace_parts
 from aerosid.search.settings import AttributionSettings
-from aerosid.search.starts import searches
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import Unproven, unproven_terms
+from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
 
 USUAL = AttributionSettings()
 """The settings of a loop unless told otherwise."""
@@ -74,16 +74,16 @@ class Attribution:
     rounds: tuple[tuple[Score, ...], ...]
     refuted: tuple[tuple[str, str, str], ...] = ()
     filter_error: FilterError | None = None
-    unproven: tuple[Unproven, ...] = ()
+    suggested: tuple[SuggestedTerm, ...] = ()
     confirmed: tuple[Confirmed, ...] = ()
-    fallen: tuple[Finding, ...] = ()
+    eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
     shares: tuple[CoefficientRow, ...] = ()
-    again: Callable[[Refinement], Refinement] | None = None
+    re_estimator: Callable[[Refinement], Refinement] | None = None
 
-    def estimated_anew(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    def re_estimated(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
         """A structure with fewer free parts, by the estimator that the numbers are from."""
-        return refine_on(start, manoeuvres) if self.again is None else self.again(start)
+        return refine_on(start, manoeuvres) if self.re_estimator is None else self.re_estimator(start)
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -122,29 +122,40 @@ def attribute(
         Whether the instruments show gusts by kinematics alone: what is missing is then looked for beside them at first.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    made = searches(search, before, validation, moving_air=moving_air)
-    accepted = standing(search, before, made, validation)
+    results = multi_start_search(search, before, validation, moving_air=moving_air)
+    accepted = accept(search, before, results, validation)
     completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
     refuted = tuple(part.label for part in accepted.refuted)
-    unproven = unproven_terms(search, completed, refuted)
-    confirmed = confirmed_terms(search, completed, unproven, validation)
+    suggested = suggested_terms(search, completed, refuted)
+    confirmed = confirmed_terms(search, completed, suggested, validation)
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
         uncertainty = deviations(completed, manoeuvres)
-        unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
-    beside = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
-    uncertainty = widened(uncertainty, beside)
-    findings = findings_of(search, completed, uncertainty)
-    others = accepted.searched.others
+        suggested = tuple(each for each in suggested if each not in [stands.suggested for stands in confirmed])
+    with_forces = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
+    uncertainty = widened(uncertainty, with_forces)
+    findings = findings_with_p_values(search, completed, uncertainty)
+    alternatives = accepted.searched.alternatives
     if forces is not None and settings.instruments_compared:
         # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
-        others = (*others, *alternatives(search, completed))
+        alternatives = (*alternatives, *alternatives_to_parts(search, completed))
     elif forces is not None:
-        completed, others = exchange(search, completed, alike=True)
-        completed, uncertainty = certain(search, refine_on(completed, manoeuvres))
-        uncertainty = widened(uncertainty, beside)
-        findings = findings_of(search, completed, uncertainty)
-    others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
+        completed, alternatives = replace_parts(search, completed, alike=True)
+        completed, uncertainty = eliminate_on_final_estimate(search, refine_on(completed, manoeuvres))
+        uncertainty = widened(uncertainty, with_forces)
+        findings = findings_with_p_values(search, completed, uncertainty)
+    alternatives = unique_alternatives(
+        other for other in alternatives if other.instead_of in {named(label) for label in labels(findings)}
+    )
     return Attribution(
-        before, completed, uncertainty, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
+        before,
+        completed,
+        uncertainty,
+        findings,
+        alternatives,
+        results.plain.rounds,
+        refuted,
+        with_forces,
+        suggested,
+        confirmed,
     )

@@ -10,41 +10,43 @@ from aerosid.effects.sudden import is_sudden
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.findings import Part
-from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
+from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
 
-def pruned(search: StructureSearch, current: Refinement) -> Refinement:
+def eliminate_insignificant(search: StructureSearch, current: Refinement) -> Refinement:
     """The estimate without those added parts that corrected deviations cannot tell from its null value."""
-    while (reduced := without_the_weakest(search, current, search.rough_deviations(current))) is not None:
+    while (reduced := without_least_significant(search, current, search.quick_deviations(current))) is not None:
         current = reduced
     return current
 
 
-def certain(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
+def eliminate_on_final_estimate(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
     """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
     while True:
         uncertainty = deviations(completed, search.manoeuvres)
-        reduced = without_the_weakest(search, completed, uncertainty)
+        reduced = without_least_significant(search, completed, uncertainty)
         if reduced is None:
             return completed, uncertainty
         completed = refine_on(reduced, search.manoeuvres)
 
 
-def without_the_weakest(search: StructureSearch, current: Refinement, uncertainty: Deviations) -> Refinement | None:
+def without_least_significant(
+    search: StructureSearch, current: Refinement, uncertainty: Deviations
+) -> Refinement | None:
     """The estimate without the part that is most in doubt; None where none is."""
     parts = [part for part in search.parts(current, uncertainty) if not part.is_disturbance]
     for part in sorted(parts, key=lambda part: part.ratio):
         if part.ratio >= search.critical:
             break
-        reduced = search.without(current, [part])
-        if not is_shown_as_a_whole(
-            search, part, reduced.cost - current.cost, inflation_of(search, current, uncertainty, {part.label})
+        reduced = search.re_estimated_without(current, [part])
+        if not is_jointly_significant(
+            search, part, reduced.cost - current.cost, variance_inflation(search, current, uncertainty, {part.label})
         ):
             return reduced
     return None
 
 
-def is_shown_as_a_whole(search: StructureSearch, part: Part, loss: float, inflation: float) -> bool:
+def is_jointly_significant(search: StructureSearch, part: Part, loss: float, inflation: float) -> bool:
     """Whether an effect that one deviation cannot judge is shown by what striking it out costs.
 
     The deviation of a gain counts that its reach is unknown, though without a gain there is no reach: where the two
@@ -54,12 +56,12 @@ def is_shown_as_a_whole(search: StructureSearch, part: Part, loss: float, inflat
     if part.active is None or part.ratio == 0.0 or is_sudden(part.active):
         return False
     count = len(part.active.values)
-    if count < 2 and part.active.effect.kind not in UNLIKE_THEIR_SCORE:
+    if count < 2 and part.active.effect.kind not in NONLINEAR_KINDS:
         return False
     return loss / inflation > float(chdtri(count, search.settings.false_alarm / max(len(search.hypotheses), 1)))
 
 
-def inflation_of(
+def variance_inflation(
     search: StructureSearch, current: Refinement, uncertainty: Deviations, labels: set[tuple[str, str, str]]
 ) -> float:
     """By how much coloured residuals widen the variance of some parts at most, at least 1."""

@@ -18,13 +18,13 @@ from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.coefficient_match import explained_shares
 from aerosid.notation import number, with_deviation
-from aerosid.search.disturbance_search import in_forces
+from aerosid.search.disturbance_search import with_unmodelled_forces
 from aerosid.search.findings import Finding
 from aerosid.search.settings import SuggestionSettings
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import Unproven, reason
+from aerosid.search.suggested_terms import SuggestedTerm, reason
 
-OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+VALIDATION_ESTIMATE = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """Where the search among forces begins: a tenth of a deviation moves nothing."""
 
 
@@ -49,7 +49,7 @@ class Confirmed:
         Of the others' saying so by chance; counts how many terms they were asked about.
     """
 
-    suggested: Unproven
+    suggested: SuggestedTerm
     value: float
     std_error: float
     p_value: float
@@ -61,7 +61,7 @@ class Confirmed:
 
 
 def confirmed_terms(
-    search: StructureSearch, completed: Refinement, suggested: Sequence[Unproven], validation: Sequence[Manoeuvre]
+    search: StructureSearch, completed: Refinement, suggested: Sequence[SuggestedTerm], validation: Sequence[Manoeuvre]
 ) -> tuple[Confirmed, ...]:
     """The suggested terms that other flights show too.
 
@@ -74,15 +74,15 @@ def confirmed_terms(
     """
     if not validation:
         return ()
-    asked = float(-ndtri(search.settings.confirmed / max(len(suggested), 1)))
+    critical_ratio = float(-ndtri(search.settings.confirmed / max(len(suggested), 1)))
     found = []
     for each in suggested:
         try:
-            value, error = _on_its_own(search, completed, each, validation, asked)
+            value, error = _estimate_on_validation(search, completed, each, validation, critical_ratio)
         except EstimationError:
             continue
         ratio = np.sign(each.finding.value) * value / error
-        if ratio > asked and _predicts(search, completed, each, validation):
+        if ratio > critical_ratio and _explains_validation_coefficient(search, completed, each, validation):
             p_value = float(min(1.0, ndtr(-ratio) * len(suggested)))
             found.append(Confirmed(each, value, error, p_value))
     return tuple(found)
@@ -93,7 +93,7 @@ def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequ
     return refine_on(completed.with_terms(entries), search.manoeuvres)
 
 
-def told_of_confirmed(
+def note_on_confirmed(
     confirmed: Sequence[Confirmed],
     flights: Sequence[str],
     findings: Sequence[Finding] = (),
@@ -125,8 +125,12 @@ def told_of_confirmed(
     return sentences
 
 
-def _on_its_own(
-    search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre], asked: float
+def _estimate_on_validation(
+    search: StructureSearch,
+    completed: Refinement,
+    each: SuggestedTerm,
+    validation: Sequence[Manoeuvre],
+    critical_ratio: float,
 ) -> tuple[float, float]:
     """The term's number from other flights alone and its deviation; infinite where a first look is enough to refuse."""
     fuller = completed.with_terms([each.entry])
@@ -136,26 +140,30 @@ def _on_its_own(
         fuller.free,
         effects=[active for active in completed.effects if not is_sudden(active)],
         variance=completed.variance,
-        settings=OWN_NUMBERS,
+        settings=VALIDATION_ESTIMATE,
     )
     place = own.free.index(each.entry)
     value, white = own.model.value(each.entry), float(np.sqrt(own.covariance[place, place]))
-    if np.sign(each.finding.value) * value < asked * white:
+    if np.sign(each.finding.value) * value < critical_ratio * white:
         return 0.0, np.inf  # white residuals are the most that could be hoped for
-    other = StructureSearch(tuple(validation), search.hypotheses, search.stepping, own, search.settings, search.given)
-    forced = in_forces(other, own) if search.stepping else own
+    other = StructureSearch(
+        tuple(validation), search.hypotheses, search.step_coefficients, own, search.settings, search.declared_values
+    )
+    forced = with_unmodelled_forces(other, own) if search.step_coefficients else own
     uncertainty = deviations(forced, validation)
     return forced.model.value(each.entry), float(max(uncertainty.corrected[place], uncertainty.white[place]))
 
 
-def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre]) -> bool:
+def _explains_validation_coefficient(
+    search: StructureSearch, completed: Refinement, each: SuggestedTerm, validation: Sequence[Manoeuvre]
+) -> bool:
     """Whether the number of the fitted flights explains more of the coefficient that the others measured."""
     fuller = with_confirmed(search, completed, [each.entry])
-    place = BODY_AXES.get(each.entry[0], each.entry[0])
-    left = []
+    coefficient = BODY_AXES.get(each.entry[0], each.entry[0])
+    unexplained = []
     for manoeuvre in validation:
         pair = [(at.model, on_log(at, manoeuvre)) for at in (completed, fuller)]
-        rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == place]
-        left += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
-    without, beside = np.sum(left, axis=0) if left else (0.0, 0.0)
-    return bool(beside < search.settings.suggestion.less * without)
+        rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == coefficient]
+        unexplained += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
+    without, with_term = np.sum(unexplained, axis=0) if unexplained else (0.0, 0.0)
+    return bool(with_term < search.settings.suggestion.less * without)

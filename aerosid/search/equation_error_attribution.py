@@ -39,7 +39,7 @@ STATES_ALONE = RefinementSettings(steps=20, step_tolerance=0.03, variance_tolera
 
 
 @dataclass(frozen=True)
-class _Stands:
+class _SimulatedEstimate:
     """An estimate with its deviations, those of the effects by their place among the point's effects."""
 
     refinement: Refinement
@@ -61,14 +61,14 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     EstimationError
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
-    stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
+    simulated = _of_equations(decision.completed, decision.covariance, manoeuvres)
     declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
-    findings = [_finding(row, decision, stands) for row in decision.findings]
+    findings = [_finding(row, decision, simulated) for row in decision.findings]
     findings.extend(_gust(seen) for seen in decision.turbulence)
     return Attribution(
         declared,
-        stands.refinement,
-        stands.uncertainty,
+        simulated.refinement,
+        simulated.uncertainty,
         tuple(findings),
         tuple(_alternative(row, decision.asked) for row in decision.alternatives),
         (),
@@ -85,11 +85,11 @@ def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     return tuple(frozen(active) if isinstance(active.effect, PositionEffect) else active for active in effects)
 
 
-def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _Stands:
+def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _SimulatedEstimate:
     """The regression's estimate with the initial states and noise that its simulation needs."""
     point = found.point
     refinement = with_initial_states(point.model, point.free, _simulated(point.effects), manoeuvres, point.effects)
-    return _Stands(refinement, _deviations(found, covariance, refinement))
+    return _SimulatedEstimate(refinement, _deviations(found, covariance, refinement))
 
 
 def with_initial_states(
@@ -171,7 +171,7 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
     )
 
 
-def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Stands) -> Finding:
+def _finding(row: EvidenceFinding, decision: EquationErrorDecision, simulated: _SimulatedEstimate) -> Finding:
     """A finding with the numbers of the estimate that stands."""
     kind, where, term = row.hypothesis.label
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
@@ -179,16 +179,16 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, stands: _Sta
     errors, ratio = row.std_errors, row.ratio
     active = row.active
     if entry is not None:
-        place = stands.refinement.free.index(entry)
-        values = (stands.refinement.model.value(entry),)
-        errors = (float(stands.uncertainty.corrected[place]),)
+        place = simulated.refinement.free.index(entry)
+        values = (simulated.refinement.model.value(entry),)
+        errors = (float(simulated.uncertainty.corrected[place]),)
         ratio = abs(values[0]) / errors[0] if errors[0] > 0.0 else np.inf
     elif active is not None and not isinstance(active.effect, PositionEffect):
         place = decision.completed.point.effects.index(active)
-        first = sum(len(each.values) for each in stands.refinement.effects[:place])
-        active = stands.refinement.effects[place]
+        first = sum(len(each.values) for each in simulated.refinement.effects[:place])
+        active = simulated.refinement.effects[place]
         values = active.values
-        errors = tuple(float(e) for e in stands.uncertainty.effects[first : first + len(values)])
+        errors = tuple(float(e) for e in simulated.uncertainty.effects[first : first + len(values)])
     elif active is not None:
         values = active.values
     return Finding(
@@ -223,7 +223,7 @@ def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[t
     )
 
 
-def _alternative(row: Alternative, asked: int) -> Finding:
+def _alternative(row: Alternative, tested: int) -> Finding:
     """An alternative as the result lists it."""
     hypothesis: Hypothesis = row.hypothesis
     kind, where, term = hypothesis.label
@@ -236,7 +236,7 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
         time=None,
-        p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         instead_of=named(row.instead_of.label),

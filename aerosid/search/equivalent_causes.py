@@ -41,16 +41,16 @@ def _causes(finding: Finding, aircraft: Aircraft, manoeuvres: Sequence[Manoeuvre
     """The arm that would do what a finding does, where there is one."""
     if aircraft.span is None:
         return
-    said = finding.kind, finding.where, finding.term
+    label = finding.kind, finding.where, finding.term
     moment = aircraft.span * aircraft.wing_area * _mean(manoeuvres, _pressure)
-    if said == ("step_change", "C_n", ""):
+    if label == ("step_change", "C_n", ""):
         thrust = _mean(manoeuvres, lambda flight: _column(flight, "thrust"))
         if thrust > 0.0:
             yield _arm("thrust_asymmetry", "thrust", finding, moment / thrust)
-    elif said == ("step_change", "C_l", ""):
+    elif label == ("step_change", "C_l", ""):
         weight = GRAVITY * _mean(manoeuvres, lambda flight: _column(flight, "mass"))
         yield _arm("cg_shift", "y", finding, moment / weight)
-    elif said == ("aero_term", "C_n", "C_T"):
+    elif label == ("aero_term", "C_n", "C_T"):
         yield _arm("thrust_asymmetry", "thrust", finding, aircraft.span)
 
 

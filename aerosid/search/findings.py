@@ -117,7 +117,7 @@ class Finding:
     unseen_better: bool | None = None
 
 
-def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:
+def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") -> Finding:
     """A part with its evidence, one of so many hypotheses that were `asked`."""
     kind, where, term = part.label
     return Finding(
@@ -129,7 +129,7 @@ def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Fi
         std_error=part.std_error,
         unit=part.active.effect.parameters[0].unit if part.active is not None else "1",
         time=part.time,
-        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * tested)),
         gain=gain,
         instead_of=instead_of,
         parameters=part.parameters,
@@ -149,7 +149,7 @@ def named(label: tuple[str, str, str]) -> str:
     return f"{kind} of {where}" if where else kind
 
 
-def each_once(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def unique_alternatives(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Each alternative once, where it was first named, as the likeliest of its kind: at one of two moments, say."""
     best: dict[tuple[str, str, str, str], Finding] = {}
     for finding in findings:

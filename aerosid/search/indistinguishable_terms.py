@@ -22,10 +22,10 @@ from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.paper_chain import ChainSettings, feed
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, Part, found_among, labels, named
-from aerosid.search.settings import CoefficientRivalSettings
+from aerosid.search.findings import Finding, Part, finding_among, labels, named
+from aerosid.search.settings import IndistinguishableTermSettings
 
-USUAL = CoefficientRivalSettings()
+USUAL = IndistinguishableTermSettings()
 """The settings of a loop unless told otherwise."""
 
 RECORDED_RATE = "recorded_alpha_dot_hat"
@@ -37,7 +37,7 @@ FIT = RefinementSettings(steps=30, cost_tolerance=0.5, disturbances=False)
 
 
 @dataclass(frozen=True)
-class CoefficientRival:
+class IndistinguishableTerm:
     """A term that explains a coefficient as an effect does.
 
     Attributes
@@ -52,15 +52,15 @@ class CoefficientRival:
 
     coefficient: str
     finding: Finding
-    share: float
+    fraction: float
 
 
-def coefficient_rivals(
+def indistinguishable_terms(
     found: Attribution,
     manoeuvres: Sequence[Manoeuvre],
     hypotheses: Sequence[Hypothesis],
-    settings: CoefficientRivalSettings = USUAL,
-) -> list[CoefficientRival]:
+    settings: IndistinguishableTermSettings = USUAL,
+) -> list[IndistinguishableTerm]:
     """For each sensor or control effect that was found, the term that looks most like it in a coefficient alone.
 
     Notes
@@ -69,45 +69,45 @@ def coefficient_rivals(
     alphadot derivative. Equation error, as it is much used, sees no more; the motion as a whole usually tells the two
     apart, as the vane's lag shows in the accelerometers too. The engineer has to know both.
     """
-    sought = [
+    found_effects = [
         active
         for active in found.completed.effects
         if isinstance(active.effect, OutputEffect | InputEffect) and (*active.name, "") in labels(found.findings)
     ]
     terms = tuple(entry for h in hypotheses if h.is_plain_term for entry in h.entries)
     terms = tuple(entry for entry in terms if entry not in found.completed.free)
-    rivals: dict[tuple[str, Entry], CoefficientRival] = {}
-    for active in sought:
-        for coefficient, entry, share in _alike(found, active, manoeuvres, terms, settings):
+    rivals: dict[tuple[str, Entry], IndistinguishableTerm] = {}
+    for active in found_effects:
+        for coefficient, entry, fraction in _collinear_terms(found, active, manoeuvres, terms, settings):
             if (named((*active.name, "")), entry) not in rivals:
-                finding = _in_its_place(found, active, entry, manoeuvres, len(hypotheses))
+                finding = _replacement_finding(found, active, entry, manoeuvres, len(hypotheses))
                 if finding is not None:
-                    rivals[named((*active.name, "")), entry] = CoefficientRival(coefficient, finding, share)
+                    rivals[named((*active.name, "")), entry] = IndistinguishableTerm(coefficient, finding, fraction)
     return list(rivals.values())
 
 
-def told_of_rivals(rivals: Sequence[CoefficientRival]) -> list[str]:
+def note_on_indistinguishable_terms(rivals: Sequence[IndistinguishableTerm]) -> list[str]:
     """A sentence for each, for the notes."""
     return [
-        f"{rival.coefficient} alone does not tell {rival.finding.where} {rival.finding.term} from "
-        f"{rival.finding.instead_of}: the term explains {min(rival.share, 1.0):.0%} of what the effect explains there. "
-        f"All channels together {_says(rival.finding.gain)}."
-        for rival in rivals
+        f"{alternative.coefficient} alone does not tell {alternative.finding.where} {alternative.finding.term} from "
+        f"{alternative.finding.instead_of}: the term explains {min(alternative.fraction, 1.0):.0%} of what the effect explains there. "
+        f"All channels together {_likelihood_comparison(alternative.finding.gain)}."
+        for alternative in rivals
     ]
 
 
-def _says(gain: float) -> str:
+def _likelihood_comparison(gain: float) -> str:
     if gain < 0.0:
         return f"speak for the effect, by a log-likelihood difference 2Δln L of {number(-gain)}"
     return f"do not speak against the term (log-likelihood difference 2Δln L = {number(gain)} in its favour)"
 
 
-def _alike(
+def _collinear_terms(
     found: Attribution,
     active: ActiveEffect,
     manoeuvres: Sequence[Manoeuvre],
     terms: Sequence[Entry],
-    settings: CoefficientRivalSettings,
+    settings: IndistinguishableTermSettings,
 ) -> Iterator[tuple[str, Entry, float]]:
     """Coefficient, term and share of the best term in each coefficient that looks like an effect."""
     own = found.completed.free
@@ -125,13 +125,13 @@ def _alike(
             continue
         if not candidates:
             candidates = [_regression(found, out, manoeuvres, terms) for out in (active, None)]
-        won = before.squares - after.squares
-        shares = before.taken(candidates[0], rows, i) / won
-        more = after.taken(candidates[1], rows, i) / won
-        shares[~(more < settings.more)] = 0.0
-        best = int(np.argmax(shares)) if shares.size else 0
-        if shares.size and shares[best] > settings.as_good:
-            yield coefficient, terms[best], float(shares[best])
+        explained = before.squares - after.squares
+        fractions = before.variance_reductions(candidates[0], rows, i) / explained
+        additional = after.variance_reductions(candidates[1], rows, i) / explained
+        fractions[~(additional < settings.more)] = 0.0
+        best = int(np.argmax(fractions)) if fractions.size else 0
+        if fractions.size and fractions[best] > settings.as_good:
+            yield coefficient, terms[best], float(fractions[best])
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _regression(
 ) -> _Regression:
     """The regression on some entries, the records corrected for all effects but one."""
     completed = found.completed
-    entries = [(coefficient, _recorded(term)) for coefficient, term in entries]
+    entries = [(coefficient, _with_recorded_rate_variable(term)) for coefficient, term in entries]
     model = completed.model.with_columns([RECORDED_RATE]).extended(entries)
     places = [model.entries.index(entry) for entry in entries]
     numbers = np.array(model.values)
@@ -167,7 +167,7 @@ def _regression(
     return _Regression(measured, target, columns, logs)
 
 
-def _recorded(term: Term) -> Term:
+def _with_recorded_rate_variable(term: Term) -> Term:
     """The term with alphadot as the vane's record gives it, in place of what the equations make of the other terms."""
     rate = [replace(f, variable=RECORDED_RATE) if f.variable == "alpha_dot_hat" else f for f in term.factors]
     return replace(term, factors=tuple(rate))
@@ -191,7 +191,7 @@ class _Residual:
     """What a regression with a constant for each record leaves, (n,), and the directions that it took, (n, K)."""
 
     values: NDArray[np.float64]
-    taken_up: NDArray[np.float64]
+    basis: NDArray[np.float64]
 
     @classmethod
     def of(cls, regression: _Regression, rows: NDArray[np.bool_], i: int) -> _Residual:
@@ -200,27 +200,27 @@ class _Residual:
         columns = np.column_stack([constants, regression.columns[rows, i]])
         lengths = np.linalg.norm(columns, axis=0)
         columns = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
-        left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-        taken_up = left[:, sizes > 1e-10 * sizes[0]]
+        remaining, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+        basis = remaining[:, sizes > 1e-10 * sizes[0]]
         target = regression.target[rows, i]
-        return cls(target - taken_up @ (taken_up.T @ target), taken_up)
+        return cls(target - basis @ (basis.T @ target), basis)
 
     @property
     def squares(self) -> float:
         return float(self.values @ self.values)
 
-    def taken(self, candidates: _Regression, rows: NDArray[np.bool_], i: int) -> NDArray[np.float64]:
+    def variance_reductions(self, candidates: _Regression, rows: NDArray[np.bool_], i: int) -> NDArray[np.float64]:
         """By how much each further entry would lower the sum of squares, (K,)."""
         columns = np.nan_to_num(candidates.columns[rows, i])
         length = np.linalg.norm(columns, axis=0)
-        columns = columns - self.taken_up @ (self.taken_up.T @ columns)
-        left = np.sum(columns**2, axis=0)
-        apart = left > 1e-8 * length**2
-        return np.where(apart, (self.values @ columns) ** 2 / np.where(apart, left, 1.0), 0.0)
+        columns = columns - self.basis @ (self.basis.T @ columns)
+        remaining = np.sum(columns**2, axis=0)
+        independent = remaining > 1e-8 * length**2
+        return np.where(independent, (self.values @ columns) ** 2 / np.where(independent, remaining, 1.0), 0.0)
 
 
-def _in_its_place(
-    found: Attribution, active: ActiveEffect, entry: Entry, manoeuvres: Sequence[Manoeuvre], asked: int
+def _replacement_finding(
+    found: Attribution, active: ActiveEffect, entry: Entry, manoeuvres: Sequence[Manoeuvre], tested: int
 ) -> Finding | None:
     """A term in an effect's place; None where it cannot be flown.
 
@@ -234,10 +234,12 @@ def _in_its_place(
         return None
     error = float(deviations(fit, manoeuvres, quick=True).corrected[-1])
     part = Part(entry, None, fit.model.value(entry), 0.0, error)
-    return found_among(part, asked, completed.cost - fit.cost, named((*active.name, "")))
+    return finding_among(part, tested, completed.cost - fit.cost, named((*active.name, "")))
 
 
-def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival], reach: float) -> Attribution:
+def with_indistinguishable_terms(
+    found: Attribution, rivals: Sequence[IndistinguishableTerm], reach: float
+) -> Attribution:
     """What was found with those rivals among its alternatives that all channels together do not tell from it either.
 
     Parameters
@@ -247,6 +249,6 @@ def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival], reach: f
         notes give, and no alternative.
     """
     known = {(other.kind, other.where, other.term, other.instead_of) for other in found.alternatives}
-    new = [replace(rival.finding, worse_by=-rival.finding.gain, margin=reach) for rival in rivals]
+    new = [replace(alternative.finding, worse_by=-alternative.finding.gain, margin=reach) for alternative in rivals]
     new = [f for f in new if -f.gain <= reach and (f.kind, f.where, f.term, f.instead_of) not in known]
     return replace(found, alternatives=(*found.alternatives, *new))

@@ -125,7 +125,7 @@ class RefutationSettings:
 
 
 @dataclass(frozen=True)
-class OddSensorSettings:
+class InconsistentSensorSettings:
     """When a fault of one sensor, whose channel alone is left wrong, is no fault.
 
     Attributes
@@ -199,7 +199,7 @@ class SuggestionSettings:
 
 
 @dataclass(frozen=True)
-class CoefficientRivalSettings:
+class IndistinguishableTermSettings:
     """Terms that one coefficient alone cannot tell from a sensor's or a control's fault.
 
     Attributes
@@ -273,7 +273,7 @@ class AttributionSettings:
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     separation: SeparationSettings = field(default_factory=SeparationSettings)
     refutation: RefutationSettings = field(default_factory=RefutationSettings)
-    odd_sensor: OddSensorSettings = field(default_factory=OddSensorSettings)
+    odd_sensor: InconsistentSensorSettings = field(default_factory=InconsistentSensorSettings)
     replacement: ReplacementSettings = field(default_factory=ReplacementSettings)
     suggestion: SuggestionSettings = field(default_factory=SuggestionSettings)
-    coefficient_rivals: CoefficientRivalSettings = field(default_factory=CoefficientRivalSettings)
+    coefficient_rivals: IndistinguishableTermSettings = field(default_factory=IndistinguishableTermSettings)

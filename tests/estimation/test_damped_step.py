@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from aerosid.estimation.damped_step import Quadratic, likeliest_step, promised_fall
+from aerosid.estimation.damped_step import Quadratic, likeliest_step, predicted_decrease
 
 Array = NDArray[np.float64]
 FLOOR = np.full(8, 1e-12)
@@ -86,7 +86,7 @@ def test_the_promised_fall_is_that_of_the_concentrated_likelihood() -> None:
     step = np.linalg.solve(normal, sum(w * r @ x for (x, r), w in zip(rows, weights, strict=True)))
     wanted = concentrated(rows, np.zeros(6)) - concentrated(rows, step)
     fall = sum(r.size * (np.mean(r**2) - 1.0 - np.log(np.mean(r**2))) for _, r in rows)
-    found = promised_fall(about, ALL, FLOOR)
+    found = predicted_decrease(about, ALL, FLOOR)
     # Counted from the variances of the point, at which -2 ln L is not yet the least.
     assert found - fall == pytest.approx(wanted, rel=1e-6)
 

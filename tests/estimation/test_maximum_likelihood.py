@@ -20,9 +20,9 @@ from aerosid.compiled.cores import on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_delay
 from aerosid.errors import EstimationError
-from aerosid.estimation.contest import SentFit, contest
+from aerosid.estimation.competing_fits import TransferredFit, fit_competing_structures
 from aerosid.estimation.deviations import deviations
-from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
+from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine, whiten
@@ -214,7 +214,7 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
     starts.append(Start(disturbed(model), model.entries))
     settings = RefinementSettings(cost_tolerance=0.01)
     alone = [refine(start.model, manoeuvres, start.free, settings=settings) for start in starts]
-    together = contest(starts, manoeuvres, settings, [0.0] * len(starts))
+    together = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts))
     assert together[-1].converged
     assert together[-1].cost == pytest.approx(alone[-1].cost, abs=0.02)
     for own, among in zip(alone[:-1], together[:-1], strict=True):
@@ -232,13 +232,15 @@ def test_a_contest_over_two_cores_has_the_bits_of_one(
     fewer = (tuple(other for other in model.entries if other != e) for e in model.entries[:3])
     starts = [Start(model, model.entries, (late,)), *(Start(disturbed(model), free) for free in fewer)]
     settings = RefinementSettings(cost_tolerance=0.01)
-    alone = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
-    monkeypatch.setattr(sys.modules[contest.__module__], "CONTEST", replace(CONTEST, dealt_out=0.0))
+    alone = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
+    monkeypatch.setattr(
+        sys.modules[fit_competing_structures.__module__], "CONTEST", replace(COMPETING_FITS, dealt_out=0.0)
+    )
     with on_cores(2):
-        shared = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
+        shared = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
     assert alone[0].effects == shared[0].effects
     # What cannot be sent is done again here: as slow, with the same bits.
-    sent = pickle.loads(pickle.dumps(SentFit.of(alone[0])))
+    sent = pickle.loads(pickle.dumps(TransferredFit.of(alone[0])))
     assert sent.refinement(starts[0].model, starts[0].free, starts[0].effects).effects == alone[0].effects
     for one, other in zip(alone, shared, strict=True):
         assert (one.cost, one.converged) == (other.cost, other.converged)

@@ -23,7 +23,7 @@ from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
 from aerosid.search.attribution import USUAL, Attribution
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.separation_search import separation_at_first
+from aerosid.search.separation_search import search_separation_first
 from aerosid.search.structure_search import StructureSearch
 
 Array = NDArray[np.float64]
@@ -240,7 +240,7 @@ def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None
         *effect_hypotheses(model, [manoeuvre], LIGHT.coefficients),
     )
     search = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
-    found, _ = separation_at_first(search, before)
+    found, _ = search_separation_first(search, before)
     values = {active.name: active.values[0] for active in found.effects}
     assert set(values) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert values["flow_separation", "C_Z"] == pytest.approx(SEPARATION["alpha_star"], rel=0.1)

@@ -16,7 +16,7 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
-from aerosid.search.refutation import misfit, without_refuted
+from aerosid.search.cross_validation import eliminate_by_cross_validation, prediction_error
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.signals.noise import calmed
@@ -105,13 +105,13 @@ def test_a_term_that_predicts_the_other_flight_worse_is_refuted_and_true_ones_st
     completed = refine(wider, [manoeuvre], wider.entries)
     search = StructureSearch((manoeuvre,), (), LIGHT.coefficients, before, AttributionSettings())
     assert completed.cost < before.cost
-    held, refuted = without_refuted(completed, search, [other])
+    held, refuted = eliminate_by_cross_validation(completed, search, [other])
     assert {part.entry for part in refuted} <= set(false)
     assert refuted
     assert set(true) <= set(held.free)
-    assert misfit(held, [other]) < 0.9 * misfit(completed, [other])
+    assert prediction_error(held, [other]) < 0.9 * prediction_error(completed, [other])
     # Where nothing else was flown nothing can be refuted.
-    assert without_refuted(completed, search, []) == (completed, ())
+    assert eliminate_by_cross_validation(completed, search, []) == (completed, ())
 
 
 def test_what_only_the_other_flight_shows_is_not_called_nothing() -> None:

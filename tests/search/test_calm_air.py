@@ -9,7 +9,7 @@ from aerosid.effects.step_change import step_change
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.search.calm_air import without_moved
+from aerosid.search.calm_air import without_eliminated
 from aerosid.search.findings import Part
 
 EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
@@ -51,5 +51,5 @@ def test_a_part_is_struck_out_of_the_start_though_its_numbers_and_moment_have_mo
     begun = tuple(ActiveEffect(step_change(name, 6.8, 0.04), (3e-4, 6.8), "one") for name in ("C_n", "C_l"))
     moved = tuple(ActiveEffect(step_change(name, 7.7, 0.04), (1e-5, 7.7), "one") for name in ("C_n", "C_l"))
     gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)
-    assert without_moved(begun, (*moved, moved[1]), gone) == begun[1:]
-    assert without_moved(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun
+    assert without_eliminated(begun, (*moved, moved[1]), gone) == begun[1:]
+    assert without_eliminated(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, Truth, with_channels
 
-from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -81,14 +81,14 @@ def test_thrust_and_mach_are_asked_for_where_they_vary() -> None:
 def test_knots_lie_inside_the_flown_range() -> None:
     log = flown({}, duration=9.0)
     terms = {term for coefficient, term in candidate_entries(LIGHT, [log]) if coefficient == "C_m"}
-    knots = {factor.offset for term in terms for factor in term.factors if searched_numbers(term)}
+    knots = {factor.offset for term in terms for factor in term.factors if searched_parameters(term)}
     assert len(knots) == 3
     assert log["alpha"].min() < min(knots) < max(knots) < log["alpha"].max()
     assert all(knot == pytest.approx(round(knot, 2), abs=1e-12) for knot in knots)
     still = with_channels(log, alpha=0.02 + 0.001 * np.sin(log.time))
-    assert not any(map(searched_numbers, (term for _, term in candidate_entries(LIGHT, [still]))))
-    assert searched_numbers(parse_term("pos(alpha - 0.1)^2*delta_e")) == 1
-    assert searched_numbers(parse_term("pos(alpha)*abs(delta_e)")) == 0
+    assert not any(map(searched_parameters, (term for _, term in candidate_entries(LIGHT, [still]))))
+    assert searched_parameters(parse_term("pos(alpha - 0.1)^2*delta_e")) == 1
+    assert searched_parameters(parse_term("pos(alpha)*abs(delta_e)")) == 0
 
 
 def test_a_recorded_trim_is_named_as_the_channel_it_is() -> None:

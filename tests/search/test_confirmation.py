@@ -11,10 +11,10 @@ from scipy.stats import binom, norm
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.search.attribution import USUAL, attribute
-from aerosid.search.confirmation import Confirmed, confirmed_terms, told_of_confirmed, with_confirmed
+from aerosid.search.confirmation import Confirmed, confirmed_terms, note_on_confirmed, with_confirmed
 from aerosid.search.hypotheses import term_hypotheses
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import Unproven, unproven_terms
+from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
 
 DRAG = ("C_X", "alpha^2")
 WITH = Problem(undeclared={DRAG: 3.6})
@@ -22,12 +22,12 @@ WITHOUT = Problem(elevator="3211", amplitude=0.045)
 ELSEWHERE = replace(WITHOUT, undeclared=WITH.undeclared)
 
 
-def suggested() -> tuple[StructureSearch, Refinement, tuple[Unproven, ...]]:
+def suggested() -> tuple[StructureSearch, Refinement, tuple[SuggestedTerm, ...]]:
     model, manoeuvre = WITH.prepared(shaken(WITH.fly(), 5))
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     search = StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL)
-    return search, before, tuple(each for each in unproven_terms(search, before) if each.finding.where == "C_X")
+    return search, before, tuple(each for each in suggested_terms(search, before) if each.finding.where == "C_X")
 
 
 def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed, ...]:
@@ -44,7 +44,7 @@ def test_a_suggested_term_is_confirmed_by_a_flight_that_shows_it_by_itself() -> 
     assert drag.value == pytest.approx(3.6, abs=3.0 * drag.std_error)
     assert drag.value > 2.7 * drag.std_error
     assert drag.p_value < USUAL.confirmed
-    (sentence,) = told_of_confirmed([drag], ["another flight"])
+    (sentence,) = note_on_confirmed([drag], ["another flight"])
     assert "C_X alpha^2" in sentence
     assert "another flight" in sentence
     search, before, _ = suggested()
@@ -74,14 +74,14 @@ def test_what_another_flight_confirms_is_among_the_findings_with_the_chance_that
         for flights in ([], [other])
     )
     assert entry(*DRAG) not in alone.terms
-    assert [(each.finding.where, each.finding.term) for each in alone.unproven] == [DRAG]
+    assert [(each.finding.where, each.finding.term) for each in alone.suggested] == [DRAG]
     assert together.terms == (entry(*DRAG),)
     (drag,) = [finding for finding in together.findings if finding.entry is not None]
     assert drag.value == pytest.approx(0.15, abs=4.0 * drag.std_error)
     # The chance of that very number, three terms having been asked for, and not that of the other flight's.
     assert drag.p_value == pytest.approx(min(1.0, 6.0 * norm.sf(abs(drag.value) / drag.std_error)))
     assert together.confirmed[0].p_value < USUAL.confirmed
-    assert together.unproven == ()
+    assert together.suggested == ()
 
 
 @pytest.mark.slow

@@ -15,21 +15,26 @@ from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.attribution import USUAL, Attribution, attribute
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, told_of_rivals, with_rivals
+from aerosid.search.indistinguishable_terms import (
+    IndistinguishableTerm,
+    indistinguishable_terms,
+    note_on_indistinguishable_terms,
+    with_indistinguishable_terms,
+)
 
 LAG = 0.25
 
 QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 * s for c, s in NOISE.items()})
 
 
-def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[CoefficientRival]]:
+def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[IndistinguishableTerm]]:
     """What is found among terms and sensors' effects, and what one coefficient cannot tell from it."""
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     effects = effect_hypotheses(model, [manoeuvre])
     hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
     found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))
-    return found, coefficient_rivals(found, [manoeuvre], hypotheses)
+    return found, indistinguishable_terms(found, [manoeuvre], hypotheses)
 
 
 def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np.float64]) -> float:
@@ -60,16 +65,19 @@ def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> N
     plain = unexplained(log, log["alpha"])
     smooth = np.gradient(np.convolve(log["alpha"], np.ones(7) / 7.0, "same"), log.time)
     won = plain - unexplained(log, true)
-    assert moment.share == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
+    assert moment.fraction == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
     assert moment.finding.gain < -100.0
-    listed = with_rivals(found, rivals, np.inf).alternatives
+    listed = with_indistinguishable_terms(found, rivals, np.inf).alternatives
     assert ("C_m", "alpha_dot_hat") in {(other.where, other.term) for other in listed}
-    assert with_rivals(with_rivals(found, rivals, np.inf), rivals, np.inf).alternatives == listed
+    assert (
+        with_indistinguishable_terms(with_indistinguishable_terms(found, rivals, np.inf), rivals, np.inf).alternatives
+        == listed
+    )
     # What all channels together tell from the effect is a warning about one coefficient, and no alternative.
     worse = max(-rival.finding.gain for rival in rivals)
-    assert with_rivals(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
-    assert len(with_rivals(found, rivals, worse - 1.0).alternatives) < len(listed)
-    (sentence,) = [note for note in told_of_rivals(rivals) if note.startswith("C_m alone")]
+    assert with_indistinguishable_terms(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
+    assert len(with_indistinguishable_terms(found, rivals, worse - 1.0).alternatives) < len(listed)
+    (sentence,) = [note for note in note_on_indistinguishable_terms(rivals) if note.startswith("C_m alone")]
     assert "sensor_lag of alpha" in sentence
     assert "speak for the effect" in sentence
 

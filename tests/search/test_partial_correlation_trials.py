@@ -18,7 +18,7 @@ from aerosid.model_error.swept_model import Sweep
 from aerosid.search.partial_correlation.attribution import swept_start
 from aerosid.search.partial_correlation.screening import chords_of, screen
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
-from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, shortlisted, worth
+from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, net_gain, shortlisted
 
 MISSING = ("C_m", "alpha^2")
 SETTINGS = ModelErrorSearchSettings(kept_statistics=True)
@@ -34,7 +34,7 @@ def screened() -> tuple[Question, FlightSweeps, Sweep, list[Score]]:
     current = sweeps.estimate(swept_start(*arguments), sweeps=2)
     hypotheses = [h for h in asked.hypotheses("all") if all(is_seen(active) for active in h.effects)]
     scores = screen(sweeps, current, hypotheses, chords_of(hypotheses), SETTINGS, len(hypotheses))
-    return asked, sweeps, current, sorted(scores, key=lambda score: -worth(score, SETTINGS))
+    return asked, sweeps, current, sorted(scores, key=lambda score: -net_gain(score, SETTINGS))
 
 
 @pytest.mark.parametrize("label", [("aero_term", *MISSING), ("sensor_scale", "q", "")])

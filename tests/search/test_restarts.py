@@ -9,15 +9,15 @@ from equations_decided import questioned
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.contest import begun
+from aerosid.estimation.competing_fits import evaluated_starts
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Start, refine
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.restarts import profiled, worth_restarting
+from aerosid.search.restarts import profile_starts, restart_candidates
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import shortlisted, tried
+from aerosid.search.trial_fits import shortlisted, trial_fits
 
 
 @pytest.mark.parametrize("followed", [AttributionSettings().trials.profile_followed, 10])
@@ -33,7 +33,7 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) 
     usual = AttributionSettings()
     settings = replace(usual, trials=replace(usual.trials, profile_followed=followed))
     search = StructureSearch((manoeuvre,), tuple(delays), (), declared, settings, model)
-    (start,) = profiled(search, declared, delays, np.inf)
+    (start,) = profile_starts(search, declared, delays, np.inf)
     (active,) = start.effects
     assert active.values[0] == pytest.approx(0.4, rel=0.5)
 
@@ -41,7 +41,7 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) 
 def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -> None:
     model, manoeuvre = Problem().prepared(Problem().fly())
     free = tuple(model.entries)
-    (known,) = begun([Start(model, free)], [manoeuvre], TRIAL)
+    (known,) = evaluated_starts([Start(model, free)], [manoeuvre], TRIAL)
     assert known.start.point is not None
     point = known.start.point
     likelihood = Likelihood(model, (manoeuvre,), free)
@@ -58,8 +58,10 @@ def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -
         for squares, g, n in zip(point.squares, point.gradients, point.normals, strict=True)
     ]
     shown = point.counts > 0.0
-    promised = np.sum(point.counts[shown] * np.log(np.array(left)[shown] / point.counts[shown])) + point.counts.sum()
-    assert known.promised - point.cost == pytest.approx(promised - point.squares.sum(), rel=1e-6)
+    predicted_cost = (
+        np.sum(point.counts[shown] * np.log(np.array(left)[shown] / point.counts[shown])) + point.counts.sum()
+    )
+    assert known.predicted_cost - point.cost == pytest.approx(predicted_cost - point.squares.sum(), rel=1e-6)
 
 
 def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither() -> None:
@@ -69,9 +71,9 @@ def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither()
     offered = term_hypotheses(terms) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
     search = StructureSearch((manoeuvre,), offered, LIGHT.coefficients, fitted, AttributionSettings(), model)
     shortlist = shortlisted(search, search.scores(fitted))
-    trials = tried(search, fitted, shortlist)
-    level = min(map(search.price, trials))
-    again = worth_restarting(search, fitted, shortlist, trials, level)
+    trials = trial_fits(search, fitted, shortlist)
+    level = min(map(search.penalised_cost, trials))
+    again = restart_candidates(search, fitted, shortlist, trials, level)
     assert {score.hypothesis.label for score in shortlist if score.hypothesis.effects} <= {
         s.hypothesis.label for s in again
     }
@@ -80,4 +82,4 @@ def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither()
     assert left
     for entries in left:
         anew = refine(model.extended(entries), [manoeuvre], [*model.entries, *entries])
-        assert search.price(anew) > level
+        assert search.penalised_cost(anew) > level

@@ -110,8 +110,8 @@ def test_values_of_another_model_are_refused(search: tuple[StructureSearch, Refi
 def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[StructureSearch, Refinement]) -> None:
     """The own parameters are simulated anew in each turn; what stands between two hypotheses is never asked."""
     found, current = search
-    asked = found.open_hypotheses(current)
-    at = found.asking(current, asked)
+    asked = found.candidate_hypotheses(current)
+    at = found.with_candidate_columns(current, asked)
     whole = Linearised(at, found.manoeuvres, asked)
     samples = found.manoeuvres[0].flight.time.size
     parts = Linearised(at, found.manoeuvres, asked, room=8 * samples * (whole.own.size + 20))
@@ -152,8 +152,8 @@ def test_a_score_of_several_numbers_is_what_they_add_to_the_fall_of_all(
     search: tuple[StructureSearch, Refinement],
 ) -> None:
     found, current = search
-    asked = found.open_hypotheses(current)
-    about = Linearised(found.asking(current, asked), found.manoeuvres, asked)
+    asked = found.candidate_hypotheses(current)
+    about = Linearised(found.with_candidate_columns(current, asked), found.manoeuvres, asked)
 
     def fall(places: list[int]) -> float:
         scale = np.sqrt(np.diag(about.normal)[places])

@@ -25,7 +25,7 @@ from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import found_among
+from aerosid.search.findings import finding_among
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.search.partial_correlation.stepwise import Selection, select
 
@@ -78,7 +78,7 @@ def attribute_by_model_error(
     before, _ = _refinement(selection.before)
     completed, uncertainty = _refinement(selection.completed)
     findings = tuple(
-        replace(found_among(part, selection.asked, gain), p_value=p_value) for part, gain, p_value in selection.parts
+        replace(finding_among(part, selection.tested, gain), p_value=p_value) for part, gain, p_value in selection.parts
     )
     found = Attribution(before, completed, uncertainty, findings, selection.alternatives, selection.rounds)
     return found, selection
@@ -143,9 +143,9 @@ def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ..
     return tuple(np.clip(rms, settings.least_spread, settings.most_spread).tolist())
 
 
-def told_of_unseen(selection: Selection) -> list[str]:
+def note_on_unobservable(selection: Selection) -> list[str]:
     """What the method did not look for, in one sentence."""
-    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unseen, "flow_separation"))
+    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unobservable, "flow_separation"))
     sentence = (
         "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. No column in it stands for "
         f"{kinds}, which it was not asked for: use the default method for those."

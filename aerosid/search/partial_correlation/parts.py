@@ -52,7 +52,7 @@ def parts_of(current: Sweep, declared: SweptModel, distance: float) -> list[Part
     return found
 
 
-def wald_p_value(sweep: Sweep, parts: Sequence[Part], asked: int, samples: int) -> float:
+def wald_p_value(sweep: Sweep, parts: Sequence[Part], tested: int, samples: int) -> float:
     """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise.
 
     `asked` how many candidates; `samples` how many moments a sudden change may have.
@@ -60,16 +60,16 @@ def wald_p_value(sweep: Sweep, parts: Sequence[Part], asked: int, samples: int) 
     if any(part.is_disturbance for part in parts):
         return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
     places = [_place(sweep, part) for part in parts]
-    away = np.array([part.value - part.null for part in parts])
+    offsets = np.array([part.value - part.null for part in parts])
     covariance = sweep.fit.covariance[np.ix_(places, places)]
     if not np.isfinite(covariance).all():
         return 1.0
     # The moment of a sudden change was chosen among all samples.
-    looked_at = asked if all(part.time is None for part in parts) else max(asked, samples)
-    statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+    tested_count = tested if all(part.time is None for part in parts) else max(tested, samples)
+    statistic = float(offsets @ np.linalg.pinv(covariance, hermitian=True) @ offsets)
     if len(parts) == 1:
-        return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * looked_at))
-    return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * looked_at))
+        return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * tested_count))
+    return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * tested_count))
 
 
 def _place(sweep: Sweep, part: Part) -> int:
@@ -94,7 +94,9 @@ def apparent_mass(model: AerodynamicModel, first: Manoeuvre) -> float:
     )
 
 
-def is_believed(hypothesis: Hypothesis, step: Sequence[float], current: Sweep, first: Manoeuvre, most: float) -> bool:
+def has_plausible_apparent_mass(
+    hypothesis: Hypothesis, step: Sequence[float], current: Sweep, first: Manoeuvre, most: float
+) -> bool:
     """Whether the terms of a candidate, of these first-order numbers, leave the apparent mass below `most`."""
     model = current.swept.model
     further = sum(

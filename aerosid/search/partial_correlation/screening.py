@@ -23,18 +23,18 @@ from aerosid.signals.spectral_covariance import score_covariance
 Array = NDArray[np.float64]
 
 
-OF_SENSORS = OutputEffect, PositionEffect
+SENSOR_EFFECTS = OutputEffect, PositionEffect
 """Kinds of effect that lie between the motion and the record."""
 
-HOLDING_ERROR = *OF_SENSORS, BodyEffect
+EFFECTS_CONTAINING_D = *SENSOR_EFFECTS, BodyEffect
 """Kinds whose columns hold d(t) itself: that of the sensor's channel, that of the moment which turns the body."""
 
 
 @dataclass(frozen=True)
 class Chord:
-    """A hypothesis with its derivatives taken over the distance of one of its trial values; `of`: its place."""
+    """A hypothesis with its derivatives taken over the distance of one of its trial values; `place`: its index."""
 
-    of: int
+    place: int
     hypothesis: Hypothesis
     trial: int
 
@@ -59,7 +59,7 @@ def screen(
     hypotheses: Sequence[Hypothesis],
     chords: Sequence[Chord],
     settings: ModelErrorSearchSettings,
-    asked: int,
+    tested: int,
 ) -> list[Score]:
     """What the correlation of each candidate with d(t) is worth, by the chord that brings most.
 
@@ -80,15 +80,15 @@ def screen(
     samples = sum(manoeuvre.flight.time.size for manoeuvre in sweeps.flights.manoeuvres)
     room = max(settings.asked_at_once // samples, 1)
     for some in _in_batches(chords, room):
-        for chord, found in zip(some, _screened(sweeps, current, some, settings, asked), strict=True):
+        for chord, found in zip(some, _screened(sweeps, current, some, settings, tested), strict=True):
             gain, step, independence = found
-            known = best.get(chord.of)
+            known = best.get(chord.place)
             if known is None or gain > known.gain:
-                best[chord.of] = Score(hypotheses[chord.of], gain, step, independence, chord.trial)
+                best[chord.place] = Score(hypotheses[chord.place], gain, step, independence, chord.trial)
     return list(best.values())
 
 
-def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, asked: int) -> float:
+def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, tested: int) -> float:
     """Of a sensor's or the body's numbers by chance, their columns along the motion that controls and terms make.
 
     d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
@@ -109,27 +109,29 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
     asked : int
         How many candidates the search looks at (Bonferroni).
     """
-    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, HOLDING_ERROR)}
+    entered = {
+        (active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, EFFECTS_CONTAINING_D)
+    }
     places: list[int] = []
-    away: list[float] = []
+    offsets: list[float] = []
     place = len(trial.swept.free)
     for active in trial.swept.effects:
         if (active.name, active.log) in entered:
             places += range(place, place + active.slopes)
-            away += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
+            offsets += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
         place += active.slopes
     if not places:
         return 0.0
     try:
-        still = sweeps.undisturbed(trial)
+        undisturbed = sweeps.undisturbed(trial)
     except OutOfRangeError:
         return 0.0
-    return min(1.0, asked * _chance(sweeps, still, places, np.array(away)))
+    return min(1.0, tested * _joint_p_value(sweeps, undisturbed, places, np.array(offsets)))
 
 
-def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) -> float:
+def _joint_p_value(sweeps: FlightSweeps, undisturbed: Sweep, places: list[int], offsets: Array) -> float:
     """Probability of known columns' numbers `away` from null by chance, in noise coloured in and between channels."""
-    known = still.fit.whitened(still.rows.known)
+    known = undisturbed.fit.whitened(undisturbed.rows.known)
     others = np.delete(known, places, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
     basis, strength, _ = np.linalg.svd(others, full_matrices=False)
@@ -141,11 +143,11 @@ def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) 
         return 1.0
     columns = left / size
     # The residual as it would be with these numbers at none, to first order.
-    target = still.fit.whitened(still.rows.target[:, None])[:, 0] + own @ away
+    target = undisturbed.fit.whitened(undisturbed.rows.target[:, None])[:, 0] + own @ offsets
     target -= basis @ (basis.T @ target)
     solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
     covariance, freedom = np.zeros((len(places), len(places))), 0.0
-    for x, e in _by_sample(sweeps, still, columns, target - columns @ solution):
+    for x, e in _by_sample(sweeps, undisturbed, columns, target - columns @ solution):
         of_flight, degrees = score_covariance(x, e)
         covariance += of_flight
         freedom += degrees
@@ -154,12 +156,14 @@ def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) 
     return float(special.fdtrc(scores.size, freedom, statistic / scores.size))
 
 
-def _by_sample(sweeps: FlightSweeps, still: Sweep, columns: Array, residual: Array) -> Iterator[tuple[Array, Array]]:
+def _by_sample(
+    sweeps: FlightSweeps, undisturbed: Sweep, columns: Array, residual: Array
+) -> Iterator[tuple[Array, Array]]:
     """Columns (N, outputs, k) and residuals (N, outputs) of each flight; zero where nothing was measured."""
     for n, manoeuvre in enumerate(sweeps.flights.manoeuvres):
         samples = manoeuvre.flight.measured.shape
         x, e = np.zeros((*samples, columns.shape[1])), np.zeros(samples)
-        for part, (flight, output) in zip(still.fit.groups, still.rows.channels, strict=True):
+        for part, (flight, output) in zip(undisturbed.fit.groups, undisturbed.rows.channels, strict=True):
             if flight == n:
                 held = np.isfinite(manoeuvre.flight.measured[:, output])
                 x[held, output], e[held, output] = columns[part], residual[part]
@@ -181,14 +185,14 @@ def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
 
 
 def _screened(
-    sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, asked: int
+    sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, tested: int
 ) -> list[tuple[float, tuple[float, ...], float]]:
     """Of each chord the chi-square of its numbers, their step and their independence."""
     entries = list(dict.fromkeys(entry for chord in chords for entry in chord.hypothesis.entries))
     effects = [active for chord in chords for active in chord.hypothesis.effects]
     rows = sweeps.asked(current, entries, effects)
     left = remainders(current.fit, rows.asked)
-    single = correlated_alone(current.fit, left, asked=asked)
+    single = correlated_alone(current.fit, left, asked=tested)
     ratios = single.ratio if settings.partial else plain_t_ratios(rows.target, rows.asked)
     place = {entry: n for n, entry in enumerate(entries)}
     column = len(entries)

@@ -15,11 +15,11 @@ from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
 
-ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+VALIDATION_FIT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """A few units of -2 ln L do not decide whether a residual is noise."""
 
 
-def without_refuted(
+def eliminate_by_cross_validation(
     completed: Refinement, search: StructureSearch, validation: Sequence[Manoeuvre]
 ) -> tuple[Refinement, tuple[Part, ...]]:
     """The estimate without the parts that make the prediction of other flights worse, and those parts.
@@ -40,21 +40,21 @@ def without_refuted(
         return completed, ()
     limits = search.settings.refutation
     share = limits.share_in_gusts if completed.is_disturbed else limits.share
-    error = misfit(completed, validation)
-    held = current = completed
+    error = prediction_error(completed, validation)
+    accepted = current = completed
     refuted: tuple[Part, ...] = ()
-    gone: tuple[Part, ...] = ()
+    eliminated: tuple[Part, ...] = ()
     while parts := search.parts(current, None):
-        tries = [(search.without(current, [part]), part) for part in parts]
-        errors = [misfit(trial, validation) for trial, _ in tries]
+        trials = [(search.re_estimated_without(current, [part]), part) for part in parts]
+        errors = [prediction_error(trial, validation) for trial, _ in trials]
         least = int(np.argmin(errors))
-        current, gone = tries[least][0], (*gone, tries[least][1])
+        current, eliminated = trials[least][0], (*eliminated, trials[least][1])
         if error > errors[least] + limits.certain + share * errors[least]:
-            error, held, refuted = errors[least], current, gone
-    return held, refuted
+            error, accepted, refuted = errors[least], current, eliminated
+    return accepted, refuted
 
 
-def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
+def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     """Squared errors of the open-loop predictions in units of the noise; infinite where one runs away."""
     total = 0.0
     for manoeuvre in manoeuvres:
@@ -70,7 +70,7 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     return total
 
 
-def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
     """Whether a structure cannot follow another flight even with numbers of that flight's own."""
     try:
         own = refine(
@@ -79,7 +79,7 @@ def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
             completed.free,
             effects=on_log(completed, manoeuvre),
             variance=completed.variance,
-            settings=ANOTHER_FLIGHT,
+            settings=VALIDATION_FIT,
         )
     except EstimationError:
         return True

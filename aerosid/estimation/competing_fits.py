@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, with_numbers
 from aerosid.estimation import damped_step
-from aerosid.estimation.damped_search import UNDAMPED, improved
-from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
+from aerosid.estimation.damped_search import UNDAMPED, levenberg_marquardt_step
+from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -21,11 +21,11 @@ from aerosid.estimation.maximum_likelihood import Refinement, Start, first_point
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 
-def contest(
+def fit_competing_structures(
     starts: Sequence[Start],
     manoeuvres: Sequence[Manoeuvre],
     settings: RefinementSettings,
-    allowance: Sequence[float],
+    penalties: Sequence[float],
     level: float | None = None,
     margin: float = 0.0,
     *,
@@ -58,86 +58,90 @@ def contest(
     hangs on the others, and each is followed to its end at once.
     """
     if level is not None and len(starts) > 1:
-        alone = list(zip(starts, allowance, strict=True))
+        pairs = list(zip(starts, penalties, strict=True))
 
-        def followed(one: tuple[Start, float]) -> SentFit:
-            return SentFit.of(contest([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0])
+        def fit_one(one: tuple[Start, float]) -> TransferredFit:
+            return TransferredFit.of(
+                fit_competing_structures([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0]
+            )
 
-        fits = mapped(followed, alone, CONTEST.dealt_out)
+        fits = mapped(fit_one, pairs, COMPETING_FITS.dealt_out)
         return [fit.refinement(start.model, start.free, start.effects) for fit, start in zip(fits, starts, strict=True)]
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
 
-    def first(n: int) -> tuple[_Sent, float]:
+    def first(n: int) -> tuple[_TransferredPoint, float]:
         point = first_point(likelihoods[n], starts[n], settings)
-        return _Sent.of(point), likelihoods[n].held_to_data
+        return _TransferredPoint.of(point), likelihoods[n].held_to_data
 
-    def stepped(n: int) -> tuple[_Sent, bool, float] | None:
-        better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
-        return None if better is None else (_Sent.of(better[0]), *better[1:])
+    def stepped(n: int) -> tuple[_TransferredPoint, bool, float] | None:
+        better = levenberg_marquardt_step(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
+        return None if better is None else (_TransferredPoint.of(better[0]), *better[1:])
 
-    begins = mapped(first, range(len(starts)), CONTEST.dealt_out)
-    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
+    initial = mapped(first, range(len(starts)), COMPETING_FITS.dealt_out)
+    for likelihood, (_, held) in zip(likelihoods, initial, strict=True):
         likelihood.held_to_data = held
-    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
+    points = [sent.point(start.effects) for (sent, _), start in zip(initial, starts, strict=True)]
     converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
-    paths = list(range(len(starts)))
+    active = list(range(len(starts)))
     for turn in range(settings.steps):
-        for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
+        for n, better in zip(active, mapped(stepped, active, COMPETING_FITS.dealt_out), strict=True):
             converged[n] = better is None or better[1]
             if better is not None:
                 points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
-        paths = [n for n in paths if not converged[n]]
+        active = [n for n in active if not converged[n]]
         # One that began where another estimate's linearisation led is near its end after a single step.
-        judged = [n for n in paths if turn > 0 or (near and starts[n].point is not None)]
-        if not judged:
+        compared = [n for n in active if turn > 0 or (near and starts[n].point is not None)]
+        if not compared:
             continue
         reached = level
         if reached is None:
-            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
-        for n in judged:
-            promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
-            if points[n].cost + allowance[n] - promise > reached + margin:
-                paths.remove(n)
+            reached = min(point.cost + more for point, more in zip(points, penalties, strict=True))
+        for n in compared:
+            predicted = COMPETING_FITS.most_of_promise * predicted_decrease(likelihoods[n], points[n])
+            if points[n].cost + penalties[n] - predicted > reached + margin:
+                active.remove(n)
     return [
         refinement_at(likelihood, start.model, start.free, point, rest)
         for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
     ]
 
 
-class Begun(NamedTuple):
+class EvaluatedStart(NamedTuple):
     """A start with its likelihood, and the -2 ln L `promised` at the end of a full Gauss-Newton step from there."""
 
     start: Start
-    promised: float
+    predicted_cost: float
 
 
-def begun(starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings) -> list[Begun]:
+def evaluated_starts(
+    starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings
+) -> list[EvaluatedStart]:
     """Several starts with their likelihoods, dealt out to the cores.
 
     One that runs away in open loop keeps none: its way into the data is found anew.
     """
 
-    def first(start: Start) -> tuple[_Sent | None, float]:
+    def first(start: Start) -> tuple[_TransferredPoint | None, float]:
         likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
         point = first_point(likelihood, start, settings)
-        promised = point.cost - promised_fall(likelihood, point)
-        return (_Sent.of(point) if likelihood.held_to_data == 0.0 else None), promised
+        predicted_cost = point.cost - predicted_decrease(likelihood, point)
+        return (_TransferredPoint.of(point) if likelihood.held_to_data == 0.0 else None), predicted_cost
 
     found = []
-    for start, (sent, promised) in zip(starts, mapped(first, starts, CONTEST.dealt_out), strict=True):
+    for start, (sent, predicted_cost) in zip(starts, mapped(first, starts, COMPETING_FITS.dealt_out), strict=True):
         point = None if sent is None else sent.point(start.effects)
-        found.append(Begun(replace(start, point=point), promised))
+        found.append(EvaluatedStart(replace(start, point=point), predicted_cost))
     return found
 
 
-class _Sent(NamedTuple):
+class _TransferredPoint(NamedTuple):
     """A point as it goes from process to process: of its effects their numbers alone."""
 
     bare: Point
     numbers: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, point: Point) -> _Sent:
+    def of(cls, point: Point) -> _TransferredPoint:
         return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
 
     def point(self, effects: Sequence[ActiveEffect]) -> Point:
@@ -145,7 +149,7 @@ class _Sent(NamedTuple):
         return replace(self.bare, effects=with_numbers(effects, self.numbers))
 
 
-class SentFit(NamedTuple):
+class TransferredFit(NamedTuple):
     """An estimate as it goes from process to process: of its effects, which hold functions, their numbers alone."""
 
     values: NDArray[np.float64]
@@ -153,7 +157,7 @@ class SentFit(NamedTuple):
     rest: dict[str, Any]
 
     @classmethod
-    def of(cls, fit: Refinement) -> SentFit:
+    def of(cls, fit: Refinement) -> TransferredFit:
         """What is to be sent of an estimate."""
         known = ("states", "variance", "cost", "information", "converged", "held_to_data")
         rest = {name: getattr(fit, name) for name in known}
@@ -167,21 +171,21 @@ class SentFit(NamedTuple):
         return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)
 
 
-def refined_on(
+def refine_from_effect_values(
     at: Refinement,
     manoeuvres: Sequence[Manoeuvre],
     settings: RefinementSettings,
-    begins: Sequence[tuple[ActiveEffect, ...]],
+    initial: Sequence[tuple[ActiveEffect, ...]],
 ) -> list[Refinement]:
     """As `refine_on` from each of several sets of effects, dealt out to the cores."""
 
-    def refined(effects: tuple[ActiveEffect, ...]) -> SentFit:
-        return SentFit.of(refine_on(at, manoeuvres, settings, effects))
+    def refined(effects: tuple[ActiveEffect, ...]) -> TransferredFit:
+        return TransferredFit.of(refine_on(at, manoeuvres, settings, effects))
 
-    fits = mapped(refined, begins, CONTEST.dealt_out)
-    return [fit.refinement(at.model, at.free, effects) for fit, effects in zip(fits, begins, strict=True)]
+    fits = mapped(refined, initial, COMPETING_FITS.dealt_out)
+    return [fit.refinement(at.model, at.free, effects) for fit, effects in zip(fits, initial, strict=True)]
 
 
-def promised_fall(likelihood: Likelihood, point: Point) -> float:
+def predicted_decrease(likelihood: Likelihood, point: Point) -> float:
     """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
-    return damped_step.promised_fall(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
+    return damped_step.predicted_decrease(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)

@@ -16,7 +16,7 @@ from aerosid.model_error.swept_model import Sweep
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 
-def near_a_jump(
+def is_near_step_change(
     hypothesis: Hypothesis,
     effects: Sequence[ActiveEffect],
     manoeuvres: Sequence[Manoeuvre],
@@ -33,18 +33,18 @@ def near_a_jump(
 def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:
     """All that are no sudden change, and of each kind of sudden change on each log every n-th moment."""
     places: dict[tuple[str, str, tuple[str, ...]], int] = {}
-    kept = []
+    thinned_out = []
     for hypothesis in hypotheses:
         if hypothesis.time is not None:
             key = (hypothesis.kind, hypothesis.where, tuple(active.log for active in hypothesis.effects))
             places[key] = places.get(key, -1) + 1
             if places[key] % stride:
                 continue
-        kept.append(hypothesis)
-    return kept
+        thinned_out.append(hypothesis)
+    return thinned_out
 
 
-def at_outliers(
+def at_innovation_outliers(
     current: Sweep,
     hypotheses: Sequence[Hypothesis],
     manoeuvres: Sequence[Manoeuvre],
@@ -71,18 +71,18 @@ def at_outliers(
             k = int(np.argmax(excess))
             if excess[k] < settings.outlying:
                 break
-            found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
+            found += [_at_instant(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
             excess[max(k - reach, 0) : k + reach] = -np.inf
-    return [h for h in found if not near_a_jump(h, current.swept.effects, manoeuvres, settings)]
+    return [h for h in found if not is_near_step_change(h, current.swept.effects, manoeuvres, settings)]
 
 
-def moving(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
+def with_free_instant(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
     """A sudden change whose moment is estimated too, near `time` s."""
     log = next(m for m in manoeuvres if m.name == active.log)
     return at_moment(active, time, active.log, log.interval)
 
 
-def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
+def _at_instant(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
     """The same sudden changes at another moment, given."""
     effects = []
     for active in hypothesis.effects:

@@ -8,26 +8,28 @@ from scipy.special import chdtrc
 
 from aerosid.estimation.deviations import Deviations
 from aerosid.estimation.maximum_likelihood import Refinement
-from aerosid.search.backward_elimination import inflation_of, is_shown_as_a_whole
-from aerosid.search.findings import Finding, Part, found_among
+from aerosid.search.backward_elimination import is_jointly_significant, variance_inflation
+from aerosid.search.findings import Finding, Part, finding_among
 from aerosid.search.structure_search import StructureSearch
 
 
-def finding_of(search: StructureSearch, part: Part, gain: float, instead_of: str = "") -> Finding:
+def finding_from_part(search: StructureSearch, part: Part, gain: float, instead_of: str = "") -> Finding:
     """A part with its evidence."""
-    return found_among(part, len(search.hypotheses), gain, instead_of)
+    return finding_among(part, len(search.hypotheses), gain, instead_of)
 
 
-def findings_of(search: StructureSearch, completed: Refinement, uncertainty: Deviations) -> tuple[Finding, ...]:
+def findings_with_p_values(
+    search: StructureSearch, completed: Refinement, uncertainty: Deviations
+) -> tuple[Finding, ...]:
     """The found parts, most certain first."""
     rows = []
     for part in search.parts(completed, uncertainty):
-        gain = search.without(completed, [part]).cost - completed.cost
-        row = finding_of(search, part, gain)
+        gain = search.re_estimated_without(completed, [part]).cost - completed.cost
+        row = finding_from_part(search, part, gain)
         if part.active is not None:
             disturbance = part.is_disturbance
-            inflation = 1.0 if disturbance else inflation_of(search, completed, uncertainty, {part.label})
-            if disturbance or is_shown_as_a_whole(search, part, gain, inflation):
+            inflation = 1.0 if disturbance else variance_inflation(search, completed, uncertainty, {part.label})
+            if disturbance or is_jointly_significant(search, part, gain, inflation):
                 # A standard deviation has no sign to be tested against zero: the likelihood ratio speaks.
                 count = 1 if disturbance else len(part.active.values)
                 p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(search.hypotheses)))
